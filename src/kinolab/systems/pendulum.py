@@ -1,0 +1,17 @@
+"""A pendulum with a motor at its pivot."""
+
+from kinolab.dynamics import Body, Sphere, System, Torque, angle, move, parameter, rot_z, toward
+
+
+def pendulum() -> System:
+    """A point mass on a rod that a motor turns; x points down, theta = 0 hangs."""
+    m, l, g = parameter("m", 1.0, "kg"), parameter("l", 1.0, "m"), parameter("g", 9.81, "m/s^2")  # noqa: E741
+    theta = angle("theta", speed=10.0)
+    rod = rot_z(theta)
+    bob = Body("bob", rod @ move(l), mass=m, shape=Sphere(0.1))
+    return System(
+        "pendulum",
+        bodies=[bob],
+        gravity=toward("+x", g),
+        inputs=[Torque("torque", on=bob, about=rod.z, limit=5.0)],
+    )
