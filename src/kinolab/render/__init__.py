@@ -1,0 +1,19 @@
+"""Moving pictures: a small software renderer and the GIF files that it fills.
+
+A ``Picture`` says what is drawn, ``render_frame`` draws it once, ``write_gif`` makes it move.
+"""
+
+from kinolab.render.camera import Camera, frame_scene
+from kinolab.render.gif import write_gif
+from kinolab.render.scene import Ghost, GoalRegion, Picture
+from kinolab.render.still import render_frame
+
+__all__ = [
+    "Camera",
+    "Ghost",
+    "GoalRegion",
+    "Picture",
+    "frame_scene",
+    "render_frame",
+    "write_gif",
+]

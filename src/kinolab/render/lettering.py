@@ -1,0 +1,51 @@
+"""The title and the time stamp."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+TITLE, STAMP = (38, 42, 50), (96, 100, 108)
+FONTS = "mpl-data/fonts/ttf"  # matplotlib carries DejaVu Sans, so no system font is needed
+
+
+def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
+    """A copy of an image with a title at the upper left and a time stamp at the upper right."""
+    height, width = image.shape[:2]
+    size = max(10, round(height / 33))
+    edge = round(0.8 * size)
+    strip = min(height, 3 * size)
+    sheet = Image.fromarray(image[:strip])
+    pencil = ImageDraw.Draw(sheet)
+    normal = _font("DejaVuSans.ttf", size)
+    room = width - 3 * edge - pencil.textlength(stamp, normal)
+    length = pencil.textlength(title, _font("DejaVuSans-Bold.ttf", size))
+    fitting = size if length <= room else max(6, int(size * room / length))
+    bold = _font("DejaVuSans-Bold.ttf", fitting)
+    pencil.text((edge, edge), title, TITLE, bold, anchor="la")
+    pencil.text((width - edge, edge), stamp, STAMP, normal, anchor="ra")
+    return np.concatenate([np.asarray(sheet), image[strip:]])
+
+
+def time_stamp(time: float, speed: float = 1.0) -> str:
+    """The motion's time, and the film's speed where it is not real time."""
+    pace = "" if speed == 1.0 else f"   {speed:.3g}x"
+    return f"t = {time:.1f} s{pace}"
+
+
+@lru_cache
+def _font(name: str, size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    found = find_spec("matplotlib")
+    for place in (found.submodule_search_locations or []) if found else []:
+        file = Path(place) / FONTS / name
+        if file.is_file():
+            return ImageFont.truetype(file, size)
+    return ImageFont.load_default(size)

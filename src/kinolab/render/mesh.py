@@ -1,0 +1,107 @@
+"""Triangle meshes with a colour per face and the edges that a draughtsman would ink."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.int64]
+
+CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and stay blank
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A painted surface.
+
+    Args:
+        vertices: Points in [m], shape (n, 3).
+        faces: Three vertices each, shape (m, 3).
+        colors: RGB in 0..1 per face, shape (m, 3).
+        ends: The two vertices of each edge, shape (e, 2).
+        sides: The two faces of each edge, shape (e, 2); a border repeats its one face.
+        creases: Whether the surface folds or ends at the edge, shape (e,).
+    """
+
+    vertices: Array
+    faces: Indices
+    colors: Array
+    ends: Indices
+    sides: Indices
+    creases: NDArray[np.bool_]
+
+    def moved(self, pose: ArrayLike) -> Mesh:
+        """The mesh at a pose [R | p], 12 numbers in row-major order."""
+        g = np.asarray(pose, dtype=np.float64).reshape(3, 4)
+        return replace(self, vertices=self.vertices @ g[:, :3].T + g[:, 3])
+
+    def painted(self, color: ArrayLike) -> Mesh:
+        """The mesh in one colour, RGB in 0..1."""
+        return replace(self, colors=np.broadcast_to(np.asarray(color, float), self.colors.shape))
+
+
+def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> Mesh:
+    """Make a mesh in which equal points are one vertex, so that neighbouring faces know each other.
+
+    ``colors`` is one RGB triple in 0..1, or one per face.
+    """
+    points = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
+    merged, where = np.unique(points.round(9), axis=0, return_inverse=True)
+    welded = where.reshape(-1)[np.asarray(faces, dtype=np.int64).reshape(-1, 3)]
+    painted = np.broadcast_to(np.asarray(colors, dtype=np.float64), welded.shape)
+    solid = (welded != np.roll(welded, 1, axis=1)).all(axis=1)
+    welded, painted = welded[solid], painted[solid]
+    return Mesh(merged, welded, painted, *_edges(merged, welded))
+
+
+def join(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one; each keeps its own vertices and edges."""
+    n = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    m = np.cumsum([0, *(len(mesh.faces) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([np.zeros((0, 3)), *(mesh.vertices for mesh in meshes)]),
+        _stack([mesh.faces + n[i] for i, mesh in enumerate(meshes)], 3),
+        np.concatenate([np.zeros((0, 3)), *(mesh.colors for mesh in meshes)]),
+        _stack([mesh.ends + n[i] for i, mesh in enumerate(meshes)], 2),
+        _stack([mesh.sides + m[i] for i, mesh in enumerate(meshes)], 2),
+        np.concatenate([np.zeros(0, dtype=bool), *(mesh.creases for mesh in meshes)]),
+    )
+
+
+def normals(vertices: Array, faces: Indices) -> Array:
+    """Unit normals by the right-hand rule, shape (m, 3); zero for faces without area."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    cross = np.cross(b - a, c - a)
+    length = np.linalg.norm(cross, axis=1, keepdims=True)
+    return cross / np.where(length > 0.0, length, 1.0)
+
+
+def is_room(mesh: Mesh) -> bool:
+    """Whether a closed mesh looks inward (negative volume), so that one looks into it."""
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    a, b, c = (centred[mesh.faces[:, i]] for i in range(3))
+    closed = (mesh.sides[:, 0] != mesh.sides[:, 1]).all()
+    return bool(closed and np.sum(a * np.cross(b, c)) < 0.0)
+
+
+def _edges(vertices: Array, faces: Indices) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+    halves = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    count = max(len(vertices), 1)
+    keys, where, uses = np.unique(
+        halves[:, 0] * count + halves[:, 1], return_inverse=True, return_counts=True
+    )
+    face = (np.argsort(where, kind="stable") // 3).astype(np.int64)
+    last = np.cumsum(uses)
+    sides = np.stack([face[last - uses], face[last - 1]], axis=1)
+    direction = normals(vertices, faces)
+    bend = np.sum(direction[sides[:, 0]] * direction[sides[:, 1]], axis=1)
+    return np.stack(np.divmod(keys, count), axis=1), sides, (uses != 2) | (bend < CREASE)
+
+
+def _stack(parts: list[Indices], width: int) -> Indices:
+    return np.concatenate([np.zeros((0, width), dtype=np.int64), *parts])

@@ -1,0 +1,95 @@
+"""When the frames of a film are taken, and where the machine is then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array: TypeAlias = NDArray[np.float64]
+
+MOST_FRAMES = 400
+SHORTEST_DELAY = 2  # [1/100 s]; viewers slow down what asks for less
+
+
+@dataclass(frozen=True, eq=False)
+class Playback:
+    """Times of the motion at which frames are taken, in [s], and how they are shown.
+
+    Args:
+        times: Shape (nf,), the first and last are those of the motion.
+        delay: How long a frame stays, in [1/100 s].
+        speed: Seconds of motion per second of film.
+    """
+
+    times: Array
+    delay: int
+    speed: float
+
+
+def schedule(start: float, end: float, fps: float = 25.0, speed: float = 1.0) -> Playback:
+    """Spread frames over a motion, at most ``MOST_FRAMES`` of them.
+
+    The delay is a whole number of 1/100 s, as GIF demands, so ``fps`` is met approximately. A long
+    motion is shown faster, at a speed that is a multiple of a half.
+
+    Raises:
+        ValueError: If the motion ends before it starts, or a rate is not positive.
+    """
+    if not (end >= start and fps > 0.0 and speed > 0.0):
+        raise ValueError(
+            f"a film needs end >= start, fps > 0 and speed > 0; "
+            f"got start = {start}, end = {end}, fps = {fps}, speed = {speed}"
+        )
+    delay = max(SHORTEST_DELAY, round(100.0 / fps))
+    slowest = (end - start) / ((MOST_FRAMES - 1) * delay / 100.0)
+    if speed < slowest:
+        speed = float(np.ceil(2.0 * slowest - 1e-9) / 2.0)
+    step = speed * delay / 100.0
+    count = int(np.ceil((end - start) / step - 1e-9))
+    times = np.append(start + step * np.arange(count), end)
+    return Playback(times, delay, speed)
+
+
+def interpolate_poses(times: Array, poses: Array, at: Array) -> Array:
+    """Poses between the rows of a motion: positions on a line, rotations about one axis.
+
+    Args:
+        times: Row times in [s], shape (nt,), not decreasing; two equal times are a jump.
+        poses: Rows [R | p], shape (nt, nb, 12).
+        at: Wanted times, shape (nf,).
+
+    Returns:
+        Poses, shape (nf, nb, 12).
+
+    Source: Shoemake, Animating Rotation with Quaternion Curves, 1985 (slerp).
+    """
+    row, weight = _bracket(times, at)
+    g = poses.reshape(len(times), -1, 3, 4)
+    before, after = g[row], g[row + 1]
+    out = np.empty_like(before)
+    w = weight[:, None, None]
+    out[..., 3] = (1.0 - w) * before[..., 3] + w * after[..., 3]
+    start = Rotation.from_matrix(before[..., :3].reshape(-1, 3, 3))
+    turn = (start.inv() * Rotation.from_matrix(after[..., :3].reshape(-1, 3, 3))).as_rotvec()
+    part = np.repeat(weight, g.shape[1])[:, None] * turn
+    out[..., :3] = (start * Rotation.from_rotvec(part)).as_matrix().reshape(before[..., :3].shape)
+    return out.reshape(len(at), -1, 12)
+
+
+def interpolate_lines(times: Array, lines: Array, at: Array) -> Array:
+    """Segments between the rows of a motion, shape (nt, nl, 2, 3) to (nf, nl, 2, 3)."""
+    row, weight = _bracket(times, at)
+    w = weight[:, None, None, None]
+    return np.asarray((1.0 - w) * lines[row] + w * lines[row + 1])
+
+
+def _bracket(times: Array, at: Array) -> tuple[NDArray[np.intp], Array]:
+    """The row before each wanted time, and how far it lies toward the next one, in [0, 1]."""
+    row = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+    length = times[row + 1] - times[row]
+    weight = np.divide(at - times[row], length, out=np.ones_like(at), where=length > 0.0)
+    return row, np.clip(weight, 0.0, 1.0)

@@ -1,0 +1,220 @@
+"""Triangles to pixels, with a depth buffer: what is nearer wins, in whatever order it is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.render.compiled import compiled
+
+Array: TypeAlias = NDArray[np.float64]
+Bytes: TypeAlias = NDArray[np.uint8]
+Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom in [pixel], half open
+
+OTHER, GROUND = 0, 1  # what a pixel shows; lamp k adds 2 << k once it is hidden from there
+
+
+@dataclass(frozen=True, eq=False)
+class Canvas:
+    """Pixels that know how near they are and whether a shadow can fall on them.
+
+    Args:
+        color: RGB, shape (h, w, 3).
+        nearness: 1 / depth in [1/m], shape (h, w); 0 is infinitely far.
+        kind: ``OTHER`` or ``GROUND`` and the lamps that do not reach it, shape (h, w).
+    """
+
+    color: Bytes
+    nearness: NDArray[np.float32]
+    kind: Bytes
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in [pixel]."""
+        return self.kind.shape[1], self.kind.shape[0]
+
+    def part(self, box: Box) -> Canvas:
+        """A copy of the pixels inside a box."""
+        left, top, right, bottom = box
+        window = (slice(top, bottom), slice(left, right))
+        return Canvas(
+            self.color[window].copy(), self.nearness[window].copy(), self.kind[window].copy()
+        )
+
+
+def blank(size: tuple[int, int], color: ArrayLike) -> Canvas:
+    """An empty canvas of one colour, given as RGB in 0..255."""
+    width, height = size
+    pixels = np.empty((height, width, 3), dtype=np.uint8)
+    pixels[:] = np.asarray(color, dtype=np.uint8)
+    nearness = np.zeros((height, width), dtype=np.float32)
+    return Canvas(pixels, nearness, np.zeros((height, width), dtype=np.uint8))
+
+
+@dataclass(frozen=True, eq=False)
+class Facets:
+    """Coloured triangles in picture coordinates.
+
+    Args:
+        corners: Column and row in [pixel] and nearness in [1/m], shape (m, 3, 3).
+        colors: RGB in 0..255, shape (m, 3).
+    """
+
+    corners: Array
+    colors: Bytes
+
+    def __add__(self, other: Facets) -> Facets:
+        """Both, the others after these."""
+        return Facets(
+            np.concatenate([self.corners, other.corners]),
+            np.concatenate([self.colors, other.colors]),
+        )
+
+
+NO_FACETS = Facets(np.zeros((0, 3, 3)), np.zeros((0, 3), dtype=np.uint8))
+
+
+def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
+    """Paint triangles where they are nearer than what the canvas holds.
+
+    A pixel belongs to a triangle that contains its centre. Triangles that share an edge neither
+    overlap nor leave a gap. Triangles with a corner behind the camera are left out.
+    """
+    _draw(canvas.color, canvas.nearness, canvas.kind, facets.corners, facets.colors, kind)
+
+
+def darken(canvas: Canvas, corners: Array, lamp: int, factor: Array) -> None:
+    """Let triangles on the ground hide it from one lamp; each pixel darkens once per lamp.
+
+    Args:
+        corners: The shadow's triangles, column and row in [pixel], shape (m, 3, 3).
+        lamp: Which lamp is hidden, from 0 to 5.
+        factor: What remains of red, green and blue, in [0, 1], shape (3,).
+    """
+    _darken(canvas.color, canvas.kind, corners, 2 << lamp, factor)
+
+
+def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
+    """The smallest box that contains the triangles' pixels, its sides at multiples of a number."""
+    points = corners.reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1) & (points[:, 2] > 0.0)]
+    if len(points) == 0:
+        return 0, 0, 0, 0
+    limit = np.array(size)
+    low = np.clip(np.floor(points[:, :2].min(axis=0)), 0, limit) // multiple * multiple
+    high = np.clip(np.ceil(points[:, :2].max(axis=0)), 0, limit)
+    high = -(-high // multiple) * multiple
+    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def average(pixels: Bytes, block: int) -> Bytes:
+    """The mean of every ``block`` x ``block`` pixels; both sides must be multiples of it."""
+    height, width = pixels.shape[0] // block, pixels.shape[1] // block
+    out = np.empty((height, width, 3), dtype=np.uint8)
+    _average(pixels, block, out)
+    return out
+
+
+@compiled
+def _span(tri: Array, row: float) -> tuple[float, float]:
+    """The interval in which a horizontal line crosses a triangle; empty if low > high."""
+    low, high = np.inf, -np.inf
+    for i in range(3):
+        a, b = tri[i], tri[(i + 1) % 3]
+        if (a[1] <= row) != (b[1] <= row):
+            x = a[0] + (row - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
+            low, high = min(low, x), max(high, x)
+    return low, high
+
+
+@compiled
+def _rows(tri: Array, height: int) -> tuple[int, int]:
+    """The rows whose centres a triangle may cover, half open; none if it cannot be drawn."""
+    for i in range(3):
+        if not (np.isfinite(tri[i, 0]) and np.isfinite(tri[i, 1]) and tri[i, 2] > 0.0):
+            return 0, 0
+    top = min(tri[0, 1], tri[1, 1], tri[2, 1])
+    bottom = max(tri[0, 1], tri[1, 1], tri[2, 1])
+    first = max(0.0, np.ceil(top - 0.5))
+    last = min(float(height), np.ceil(bottom - 0.5))
+    if first >= last:
+        return 0, 0
+    return int(first), int(last)
+
+
+@compiled
+def _columns(low: float, high: float, width: int) -> tuple[int, int]:
+    """The columns whose centres lie in [low, high)."""
+    first = max(0.0, np.ceil(low - 0.5))
+    last = min(float(width), np.ceil(high - 0.5))
+    if first >= last:
+        return 0, 0
+    return int(first), int(last)
+
+
+@compiled
+def _draw(  # noqa: PLR0917 (numba knows no dataclass)
+    color: Bytes,
+    nearness: NDArray[np.float32],
+    kind: Bytes,
+    corners: Array,
+    colors: Bytes,
+    tag: int,
+) -> None:
+    height, width = nearness.shape
+    for k in range(corners.shape[0]):
+        tri = corners[k]
+        ax, ay = tri[1, 0] - tri[0, 0], tri[1, 1] - tri[0, 1]
+        bx, by = tri[2, 0] - tri[0, 0], tri[2, 1] - tri[0, 1]
+        area = ax * by - bx * ay
+        if area == 0.0:
+            continue
+        aw, bw = tri[1, 2] - tri[0, 2], tri[2, 2] - tri[0, 2]
+        slope_x, slope_y = (aw * by - bw * ay) / area, (ax * bw - bx * aw) / area
+        # Rounding must not carry a face that is seen edge-on beyond its own corners.
+        farthest = min(tri[0, 2], tri[1, 2], tri[2, 2])
+        nearest = max(tri[0, 2], tri[1, 2], tri[2, 2])
+        first, last = _rows(tri, height)
+        for i in range(first, last):
+            low, high = _span(tri, i + 0.5)
+            left, right = _columns(low, high, width)
+            start = tri[0, 2] + slope_y * (i + 0.5 - tri[0, 1]) + slope_x * (0.5 - tri[0, 0])
+            for j in range(left, right):
+                near = np.float32(min(max(start + slope_x * j, farthest), nearest))
+                if near > nearness[i, j]:
+                    nearness[i, j] = near
+                    kind[i, j] = tag
+                    color[i, j, 0] = colors[k, 0]
+                    color[i, j, 1] = colors[k, 1]
+                    color[i, j, 2] = colors[k, 2]
+
+
+@compiled
+def _darken(color: Bytes, kind: Bytes, corners: Array, bit: int, factor: Array) -> None:
+    height, width = kind.shape
+    for k in range(corners.shape[0]):
+        first, last = _rows(corners[k], height)
+        for i in range(first, last):
+            low, high = _span(corners[k], i + 0.5)
+            left, right = _columns(low, high, width)
+            for j in range(left, right):
+                if kind[i, j] & GROUND and not kind[i, j] & bit:
+                    kind[i, j] |= bit
+                    for c in range(3):
+                        color[i, j, c] = np.uint8(color[i, j, c] * factor[c] + 0.5)
+
+
+@compiled
+def _average(pixels: Bytes, block: int, out: Bytes) -> None:
+    count = block * block
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            for c in range(3):
+                total = count // 2
+                for a in range(block):
+                    for b in range(block):
+                        total += pixels[i * block + a, j * block + b, c]
+                out[i, j, c] = total // count

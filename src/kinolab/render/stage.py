@@ -1,0 +1,145 @@
+"""A scene that is ready to be filmed: the backdrop is painted, the camera stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.render.backdrop import INK, Floor, backdrop, cast
+from kinolab.render.camera import frame_scene
+from kinolab.render.ink import Pen, pen
+from kinolab.render.mesh import Mesh, join
+from kinolab.render.paint import paint_machine
+from kinolab.render.raster import Bytes, Canvas, Facets, average, draw, extent
+from kinolab.render.scene import Ghost, GoalRegion, Picture
+
+Array: TypeAlias = NDArray[np.float64]
+
+SAMPLES = 3  # small pixels per pixel and axis
+OUTLINE, CABLE = 0.8, 1.6  # [pixel]
+AMBIENT = 0.80  # colours tell bodies apart, so the machine is shaded less than the walls
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Draws the machine over a backdrop; only the pixels that it touches are drawn anew.
+
+    Args:
+        pen: Camera and light.
+        machine: One mesh per body, in the body's frame.
+        canvas: The backdrop in small pixels, with depth.
+        image: The backdrop as it is seen, shape (h, w, 3).
+        shadows: Whether there is ground for the machine's shadow.
+    """
+
+    pen: Pen
+    machine: tuple[Mesh, ...]
+    canvas: Canvas
+    image: Bytes
+    shadows: bool
+
+    def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
+        """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
+        moved = join(
+            [mesh.moved(pose) for mesh, pose in zip(self.machine, pose_table(poses), strict=True)]
+        )
+        facets = self.pen.faces(moved, AMBIENT) + self.pen.edges(moved, OUTLINE, INK)
+        shadows = self.pen.shadows(moved) if self.shadows else []
+        if lines is not None:
+            facets += self.pen.line(lines, CABLE, INK)
+            if self.shadows:
+                fallen = self.pen.line_shadows(lines, CABLE)
+                shadows = [np.concatenate(both) for both in zip(shadows, fallen, strict=True)]
+        return self._composed(facets, shadows)
+
+    def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
+        box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
+        part = self.canvas.part(box)
+        shift = np.array([box[0], box[1], 0.0])
+        cast(part, [corners - shift for corners in shadows])
+        draw(part, Facets(facets.corners - shift, facets.colors))
+        left, top, right, bottom = (side // self.pen.scale for side in box)
+        image = self.image.copy()
+        image[top:bottom, left:right] = average(part.color, self.pen.scale)
+        return image
+
+
+def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage:
+    """Frame everything that will be seen, and paint what stands still.
+
+    Args:
+        picture: What is drawn.
+        motion: Poses that the picture must contain, shape (nt, nb, 12).
+        size: Width and height of the picture in [pixel].
+    """
+    machine = paint_machine(picture.bodies)
+    up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
+    cloud = _everything(picture, machine, motion)
+    floor = _floor(cloud) if picture.stands_on_ground else None
+    if floor is not None:
+        cloud = np.concatenate([cloud, _corners(floor)])
+    camera = frame_scene(cloud, up, picture.view, size)
+    tool = pen(camera, size, up, SAMPLES)
+    canvas = backdrop(picture, machine, tool, floor)
+    image = average(canvas.color, SAMPLES)
+    return Stage(tool, machine, canvas, image, floor is not None)
+
+
+def pose_table(poses: ArrayLike) -> Array:
+    """Poses given as (..., nb, 12) or (..., nb, 3, 4), as rows of 12 numbers."""
+    table = np.asarray(poses, dtype=np.float64)
+    return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table
+
+
+def _everything(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> Array:
+    """Points whose convex hull contains all that is drawn, shape (n, 3)."""
+    parts = [np.asarray(body.vertices, dtype=np.float64) for body in picture.obstacles]
+    ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
+    tables = [motion, *(pose_table(ghost.poses)[None] for ghost in ghosts)]
+    for table in tables:
+        parts += [_swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+    if picture.path is not None:
+        parts.append(np.asarray(picture.path, dtype=np.float64))
+    if isinstance(picture.goal, GoalRegion):
+        reach = picture.goal.radius * np.concatenate([np.eye(3), -np.eye(3)])
+        level = np.array([1.0, 1.0, 0.0 if picture.stands_on_ground else 1.0])
+        parts.append((np.array(picture.goal.position) + reach) * level)
+    if picture.lines is not None and not callable(picture.lines):
+        parts.append(np.asarray(picture.lines, dtype=np.float64))
+    found = np.concatenate([np.zeros((0, 3)), *(part.reshape(-1, 3) for part in parts)])
+    found = found[np.isfinite(found).all(axis=1)]
+    if len(found) == 0:
+        found = np.zeros((1, 3))  # an empty world is seen from near its origin
+    return np.concatenate([found, _bounds(picture, found)])
+
+
+def _swept(mesh: Mesh, poses: Array) -> Array:
+    """The corners of a mesh's own bounding box at every pose, shape (nt * 8, 3)."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    corners = np.array([np.where(pick, high, low) for pick in np.ndindex(2, 2, 2)])
+    g = poses.reshape(-1, 3, 4)
+    return np.asarray(np.einsum("tij,kj->tki", g[:, :, :3], corners) + g[:, None, :, 3])
+
+
+def _bounds(picture: Picture, found: Array) -> Array:
+    """The corners of the workspace; an axis without finite limits adds no extent of its own."""
+    box = np.stack([found.min(axis=0)] * 2)
+    for k, axis in enumerate("xyz"):
+        limits = np.array(picture.bounds.get(axis, (np.nan, np.nan)))
+        if np.isfinite(limits).all():
+            box[:, k] = limits
+    return np.array([[box[i, 0], box[j, 1], box[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+
+
+def _floor(cloud: Array) -> Floor:
+    low, high = cloud[:, :2].min(axis=0), cloud[:, :2].max(axis=0)
+    margin = 0.02 * float(np.max(high - low))
+    return Floor(low - margin, high + margin)
+
+
+def _corners(floor: Floor) -> Array:
+    (x0, y0), (x1, y1) = floor.low, floor.high
+    return np.array([[x, y, 0.0] for x in (x0, x1) for y in (y0, y1)])

@@ -1,0 +1,31 @@
+"""The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
+
+from kinolab.world.collision import CollisionChecker, Contact
+from kinolab.world.geometry import BodyGeometry, Reach, lowest_z, reach, triangles
+from kinolab.world.mesh import Mesh, load_mesh
+from kinolab.world.obstacle import (
+    Obstacle,
+    box_obstacle,
+    cylinder_obstacle,
+    mesh_obstacle,
+    sphere_obstacle,
+)
+from kinolab.world.world import World
+
+__all__ = [
+    "BodyGeometry",
+    "CollisionChecker",
+    "Contact",
+    "Mesh",
+    "Obstacle",
+    "Reach",
+    "World",
+    "box_obstacle",
+    "cylinder_obstacle",
+    "load_mesh",
+    "lowest_z",
+    "mesh_obstacle",
+    "reach",
+    "sphere_obstacle",
+    "triangles",
+]

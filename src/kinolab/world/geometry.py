@@ -1,0 +1,149 @@
+"""Body shapes as numbers: extents, triangles, and how far a motion can carry them.
+
+Every shape has a frame of its own, whose z axis is the shape's axis of symmetry. In that frame a
+shape is a kind and three half sizes; the compiled code and FCL both work from these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.world.support import half_extent
+
+Array = NDArray[np.float64]
+Faces = NDArray[np.int64]
+
+# Columns: where the axes of a shape's own frame point in the body's frame.
+TURN: dict[str, Array] = {
+    "x": np.eye(3)[:, [1, 2, 0]],
+    "y": np.eye(3)[:, [2, 0, 1]],
+    "z": np.eye(3),
+}
+SECTIONS = 64  # corners of a drawn circle
+
+
+class Kind(IntEnum):
+    """The families of shapes that the compiled code tells apart; a disk is a cylinder."""
+
+    BOX = 0
+    SPHERE = 1
+    CYLINDER = 2
+    CAPSULE = 3
+
+
+@dataclass(frozen=True)
+class BodyGeometry:
+    """What the world sees of one body; shapes have numeric dimensions.
+
+    A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it.
+    """
+
+    name: str
+    shapes: tuple[Shape, ...]
+    touches_ground: bool = False
+    color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far a shape extends, and how much turning can move it.
+
+    While the body moves with the velocity v of ``center`` and the angular velocity w, no part of
+    the shape moves faster than ``|v| + lever |w'|``, where w' is w without its component along
+    ``axis``: spinning about its own axis of symmetry is no motion of the shape.
+    """
+
+    center: Array  # (3,) in the body's frame, [m]
+    radius: float  # the whole shape lies within this distance of the centre, [m]
+    lever: float  # [m]; 0 for a sphere, which no turning moves
+    axis: Array | None  # (3,) unit vector in the body's frame, None where every turn counts
+
+
+def sizes(shape: Shape) -> tuple[Kind, Array]:
+    """Give the kind and the half sizes (3,) in [m], along x, y, z of the shape's own frame.
+
+    Round shapes have their radius in x and y and half their ``length`` in z; a capsule's caps
+    come on top of that.
+    """
+    match shape:
+        case Box():
+            return Kind.BOX, 0.5 * np.array([shape.x, shape.y, shape.z], dtype=float)
+        case Sphere():
+            return Kind.SPHERE, np.full(3, float(shape.radius))
+        case Capsule():
+            return Kind.CAPSULE, _round(shape.radius, shape.length)
+        case Cylinder():
+            return Kind.CYLINDER, _round(shape.radius, shape.length)
+        case Disk():
+            return Kind.CYLINDER, _round(shape.radius, shape.thickness)
+    raise TypeError(f"not a shape: {shape!r}")
+
+
+def _round(radius: object, length: object) -> Array:
+    return np.array([radius, radius, length], dtype=float) * [1.0, 1.0, 0.5]
+
+
+def placement(shape: Shape) -> Array:
+    """Give the shape's own frame in its body's frame, (3, 4), [R | p]."""
+    turn = TURN[getattr(shape, "axis", "z")]
+    return np.column_stack([turn, np.array(shape.at, dtype=float)])
+
+
+def lowest_z(shape: Shape, pose: Array) -> float:
+    """Give the lowest world z of a shape in [m], in closed form; ``pose`` of its body is (3, 4)."""
+    kind, half = sizes(shape)
+    own = placement(shape)
+    center = pose[2, :3] @ own[:, 3] + pose[2, 3]
+    down = pose[2, :3] @ own[:, :3]
+    return float(center - half_extent(int(kind), half, *down))
+
+
+def reach(shape: Shape) -> Reach:
+    """Bound the shape about its centre, for bounds on motion."""
+    kind, half = sizes(shape)
+    frame = placement(shape)
+    radius = _bounding_radius(kind, half)
+    lever = 0.0 if kind is Kind.SPHERE else radius
+    axis = frame[:, 2] if kind in (Kind.CYLINDER, Kind.CAPSULE) else None
+    return Reach(frame[:, 3], radius, lever, axis)
+
+
+def _bounding_radius(kind: Kind, half: Array) -> float:
+    if kind is Kind.BOX:
+        return float(np.linalg.norm(half))
+    if kind is Kind.SPHERE:
+        return float(half[0])
+    if kind is Kind.CAPSULE:
+        return float(half[0] + half[2])
+    return float(np.hypot(half[0], half[2]))
+
+
+def triangles(shape: Shape) -> tuple[Array, Faces]:
+    """Triangulate the surface in the body's frame, for drawing.
+
+    Returns:
+        Vertices (n, 3) in [m], on the surface; faces (m, 3), seen anticlockwise from outside.
+    """
+    mesh = _own_triangles(shape)
+    frame = placement(shape)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64) @ frame[:, :3].T + frame[:, 3]
+    return vertices, np.asarray(mesh.faces, dtype=np.int64)
+
+
+def _own_triangles(shape: Shape) -> trimesh.Trimesh:
+    kind, half = sizes(shape)
+    if kind is Kind.BOX:
+        return trimesh.creation.box(2.0 * half)
+    if kind is Kind.SPHERE:
+        return trimesh.creation.icosphere(subdivisions=3, radius=half[0])
+    if kind is Kind.CYLINDER:
+        return trimesh.creation.cylinder(half[0], 2.0 * half[2], sections=SECTIONS)
+    capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[32, 32])
+    capsule.apply_translation(-capsule.bounds.mean(axis=0))
+    return capsule

@@ -1,0 +1,161 @@
+"""Obstacles: the things in the world that do not move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from kinolab.dynamics.shapes import Box, Cylinder, Shape, Sphere
+from kinolab.errors import InputError, Mistake
+from kinolab.world.geometry import Array, Faces, triangles
+from kinolab.world.mesh import check, load_mesh, refusal, suspicions
+from kinolab.world.solids import Components, components
+
+Numbers = Sequence[float]
+ORIGIN: Numbers = (0.0, 0.0, 0.0)
+
+# What becomes of the axes of a mesh file so that the named one points up; all right-handed.
+UPRIGHT: dict[str, Array] = {
+    "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+    "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+    "z": np.eye(3),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """One thing to stay clear of, in world coordinates.
+
+    A ``solid`` fills its closed parts whose faces look outward; otherwise only the surface
+    collides. A ``primitive`` is an exact shape at a pose (3, 4), of which the triangles are the
+    picture.
+    """
+
+    name: str
+    vertices: Array  # (n, 3), [m]
+    faces: Faces  # (m, 3)
+    primitive: tuple[Shape, Array] | None = None
+    solid: bool = True
+    source: Path | None = None  # the mesh file
+    warnings: tuple[str, ...] = ()
+
+
+def rotation(rpy: Numbers) -> Array:
+    """Turn by roll, pitch and yaw in [rad] about the fixed axes x, y and z, in this order.
+
+    Returns:
+        Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3).
+    """
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
+    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+def box_obstacle(
+    name: str, edges: Numbers, position: Numbers = ORIGIN, rpy: Numbers = ORIGIN
+) -> Obstacle:
+    """Make a box with full ``edges`` (3,) in [m], its centre at ``position`` in [m]."""
+    _require_positive(name, "edges", edges)
+    x, y, z = map(float, edges)
+    return _primitive(name, Box(x, y, z), position, rpy)
+
+
+def sphere_obstacle(
+    name: str, radius: float, position: Numbers = ORIGIN, rpy: Numbers = ORIGIN
+) -> Obstacle:
+    """Make a ball with its centre at ``position``; both in [m]. Turning it shows nowhere."""
+    _require_positive(name, "radius", [radius])
+    return _primitive(name, Sphere(float(radius)), position, rpy)
+
+
+def cylinder_obstacle(
+    name: str, radius: float, length: float, position: Numbers = ORIGIN, rpy: Numbers = ORIGIN
+) -> Obstacle:
+    """Make a cylinder along z before ``rpy`` turns it; radius and full length in [m]."""
+    _require_positive(name, "radius and length", [radius, length])
+    return _primitive(name, Cylinder(float(radius), float(length)), position, rpy)
+
+
+def mesh_obstacle(
+    name: str,
+    path: str | Path,
+    root: Path,
+    position: Numbers = ORIGIN,
+    rpy: Numbers = ORIGIN,
+    *,
+    scale: float | Numbers = 1.0,
+    up: Literal["x", "y", "z"] = "z",
+    solid: bool | None = None,
+) -> Obstacle:
+    """Read a mesh and place it: first ``scale``, then ``up``, then ``rpy``, then ``position``.
+
+    Args:
+        name: What the user calls it in reports.
+        path: The mesh file, looked up from ``root``, which it may not leave.
+        root: The folder of the scenario.
+        position: Where the file's origin goes, [m].
+        rpy: Roll, pitch, yaw in [rad].
+        scale: One factor, or one per axis of the file; negative ones mirror.
+        up: The axis of the file that points up.
+        solid: Fill every closed part (True) or none (False). By default a part whose faces look
+            outward is filled, and one whose faces look inward is a room.
+
+    Raises:
+        InputError: If the file is unusable, ``scale`` is zero, or ``solid`` is asked of an open
+            mesh.
+    """
+    mesh = load_mesh(path, root=root)
+    linear = UPRIGHT[up] @ np.diag(_scale(name, scale))
+    pose = _pose(name, position, rpy)
+    vertices = mesh.vertices @ (pose[:, :3] @ linear).T + pose[:, 3]
+    check(str(path), vertices, mesh.faces)
+    faces = mesh.faces if np.linalg.det(linear) > 0 else mesh.faces[:, ::-1]
+    parts = components(vertices, faces)
+    faces, filled = _fill(str(path), faces, parts, solid)
+    source, warnings = (root / path).resolve(), suspicions(str(path), vertices, parts)
+    return Obstacle(name, vertices, np.ascontiguousarray(faces), None, filled, source, warnings)
+
+
+def _primitive(name: str, shape: Shape, position: Numbers, rpy: Numbers) -> Obstacle:
+    pose = _pose(name, position, rpy)
+    vertices, faces = triangles(shape)
+    return Obstacle(name, vertices @ pose[:, :3].T + pose[:, 3], faces, (shape, pose))
+
+
+def _pose(name: str, position: Numbers, rpy: Numbers) -> Array:
+    pose = np.array([*position, *rpy], dtype=float)
+    if not np.isfinite(pose).all():
+        raise InputError([Mistake(name, "position and rpy must be finite numbers.")])
+    return np.column_stack([rotation(rpy), pose[:3]])
+
+
+def _fill(where: str, faces: Faces, parts: Components, solid: bool | None) -> tuple[Faces, bool]:
+    """Decide whether the mesh is solid, and turn the faces outward where the user says it is."""
+    if solid is None:
+        return faces, bool((parts.volume > 0).any())
+    if solid and not parts.volume.all():
+        raise refusal(
+            where,
+            "is not watertight, so it cannot be solid.",
+            "Close its holes and let all faces look outward, or leave out solid.",
+        )
+    inward = parts.volume[parts.label] < 0
+    return np.where(inward[:, None], faces[:, ::-1], faces) if solid else faces, solid
+
+
+def _scale(name: str, scale: float | Numbers) -> Array:
+    factors = np.broadcast_to(np.asarray(scale, dtype=float), (3,))
+    if not (np.isfinite(factors).all() and factors.all()):
+        raise InputError([Mistake(name, "scale must be finite and not 0.", "1 leaves the size.")])
+    return factors
+
+
+def _require_positive(name: str, what: str, values: Numbers) -> None:
+    if not all(np.isfinite(value) and value > 0 for value in values):
+        raise InputError([Mistake(name, f"{what} must be positive.", "Lengths are in metres.")])

@@ -1,0 +1,39 @@
+"""The world: everything around the machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from kinolab.world.mesh import MAX_EXTENT
+from kinolab.world.obstacle import Obstacle
+
+
+@dataclass(frozen=True)
+class World:
+    """Obstacles, and the plane z = 0 where there is ``ground``; ``bounds`` in [m] by axis."""
+
+    obstacles: tuple[Obstacle, ...] = ()
+    ground: bool = False
+    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about what is usable but suspicious."""
+        found = [text for obstacle in self.obstacles for text in obstacle.warnings]
+        for axis, (low, high) in self.bounds.items():
+            if high - low > MAX_EXTENT:
+                found.append(f"[world] bounds {axis}: {high - low:.4g} m wide. Millimetres?")
+        return tuple(found)
+
+    def describe(self) -> tuple[str, ...]:
+        """Say in one line per obstacle what it is."""
+        lines = [_describe(obstacle) for obstacle in self.obstacles]
+        return (*lines, "ground: the plane z = 0") if self.ground else tuple(lines)
+
+
+def _describe(obstacle: Obstacle) -> str:
+    if obstacle.primitive is not None:
+        return f"{obstacle.name}: {type(obstacle.primitive[0]).__name__.lower()}"
+    origin = f" from {obstacle.source.name}" if obstacle.source else ""
+    filling = "solid" if obstacle.solid else "surface only"
+    return f"{obstacle.name}: mesh of {len(obstacle.faces)} triangles{origin}, {filling}"
