@@ -53,6 +53,10 @@ def unknown_name(kind: str, name: str, *, known: Sequence[str], where: str = "")
     return Mistake(where, f"no {kind} is called {name!r}.", f"{question}Known: {listing}.")
 
 
+class MissingPlannerError(KinolabError):
+    """A planner needs a package that this platform does not have."""
+
+
 class NoDynamicsError(KinolabError):
     """A kinematic machine was asked for masses, energies or forces that it does not have."""
 

@@ -29,7 +29,6 @@ from kinolab.dynamics.kinematics import (
     add,
     cross,
     scale,
-    transform,
 )
 from kinolab.dynamics.linear import Guards, solve_definite, solve_square
 from kinolab.dynamics.lowering import Lowering
@@ -336,7 +335,7 @@ def _covector(symbols: _Symbols, name: str, velocity: Node) -> list[Node]:
     tape = symbols.tape
     row = [tape.derivative([velocity], {r: tape.one})[0] for r in symbols.rates]
     rates = frozenset(symbols.rates)
-    nothing = {r: tape.zero for r in symbols.rates}
+    nothing = dict.fromkeys(symbols.rates, tape.zero)
     where = f"constraint {name!r}"
     if any(tape.depends_on(entry) & rates for entry in row):
         raise InputError([Mistake(where, "it is not linear in the rates.")])

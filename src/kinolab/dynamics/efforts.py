@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias, Union
+from typing import TypeAlias
 
 import sympy
 
@@ -13,7 +13,7 @@ from kinolab.dynamics.frames import Axis, Number
 from kinolab.dynamics.symbols import InputSymbol
 from kinolab.errors import InputError, Mistake
 
-Limit: TypeAlias = Union[float, tuple[float, float]]
+Limit: TypeAlias = float | tuple[float, float]
 
 
 @dataclass(frozen=True, init=False)
@@ -86,7 +86,7 @@ class Force:
         return InputSymbol(self.name)
 
 
-Input: TypeAlias = Union[Torque, Force]
+Input: TypeAlias = Torque | Force
 
 
 @dataclass(frozen=True)

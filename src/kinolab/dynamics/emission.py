@@ -12,7 +12,8 @@ A machine without modes ignores ``mode``. Failure is a singular or a non-finite 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import struct
+from collections.abc import Mapping, Sequence
 from itertools import count
 
 from kinolab.dynamics.derivation import Derivation
@@ -48,7 +49,7 @@ def emit_module(derivation: Derivation) -> str:
 def emit_function(
     name: str,
     tape: Tape,
-    arguments: dict[str, Sequence[Node]],
+    arguments: Mapping[str, Sequence[Node]],
     outputs: Sequence[Node],
     guards: Sequence[Node] = (),
 ) -> str:
@@ -136,8 +137,6 @@ class _Body:
 
 def literal(value: float) -> str:
     """Return a double as LLVM's exact hexadecimal constant."""
-    import struct
-
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 

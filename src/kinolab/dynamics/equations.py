@@ -31,7 +31,7 @@ LONGEST = 400  # operations of an expression that SymPy can still simplify in a 
 
 
 @dataclass(frozen=True)
-class Equations(Sequence[sympy.Eq]):  # type: ignore[misc]
+class Equations(Sequence[sympy.Eq]):
     """A machine's equations of motion; as a sequence, all of them in order.
 
     Attributes:
@@ -128,9 +128,10 @@ def _carrier(body: Body) -> Frame:
 
 def _spin(body: Body) -> sympy.Matrix:
     """Return the angular velocity of a body of revolution in its carrier's axes."""
-    last = body.frame.motions[-1]
     spin = velocity(_carrier(body)).angular
-    spin["xyz".index(last.axis)] += time_derivative(last.angle)
+    for motion in body.frame.motions[-1:]:
+        if isinstance(motion, Rotation):
+            spin["xyz".index(motion.axis)] += time_derivative(motion.angle)
     return spin
 
 

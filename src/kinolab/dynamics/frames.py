@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeAlias, Union
+from typing import TypeAlias
 
 import sympy
 
 from kinolab.dynamics.shapes import AxisName
 from kinolab.dynamics.symbols import Coordinate, rate
 
-Number: TypeAlias = Union[int, float, sympy.Expr]
+Number: TypeAlias = int | float | sympy.Expr
 Vector: TypeAlias = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 AXES: dict[AxisName, int] = {"x": 0, "y": 1, "z": 2}
@@ -36,7 +36,7 @@ class Rotation:
     angle: sympy.Expr
 
 
-Motion: TypeAlias = Union[Translation, Rotation]
+Motion: TypeAlias = Translation | Rotation
 
 
 @dataclass(frozen=True)

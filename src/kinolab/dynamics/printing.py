@@ -11,9 +11,10 @@ from sympy.printing.str import StrPrinter
 from kinolab.dynamics.symbols import Acceleration, Parameter, Rate
 
 GREEK = (
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma "
-    "tau upsilon phi chi psi omega"
-).split()
+    *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa"),
+    *("lambda", "mu", "nu", "xi", "omicron", "pi", "rho", "sigma", "tau", "upsilon", "phi"),
+    *("chi", "psi", "omega"),
+)
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 DOT, DOUBLE_DOT = "\u0307", "\u0308"
@@ -43,7 +44,8 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_Symbol(self, expression: sympy.Symbol) -> str:
         return letter(expression.name)
 
-    _print_Coordinate = _print_Parameter = _print_InputSymbol = _print_Symbol
+    def _print_MachineSymbol(self, expression: sympy.Symbol) -> str:
+        return letter(expression.name)
 
     def _print_Rate(self, expression: Rate) -> str:
         return _dotted(expression.coordinate.name, DOT)
@@ -57,7 +59,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
             power = str(exponent).translate(SUPERSCRIPTS)
             if isinstance(base, (sympy.sin, sympy.cos, sympy.tan)):
                 return f"{type(base).__name__}{power}({self._print(base.args[0])})"
-            return self.parenthesize(base, PRECEDENCE["Pow"] + 1) + power
+            return f"{self.parenthesize(base, PRECEDENCE['Pow'] + 1)}{power}"
         return str(super()._print_Pow(expression, rational=rational))
 
     def _print_Mul(self, expression: sympy.Mul) -> str:

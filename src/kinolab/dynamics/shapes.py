@@ -8,11 +8,11 @@ symmetry (where it has one) along a named axis of that frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, Union
+from typing import Literal, TypeAlias
 
 import sympy
 
-Scalar: TypeAlias = Union[float, sympy.Expr]
+Scalar: TypeAlias = float | sympy.Expr
 AxisName: TypeAlias = Literal["x", "y", "z"]
 Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
@@ -67,5 +67,5 @@ class Disk:
     at: Point = ORIGIN
 
 
-Shape: TypeAlias = Union[Box, Sphere, Cylinder, Capsule, Disk]
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Disk
 SHAPES: tuple[type, ...] = (Box, Sphere, Cylinder, Capsule, Disk)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Self, TypeAlias
 
 import sympy
 
@@ -19,27 +19,33 @@ Topology: TypeAlias = Literal["line", "circle"]
 _serial = itertools.count()
 
 
-class Coordinate(sympy.Symbol):  # type: ignore[misc]
-    """A generalised coordinate; two calls of ``length`` or ``angle`` never give the same one.
+class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
+    """A symbol that carries facts; symbols of equal name and facts are equal, pickled ones too."""
 
-    Attributes:
-        topology: ``line``, or ``circle`` for an angle without limits (it wraps at +-pi).
-        unit: Unit of the coordinate, ``m`` or ``rad``.
-        lower: Lower limit in that unit, -inf where there is none.
-        upper: Upper limit in that unit, inf where there is none.
-        speed: Largest magnitude of the rate in unit/s, inf where there is none.
-        scale: What counts as a large difference, in that unit; distances are divided by it.
-    """
+    __slots__ = ("facts",)
 
-    __slots__ = ("lower", "scale", "serial", "speed", "topology", "unit", "upper")
+    facts: tuple[Any, ...]
 
-    topology: Topology
-    unit: str
-    lower: float
-    upper: float
-    speed: float
-    scale: float
-    serial: int
+    @classmethod
+    def _build(cls, name: str, facts: tuple[Any, ...]) -> Any:
+        self = sympy.Symbol.__xnew__(cls, name, real=True)
+        self.facts = facts
+        return self
+
+    def _hashable_content(self) -> tuple[Any, ...]:
+        return (*super()._hashable_content(), *self.facts)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._build, (self.name, self.facts)
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        return self.__reduce__()
+
+
+class Coordinate(MachineSymbol):
+    """A generalised coordinate; two calls of ``length`` or ``angle`` never give the same one."""
+
+    __slots__ = ()
 
     def __new__(
         cls,
@@ -49,133 +55,132 @@ class Coordinate(sympy.Symbol):  # type: ignore[misc]
         limits: tuple[float, float],
         speed: float,
         scale: float,
-        serial: int | None = None,
     ) -> Coordinate:
+        """Check and collect the facts of a coordinate; users call ``length`` or ``angle``."""
         _check_coordinate(name, limits, speed, scale)
-        self: Coordinate = sympy.Symbol.__xnew__(cls, name, real=True)
-        self.topology, self.unit = topology, unit
-        self.lower, self.upper = limits
-        self.speed, self.scale = speed, scale
-        self.serial = next(_serial) if serial is None else serial
-        return self
+        facts = (next(_serial), topology, unit, *limits, speed, scale)
+        made: Coordinate = cls._build(name, facts)
+        return made
 
-    def _hashable_content(self) -> tuple[Any, ...]:
-        return (*super()._hashable_content(), self.serial)
+    @property
+    def serial(self) -> int:
+        """The order in which coordinates were made."""
+        return int(self.facts[0])
 
-    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        limits = (self.lower, self.upper)
-        facts = (self.name, self.topology, self.unit, limits, self.speed, self.scale, self.serial)
-        return facts, {}
+    @property
+    def topology(self) -> Topology:
+        """``line``, or ``circle`` for an angle without limits, which wraps at +-pi."""
+        topology: Topology = self.facts[1]
+        return topology
 
-    def __getstate__(self) -> None:
-        return None
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate, ``m`` or ``rad``."""
+        return str(self.facts[2])
+
+    @property
+    def lower(self) -> float:
+        """Lower limit in that unit, -inf where there is none."""
+        return float(self.facts[3])
+
+    @property
+    def upper(self) -> float:
+        """Upper limit in that unit, inf where there is none."""
+        return float(self.facts[4])
+
+    @property
+    def speed(self) -> float:
+        """Largest magnitude of the rate in unit/s, inf where there is none."""
+        return float(self.facts[5])
+
+    @property
+    def scale(self) -> float:
+        """What counts as a large difference, in that unit; distances are divided by it."""
+        return float(self.facts[6])
 
 
-class Rate(sympy.Symbol):  # type: ignore[misc]
-    """The time derivative of a coordinate, named after it: ``psi_dot`` for ``psi``."""
+class TimeDerivative(MachineSymbol):
+    """A derivative of a coordinate, named after it and printed with dots."""
 
-    __slots__ = ("coordinate",)
+    __slots__ = ()
 
-    coordinate: Coordinate
+    order: int = 0
 
-    def __new__(cls, coordinate: Coordinate) -> Rate:
-        self: Rate = sympy.Symbol.__xnew__(cls, f"{coordinate.name}_dot", real=True)
-        self.coordinate = coordinate
-        return self
+    def __new__(cls, coordinate: Coordinate) -> Self:
+        """Make the derivative of a coordinate."""
+        made: Self = cls._build(f"{coordinate.name}_{'d' * cls.order}ot", (coordinate,))
+        return made
 
-    def _hashable_content(self) -> tuple[Any, ...]:
-        return (*super()._hashable_content(), self.coordinate.serial)
-
-    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return (self.coordinate,), {}
-
-    def __getstate__(self) -> None:
-        return None
+    @property
+    def coordinate(self) -> Coordinate:
+        """What is differentiated."""
+        coordinate: Coordinate = self.facts[0]
+        return coordinate
 
     def _latex(self, printer: Any) -> str:
-        return rf"\dot{{{printer._print(sympy.Symbol(self.coordinate.name))}}}"
+        letter = printer._print(sympy.Symbol(self.coordinate.name))
+        return rf"\{'d' * self.order}ot{{{letter}}}"
 
     def _pretty(self, printer: Any) -> Any:
-        return printer._print(_dotted(self.coordinate.name, "dot"))
+        # SymPy's pretty printer puts dots over a letter that ends in dot or ddot.
+        letter, _, index = self.coordinate.name.partition("_")
+        dotted = f"{letter}{'d' * self.order}ot" + (f"_{index}" if index else "")
+        return printer._print(sympy.Symbol(dotted))
 
 
-class Acceleration(sympy.Symbol):  # type: ignore[misc]
+class Rate(TimeDerivative):
+    """The time derivative of a coordinate: ``psi_dot`` for ``psi``."""
+
+    __slots__ = ()
+
+    order = 1
+
+
+class Acceleration(TimeDerivative):
     """The second time derivative of a coordinate, ``psi_ddot``; it occurs in equations only."""
 
-    __slots__ = ("coordinate",)
+    __slots__ = ()
 
-    coordinate: Coordinate
-
-    def __new__(cls, coordinate: Coordinate) -> Acceleration:
-        self: Acceleration = sympy.Symbol.__xnew__(cls, f"{coordinate.name}_ddot", real=True)
-        self.coordinate = coordinate
-        return self
-
-    def _hashable_content(self) -> tuple[Any, ...]:
-        return (*super()._hashable_content(), self.coordinate.serial)
-
-    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return (self.coordinate,), {}
-
-    def __getstate__(self) -> None:
-        return None
-
-    def _latex(self, printer: Any) -> str:
-        return rf"\ddot{{{printer._print(sympy.Symbol(self.coordinate.name))}}}"
-
-    def _pretty(self, printer: Any) -> Any:
-        return printer._print(_dotted(self.coordinate.name, "ddot"))
+    order = 2
 
 
-class Parameter(sympy.Symbol):  # type: ignore[misc]
-    """A constant of the machine with a default; a new value never recompiles anything.
+class Parameter(MachineSymbol):
+    """A constant of the machine with a default; a new value never recompiles anything."""
 
-    Attributes:
-        default: Value in ``unit``.
-        unit: SI unit as text, empty for a pure number.
-    """
-
-    __slots__ = ("default", "unit")
-
-    default: float
-    unit: str
+    __slots__ = ()
 
     def __new__(cls, name: str, default: float, unit: str = "") -> Parameter:
+        """Check and collect the facts of a parameter."""
         _check_name("parameter", name)
         if not math.isfinite(default):
             raise InputError([Mistake(f"parameter {name!r}", f"its value is {default}.")])
-        self: Parameter = sympy.Symbol.__xnew__(cls, name, real=True)
-        self.default, self.unit = float(default), unit
-        return self
+        made: Parameter = cls._build(name, (float(default), unit))
+        return made
 
-    def _hashable_content(self) -> tuple[Any, ...]:
-        return (*super()._hashable_content(), self.default, self.unit)
+    @property
+    def default(self) -> float:
+        """Value in ``unit``."""
+        return float(self.facts[0])
 
-    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return (self.name, self.default, self.unit), {}
+    @property
+    def unit(self) -> str:
+        """SI unit as text, empty for a pure number."""
+        return str(self.facts[1])
 
-    def __getstate__(self) -> None:
-        return None
 
-
-class InputSymbol(sympy.Symbol):  # type: ignore[misc]
+class InputSymbol(MachineSymbol):
     """The value of an input of the machine, in the input's unit."""
 
     __slots__ = ()
 
     def __new__(cls, name: str) -> InputSymbol:
-        self: InputSymbol = sympy.Symbol.__xnew__(cls, name, real=True)
-        return self
-
-    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return (self.name,), {}
-
-    def __getstate__(self) -> None:
-        return None
+        """Make the symbol of an input."""
+        made: InputSymbol = cls._build(name, ())
+        return made
 
     def _latex(self, printer: Any) -> str:
-        symbol = printer._print(sympy.Symbol(self.name))
-        return symbol if len(self.name) == 1 or symbol != self.name else rf"\mathrm{{{self.name}}}"
+        symbol = str(printer._print(sympy.Symbol(self.name)))
+        return rf"\mathrm{{{symbol}}}" if len(symbol) > 1 and symbol == self.name else symbol
 
 
 def length(
@@ -249,9 +254,3 @@ def _check_coordinate(name: str, limits: tuple[float, float], speed: float, scal
         mistakes.append(Mistake(where, f"its scale is {scale:g}.", "It must be positive."))
     if mistakes:
         raise InputError(mistakes)
-
-
-def _dotted(name: str, dots: str) -> sympy.Symbol:
-    """Name a derivative so that SymPy's pretty printer puts dots over the letter."""
-    letter, _, index = name.partition("_")
-    return sympy.Symbol(f"{letter}{dots}" + (f"_{index}" if index else ""))

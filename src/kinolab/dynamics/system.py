@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -203,7 +204,7 @@ def _value_mistakes(system: System) -> Iterator[Mistake]:
         if name not in known:
             where = f"system {system.name!r}"
             yield unknown_name("parameter", name, known=known, where=where)
-        elif not isinstance(value, (int, float)) or value != value:
+        elif not isinstance(value, int | float) or not math.isfinite(value):
             yield Mistake(f"parameter {name!r}", f"its value is {value!r}.", "Give a number.")
 
 

@@ -156,7 +156,7 @@ def _columns(low: float, high: float, width: int) -> tuple[int, int]:
 
 
 @compiled
-def _draw(  # noqa: PLR0917 (numba knows no dataclass)
+def _draw(
     color: Bytes,
     nearness: NDArray[np.float32],
     kind: Bytes,

@@ -1,7 +1,5 @@
 """How far every point of the machine may move before anything can touch, as a proved bound."""
 
-# ruff: noqa: PLR0917  (compiled functions take arrays by position: numba's fastest call)
-
 from __future__ import annotations
 
 import math

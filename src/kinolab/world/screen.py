@@ -4,8 +4,6 @@ The screen never says "free" where something touches. It proves most poses free 
 boxes, finds bodies below the ground and inside solids, and hands on what is left.
 """
 
-# ruff: noqa: PLR0917  (compiled functions take arrays by position: numba's fastest call)
-
 from __future__ import annotations
 
 import math

@@ -8,8 +8,6 @@ Source of the search: Gilbert, Johnson, Keerthi, IEEE Journal on Robotics and Au
 1988; the stopping rule is van den Bergen's, Journal of Graphics Tools 4(2), 1999.
 """
 
-# ruff: noqa: PLR0917  (compiled functions take arrays by position: numba's fastest call)
-
 from __future__ import annotations
 
 import math

@@ -1,0 +1,1 @@
+"""The scenarios that come with kinolab: one TOML file each, meshes beside them."""

@@ -1,0 +1,38 @@
+"""Motion planning for machines whose equations of motion are derived, not typed in."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinolab import systems
+    from kinolab.loading import load
+    from kinolab.planning import Plan
+    from kinolab.problem import Problem
+    from kinolab.trajectory import Trajectory
+    from kinolab.verification import Certificate, verify
+
+__version__ = "0.1.0.dev0"
+
+__all__ = ["Certificate", "Plan", "Problem", "Trajectory", "load", "systems", "verify"]
+
+_HOMES = {
+    "Certificate": "kinolab.verification",
+    "Plan": "kinolab.planning",
+    "Problem": "kinolab.problem",
+    "Trajectory": "kinolab.trajectory",
+    "load": "kinolab.loading",
+    "verify": "kinolab.verification",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import late, so that ``plan --help`` answers at once."""
+    if name == "systems":
+        return import_module("kinolab.systems")
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'kinolab' has no attribute {name!r}")

@@ -1,0 +1,65 @@
+"""A plan as a moving picture."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from kinolab.problem import Problem
+from kinolab.render import Ghost, GoalRegion, Picture, write_gif
+from kinolab.trajectory import Trajectory
+
+
+def animate(problem: Problem, trajectory: Trajectory) -> bytes:
+    """Return the trajectory as an animated GIF."""
+    settings = problem.scenario.render
+    poses = problem.model.frames(trajectory.x)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "animation.gif"
+        write_gif(
+            path,
+            picture(problem, poses),
+            trajectory.t,
+            poses,
+            size=settings.size,
+            speed=settings.speed,
+            title=problem.scenario.title,
+        )
+        return path.read_bytes()
+
+
+def picture(problem: Problem, poses: np.ndarray) -> Picture:
+    """Return what is drawn around bodies that take these poses, shape (times, bodies, 12)."""
+    gravity = problem.system.gravity
+    up = np.array([0.0, 0.0, 1.0]) if gravity is None else -np.array(gravity.down)
+    return Picture(
+        bodies=problem.bodies,
+        obstacles=problem.world.obstacles,
+        ground=problem.world.ground,
+        bounds=problem.world.bounds,
+        up=up,
+        view=problem.scenario.render.view,
+        path=poses[:, 0, 3::4],
+        start=Ghost(poses[0]),
+        goal=_goal(problem),
+    )
+
+
+def _goal(problem: Problem) -> GoalRegion | Ghost | None:
+    """Return what marks the goal: a point's ball, or the machine where the goal is not free."""
+    goal = problem.goal
+    if goal.points:
+        return GoalRegion(goal.points[0].position, goal.points[0].tolerance)
+    if not goal.indices:
+        return None
+    x = problem.start.copy()
+    x[list(goal.indices)] = goal.targets
+    pose = problem.frames(x)
+    names = [problem.model.state_names[i] for i in goal.indices]
+    if {"x", "y"} <= set(names):
+        radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
+        px, py, pz = pose[0, 3::4]
+        return GoalRegion((float(px), float(py), float(pz)), float(radius))
+    return Ghost(pose)

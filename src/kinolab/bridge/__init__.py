@@ -1,0 +1,13 @@
+"""A problem as OMPL objects, and OMPL's planners run on it.
+
+Facts about OMPL 2.0.1's wheel that shape these files: callables may be given for propagation and
+validity, while goals must be subclassed; a compound space keeps C++ distances; ``copyFromReals``
+is safe only after ``setup``; states must not be kept beyond a callback; OMPL's objects hold Python
+callables in a way the garbage collector cannot see, so that nothing called back may refer to the
+space information or the problem definition.
+"""
+
+from kinolab.bridge.bridge import Bridge
+from kinolab.bridge.search import search
+
+__all__ = ["Bridge", "search"]

@@ -1,0 +1,59 @@
+"""A problem as OMPL objects, ready for any control planner."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ompl import base as ob
+from ompl import control as oc
+from ompl import util as ou
+
+from kinolab.bridge.goal_region import GoalRegion
+from kinolab.bridge.propagation import Propagation
+from kinolab.bridge.spaces import States, control_space
+from kinolab.problem import Problem
+
+ou.setLogLevel(ou.LogLevel.LOG_NONE)
+
+
+class Bridge:
+    """A problem in OMPL's terms.
+
+    Args:
+        problem: What to plan.
+        min_steps: Propagation steps for which an input is held at least.
+        max_steps: Propagation steps for which an input is held at most.
+
+    Attributes:
+        space: The compound state space.
+        space_information: Ready for any control planner.
+        problem_definition: With start and goal.
+        rejections: How many motions were refused, by cause.
+    """
+
+    def __init__(self, problem: Problem, *, min_steps: int = 1, max_steps: int = 20) -> None:
+        self._states = States(problem)
+        propagation = Propagation(problem, self._states)
+        self.space = self._states.space
+        self.rejections = propagation.rejections
+        information = oc.SpaceInformation(self.space, control_space(problem, self._states))
+        information.setStatePropagator(propagation.propagate)
+        information.setStateValidityChecker(propagation.is_valid)
+        information.setPropagationStepSize(problem.step)
+        information.setMinMaxControlDuration(min_steps, max_steps)
+        information.setup()
+        self.space_information = information
+        self.problem_definition = ob.ProblemDefinition(information)
+        start = self.space.allocState()
+        self.write(start, problem.start.tolist())
+        self.problem_definition.addStartState(start)
+        self.problem_definition.setGoal(GoalRegion(problem, self._states, information))
+
+    def read(self, state: Any) -> list[float]:
+        """Return the entries of an OMPL state in the machine's order."""
+        return self._states.read(state)
+
+    def write(self, state: Any, values: Sequence[float]) -> None:
+        """Set an OMPL state from entries in the machine's order; angles are wrapped."""
+        self._states.write(state, values)

@@ -1,0 +1,35 @@
+"""The goal as OMPL sees it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from ompl import base as ob
+
+from kinolab.bridge.spaces import States
+from kinolab.problem import Problem
+
+INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
+
+
+class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
+    """The goal, measured as the largest share of a tolerance that a state deviates."""
+
+    def __init__(self, problem: Problem, states: States, space_information: Any) -> None:
+        super().__init__(space_information)
+        self._problem, self._states = problem, states
+        self._generator = np.random.default_rng(0)
+        self.setThreshold(INSIDE)
+
+    def distanceGoal(self, state: Any) -> float:
+        """Return how far outside the goal a state is."""
+        return self._problem.goal_excess(np.array(self._states.read(state)))
+
+    def sampleGoal(self, state: Any) -> None:
+        """Write a state of the goal region."""
+        self._states.write(state, self._problem.sample_goal(self._generator).tolist())
+
+    def maxSampleCount(self) -> int:
+        """Return that there is no end of samples."""
+        return 2**31 - 1

@@ -1,0 +1,150 @@
+"""Propagation and validity, called back by OMPL: the compiled step, and FCL along it."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kinolab.bridge.spaces import States
+from kinolab.problem import Problem
+
+RESOLUTION = 0.01  # [m] of motion between two collision checks inside a step
+CAUTION = 1.1  # factor on the speeds at both ends of a step, for those in between
+
+
+class Propagation:
+    """Moves the machine by one step and judges the motion.
+
+    Bodies are inflated by half of RESOLUTION and checked so often that their points move less than
+    that between checks, so that what is accepted is free in between too, as far as the bound on
+    the speed of their points holds. It is a filter: the verifier alone decides.
+
+    Attributes:
+        rejections: How many motions were refused, by cause.
+    """
+
+    def __init__(self, problem: Problem, states: States) -> None:
+        self._problem, self._states = problem, states
+        self._checker = problem.checker(margin=RESOLUTION / 2)
+        self._calls = _Calls(problem)
+        self._limits = [
+            (i, float(lower), float(upper))
+            for i, (lower, upper) in enumerate(problem.bounds)
+            if np.isfinite(lower) or np.isfinite(upper)
+        ]
+        self._has_rate_limits = bool(np.isfinite(problem.rate_bounds).any())
+        self._workspace = [
+            ("xyz".index(axis) * 4 + 3, lower, upper)
+            for axis, (lower, upper) in problem.world.bounds.items()
+        ]
+        self._last: tuple[list[float], bool] = ([], False)
+        self.rejections = {"limit": 0, "collision": 0, "equations": 0}
+
+    def propagate(self, state: Any, control: Any, duration: float, result: Any) -> None:
+        """Write the state after one step; whether the way there is free is kept for is_valid."""
+        calls = self._calls
+        calls.x[:] = self._states.read(state)
+        for i in range(len(calls.u)):
+            calls.u[i] = control[i]
+        failed = calls.step(duration)
+        reached = calls.x[:] if failed else calls.next[:]
+        if failed:
+            self.rejections["equations"] += 1
+        valid = not failed and self._free_on_the_way(duration)
+        self._states.write(result, reached)
+        self._last = (self._states.read(result), valid)
+
+    def is_valid(self, state: Any) -> bool:
+        """Say whether a state is within its limits and free; a state just reached, with its way."""
+        values = self._states.read(state)
+        if values == self._last[0]:
+            return self._last[1]
+        self._calls.next[:] = values
+        return self._within_limits() and self._free()
+
+    def _free_on_the_way(self, duration: float) -> bool:
+        """Check the step just made, its end first."""
+        calls = self._calls
+        if not self._within_limits():
+            self.rejections["limit"] += 1
+            return False
+        checks = max(1, math.ceil(CAUTION * calls.fastest() * duration / RESOLUTION))
+        for k in range(checks, 0, -1):
+            if k < checks:
+                calls.step(duration * k / checks)
+            if not self._free():
+                self.rejections["collision"] += 1
+                return False
+        return True
+
+    def _free(self) -> bool:
+        self._calls.frames()
+        for row in self._calls.poses.tolist() if self._workspace else ():
+            for entry, lower, upper in self._workspace:
+                if not lower <= row[entry] <= upper:
+                    return False
+        return not self._checker.collides(self._calls.poses)
+
+    def _within_limits(self) -> bool:
+        values = self._calls.next
+        for i, lower, upper in self._limits:
+            if not lower <= values[i] <= upper:
+                return False
+        if self._has_rate_limits:
+            return not any(self._problem.limit_violations(np.array(values)))
+        return True
+
+
+class _Calls:
+    """The compiled functions on buffers made once: a callback must not allocate.
+
+    Attributes:
+        x: The state before a step.
+        u: The inputs held during it.
+        next: The state after it.
+        poses: Of the bodies at ``next``, shape (bodies, 12).
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        model, bodies = problem.model, len(problem.bodies)
+        self.x: Any = (ctypes.c_double * model.nx)()
+        self.next: Any = (ctypes.c_double * model.nx)()
+        self.u: Any = (ctypes.c_double * model.nu)()
+        self._speeds: Any = (ctypes.c_double * bodies)()
+        self.poses = np.zeros((bodies, 12))
+        self._p = model.parameter_vector()
+        self._model = model  # owns the machine code behind the addresses
+        pointer, number = ctypes.c_void_p, ctypes.c_double
+        method = f"step_{problem.scenario.integration.method}"
+        self._step = self._function(method, pointer, pointer, pointer, number, pointer)
+        self._frames = self._function("frames", pointer, pointer, pointer)
+        self._point_speed = self._function("point_speed", pointer, pointer, pointer, pointer)
+        x, u, after, speeds = map(ctypes.addressof, (self.x, self.u, self.next, self._speeds))
+        p, poses = self._p.ctypes.data, self.poses.ctypes.data
+        self._before_step, self._after_step = (x, u, p), (after, 0)
+        self._poses_at = (after, p, poses, 0)
+        self._speeds_at = ((x, u, p, speeds, 0), (after, u, p, speeds, 0))
+
+    def _function(self, name: str, *types: Any) -> Callable[..., int]:
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)
+        return prototype(self._model.address(name))
+
+    def step(self, duration: float) -> int:
+        """Set ``next`` from ``x`` and ``u``; nonzero where that fails."""
+        return self._step(*self._before_step, duration, *self._after_step)
+
+    def frames(self) -> None:
+        """Set ``poses`` from ``next``."""
+        self._frames(*self._poses_at)
+
+    def fastest(self) -> float:
+        """Return a bound on the speed of the bodies' points at ``x`` and at ``next``, in [m/s]."""
+        largest = 0.0
+        for arguments in self._speeds_at:
+            self._point_speed(*arguments)
+            largest = max(largest, *self._speeds)
+        return largest

@@ -1,0 +1,300 @@
+"""The command line: ``plan SCENARIO`` and its sisters. Every import beyond click comes late."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from kinolab.errors import InputError, KinolabError
+
+if TYPE_CHECKING:
+    from kinolab.planning import Plan
+    from kinolab.problem import Problem
+    from kinolab.search import Budget
+
+USAGE, RESOURCES, FAILED, INTERNAL, INTERRUPTED = 2, 6, 7, 70, 130
+
+
+class _Front(click.Group):
+    """A group whose first argument may be a scenario instead of a command."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in (*self.commands, "--help", "--version"):
+            args = ["scenario", *args]
+        return super().parse_args(context, args)
+
+    def format_usage(self, _: click.Context, formatter: click.HelpFormatter) -> None:
+        formatter.write_usage("plan", "SCENARIO [OPTIONS]")
+        formatter.write_usage("plan", "COMMAND [ARGS]...", prefix="       ")
+
+    def format_options(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        scenario = self.commands["scenario"]
+        click.Command.format_options(scenario, context, formatter)
+        with formatter.section("Commands"):
+            rows = [
+                (name, command.get_short_help_str(70))
+                for name, command in self.commands.items()
+                if not command.hidden
+            ]
+            formatter.write_dl(rows)
+        formatter.write_text("`plan COMMAND --help` explains a command.")
+
+
+@click.group(cls=_Front)
+@click.version_option(package_name="kinolab", prog_name="plan")
+def plan() -> None:
+    """Plan, verify and animate the motion of a machine through a world.
+
+    SCENARIO is a TOML file or the name of a built-in scenario; `plan list` names them.
+    """
+
+
+@plan.command("scenario", hidden=True)
+@click.argument("scenario")
+@click.option("--planner", metavar="NAME", help="Planner, instead of the scenario's.")
+@click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
+@click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
+@click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<scenario>.")
+@click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
+@click.option("--no-animation", is_flag=True, help="Leave animation.gif out.")
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+def _scenario(
+    scenario: str,
+    planner: str | None,
+    seed: int | None,
+    time_limit: float | None,
+    max_iterations: int | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    as_json: bool,
+    no_animation: bool,
+    quiet: bool,
+) -> int:
+    """Plan a scenario."""
+    from kinolab.loading import load
+    from kinolab.runs import write_run
+
+    progress = _Progress(quiet)
+    progress("deriving and compiling the machine")
+    shortcuts = {
+        "planner.name": planner,
+        "planner.seed": seed,
+        "planner.time_limit": time_limit,
+        "planner.max_iterations": max_iterations,
+    }
+    given = [f"{key}={value}" for key, value in shortcuts.items() if value is not None]
+    problem = load(scenario, overrides=[*overrides, *given])
+    found = _search(problem, progress)
+    folder = out or Path("runs") / problem.name
+    animation = None
+    if found.trajectory is not None and not no_animation:
+        progress("drawing the animation")
+        animation = _animation(problem, found)
+    report = write_run(folder, problem, found, animation=animation)
+    progress.close()
+    if as_json:
+        click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
+    else:
+        click.echo(_summary(found, folder))
+    return found.exit_code
+
+
+def _search(problem: Problem, progress: _Progress) -> Plan:
+    from kinolab.planning import solve
+
+    def report(iterations: int, elapsed: float) -> None:
+        limit = problem.scenario.planner.time_limit
+        name = problem.scenario.planner.name
+        progress(f"{name}: {iterations} iterations, {elapsed:.1f} of {limit:g} s", passing=True)
+
+    name = problem.scenario.planner.name
+    progress(f"searching with {name}, seed {problem.scenario.planner.seed}")
+    budgets: list[Budget] = []
+    with _ending_on_interrupt(budgets):
+        found = solve(problem, progress=report, watch=budgets.append)
+    progress("verified" if found.certificate else found.message)
+    return found
+
+
+@contextmanager
+def _ending_on_interrupt(budgets: list[Budget]) -> Iterator[None]:
+    """Let the first Ctrl-C end the search and keep what was found; the second ends everything."""
+
+    def stop(*_: Any) -> None:
+        if not budgets or budgets[0].interrupted:
+            raise KeyboardInterrupt
+        budgets[0].interrupted = True
+
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _animation(problem: Problem, found: Plan) -> bytes:
+    from kinolab.animation import animate
+
+    assert found.trajectory is not None
+    return animate(problem, found.trajectory)
+
+
+def _summary(found: Plan, folder: Path) -> str:
+    lines = [f"{found.status}: {found.message}"]
+    if found.trajectory is not None:
+        lines.append(
+            f"  motion of {found.trajectory.duration:.2f} s, ending "
+            f"{found.goal_distance:.3g} from the goal's centre, {found.iterations} iterations in "
+            f"{found.timings['search']:.2f} s"
+        )
+    if found.certificate is not None:
+        passed = sum(check.passed for check in found.certificate.checks)
+        lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
+        lines += [f"  {check}" for check in found.certificate.failures]
+    return "\n".join([*lines, f"  written to {folder}"])
+
+
+@plan.command("check")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def _check(folders: Sequence[Path], as_json: bool) -> int:
+    """Verify finished runs from their files alone."""
+    from dataclasses import asdict
+
+    from kinolab.runs import check_run
+
+    certificates = {str(folder): check_run(folder) for folder in folders}
+    if as_json:
+        runs = [
+            {
+                "folder": folder,
+                "passed": certificate.passed,
+                "checks": [asdict(check) for check in certificate.checks],
+            }
+            for folder, certificate in certificates.items()
+        ]
+        click.echo(json.dumps({"runs": runs}).replace("Infinity", "null"))
+    else:
+        for folder, certificate in certificates.items():
+            click.echo(f"{folder}: {'passed' if certificate.passed else 'FAILED'}")
+            click.echo("\n".join(f"  {check}" for check in certificate.checks))
+    return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED
+
+
+@plan.command("list")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def _list(as_json: bool) -> int:
+    """Name the scenarios, systems and planners."""
+    from kinolab import planners, systems
+    from kinolab.scenario import builtin_scenarios, load_scenario
+
+    titles = {name: load_scenario(path).title for name, path in builtin_scenarios().items()}
+    groups = {
+        "scenarios": titles,
+        "systems": {name: systems.summary(name) for name in systems.names()},
+        "planners": {name: planners.summary(name) for name in planners.names()},
+    }
+    if as_json:
+        entries = {
+            group: [{"name": name, "summary": summary} for name, summary in names.items()]
+            for group, names in groups.items()
+        }
+        click.echo(json.dumps(entries, ensure_ascii=False))
+        return 0
+    for group, names in groups.items():
+        click.echo(group)
+        width = max(map(len, names), default=0)
+        for name, summary in names.items():
+            click.echo(f"  {name:<{width}}  {summary}")
+    return 0
+
+
+@plan.command("equations")
+@click.argument("what")
+@click.option("--latex", is_flag=True, help="Print LaTeX.")
+def _equations(what: str, latex: bool) -> int:
+    """Print the equations of motion of WHAT: a system, a scenario, or machine.py:function."""
+    from kinolab.loading import find_machine
+
+    equations = find_machine(what).equations()
+    click.echo(equations.latex() if latex else equations.text())
+    return 0
+
+
+class _Progress:
+    """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self._terminal = sys.stderr.isatty()
+        self._last = 0.0
+
+    def __call__(self, text: str, *, passing: bool = False) -> None:
+        """Say what is happening; a passing line may be left out."""
+        if self._quiet or (passing and not self._terminal and time.monotonic() < self._last + 5):
+            return
+        self._last = time.monotonic()
+        print(f"\r\033[K{text}" if self._terminal else text, end=self._end, file=sys.stderr)
+        sys.stderr.flush()
+
+    @property
+    def _end(self) -> str:
+        return "" if self._terminal else "\n"
+
+    def close(self) -> None:
+        """Clear the line on a terminal."""
+        if self._terminal and not self._quiet:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code; errors become sentences on stderr."""
+    try:
+        result = plan.main(arguments, prog_name="plan", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except click.ClickException as error:
+        error.show(sys.stderr)
+        return USAGE
+    except InputError as error:
+        return _explain(error)
+    except KinolabError as error:
+        return _explain(error)
+    except (KeyboardInterrupt, click.Abort):
+        print("\ninterrupted", file=sys.stderr)
+        return INTERRUPTED
+    except MemoryError:
+        print("error: out of memory", file=sys.stderr)
+        return RESOURCES
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # nobody reads any more
+        return 0
+    except OSError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return USAGE
+    except Exception:
+        traceback.print_exc()
+        print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
+        return INTERNAL
+
+
+def _explain(error: KinolabError) -> int:
+    for line in str(error).splitlines():
+        print(f"error: {line}", file=sys.stderr)
+    return error.exit_code
+
+
+def main() -> None:
+    """Enter from the console script."""
+    sys.exit(run())

@@ -1,0 +1,113 @@
+"""Where a plan must end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PointTarget:
+    """A point of a body that must come near a point of the world.
+
+    Attributes:
+        body: Index of the body.
+        at: The point in the body's frame, in [m].
+        position: Where it must come, in the world, in [m].
+        tolerance: Largest distance in [m].
+    """
+
+    body: int
+    at: tuple[float, float, float]
+    position: tuple[float, float, float]
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class DirectionTarget:
+    """An axis of a body that must point along a direction of the world.
+
+    Attributes:
+        body: Index of the body.
+        axis: Unit vector in the body's frame.
+        target: Unit vector in the world.
+        tolerance: Largest angle in [rad].
+    """
+
+    body: int
+    axis: tuple[float, float, float]
+    target: tuple[float, float, float]
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """A box around target values of some states, and targets of points and axes of bodies.
+
+    Attributes:
+        indices: Entries of the state that have a target.
+        targets: Their target values.
+        tolerances: Largest deviation of each, in its own unit.
+        circular: Whether each is an angle on the circle.
+        points: Targets of points.
+        directions: Targets of axes.
+    """
+
+    indices: tuple[int, ...]
+    targets: Array
+    tolerances: Array
+    circular: NDArray[np.bool_]
+    points: tuple[PointTarget, ...] = ()
+    directions: tuple[DirectionTarget, ...] = ()
+
+    @property
+    def needs_frames(self) -> bool:
+        """Whether poses of bodies matter."""
+        return bool(self.points or self.directions)
+
+    def deviations(self, x: Array) -> Array:
+        """Return target minus state of each named entry, shape (len(indices),)."""
+        difference = self.targets - np.asarray(x)[list(self.indices)]
+        wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
+        return np.where(self.circular, wrapped, difference)
+
+    def excess(self, x: Array, frames: Array | None = None) -> float:
+        """Return the largest deviation as a share of its tolerance: at most 1 inside the goal.
+
+        Args:
+            x: State, shape (nx,).
+            frames: Poses of the bodies, shape (bodies, 12); needed where ``needs_frames``.
+        """
+        shares = np.abs(self.deviations(x)) / self.tolerances
+        largest = float(shares.max(initial=0.0))
+        if frames is not None:
+            for point in self.points:
+                largest = max(largest, _point_error(point, frames) / point.tolerance)
+            for direction in self.directions:
+                largest = max(largest, _angle(direction, frames) / direction.tolerance)
+        return largest
+
+    def distance(self, x: Array, frames: Array | None = None) -> float:
+        """Return the Euclidean norm of all deviations in SI units; 0 exactly at the goal."""
+        errors = list(self.deviations(x))
+        if frames is not None:
+            errors += [_point_error(point, frames) for point in self.points]
+            errors += [_angle(direction, frames) for direction in self.directions]
+        return float(np.linalg.norm(errors))
+
+
+def _point_error(target: PointTarget, frames: Array) -> float:
+    pose = frames[target.body].reshape(3, 4)
+    reached = pose[:, :3] @ np.asarray(target.at) + pose[:, 3]
+    return float(np.linalg.norm(reached - np.asarray(target.position)))
+
+
+def _angle(target: DirectionTarget, frames: Array) -> float:
+    pose = frames[target.body].reshape(3, 4)
+    axis, wanted = pose[:, :3] @ np.asarray(target.axis), np.asarray(target.target)
+    return float(np.arctan2(np.linalg.norm(np.cross(axis, wanted)), axis @ wanted))

@@ -1,0 +1,95 @@
+"""The true motion: SciPy's DOP853 with the inputs held, independent of any planner's integrator.
+
+Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from kinolab.dynamics import Model
+from kinolab.errors import KinolabError
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+RTOL = 1e-9
+ATOL = 1e-11  # per unit of a coordinate's scale; three orders below what the check accepts
+
+
+class DivergedError(KinolabError):
+    """A motion could not be followed to its end; ``.time`` says how far it went, in [s]."""
+
+    exit_code = 7
+
+    def __init__(self, time: float, reason: str) -> None:
+        self.time = time
+        super().__init__(f"the motion cannot be followed beyond t = {time:.6g} s: {reason}")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A continuous motion, one interpolant per knot interval."""
+
+    t: Array
+    x: Array  # states at the knots, shape (N+1, nx)
+    pieces: Sequence[Any]
+
+    def between(self, k: int, times: Array) -> Array:
+        """Return the states at times within interval k, shape (times, nx)."""
+        states: Array = self.pieces[k](times).T
+        return states
+
+
+def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Motion:
+    """Integrate from a start with the inputs held between the times t.
+
+    Args:
+        model: The compiled machine.
+        start: State at t[0], shape (nx,).
+        t: Times of the knots in [s], shape (N+1,).
+        u: Inputs per interval, shape (N, nu).
+        scales: What counts as large, per entry of the state, shape (nx,).
+
+    Raises:
+        DivergedError: If the integrator stops before the end.
+    """
+    states, pieces = [np.asarray(start, dtype=float)], []
+    for k, held in enumerate(u):
+        piece = interval(model, states[-1], (t[k], t[k + 1]), held, scales)
+        states.append(piece(t[k + 1]))
+        pieces.append(piece)
+    return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
+
+
+def interval(
+    model: Model, start: Array, span: tuple[float, float], held: Array, scales: Array
+) -> Any:
+    """Integrate over one interval; returns SciPy's dense output."""
+    try:
+        result = solve_ivp(
+            lambda _, x: model.f(x, held),
+            span,
+            start,
+            method="DOP853",
+            rtol=RTOL,
+            atol=ATOL * scales,
+            dense_output=True,
+        )
+    except KinolabError as error:
+        raise DivergedError(span[0], str(error)) from error
+    if not result.success or not np.isfinite(result.y[:, -1]).all():
+        raise DivergedError(float(result.t[-1]), str(result.message))
+    return result.sol
+
+
+def resimulate(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Trajectory:
+    """Return the true motion from a start under given inputs, as a trajectory."""
+    motion = follow(model, start, t, u, scales)
+    return Trajectory(motion.t, motion.x, np.asarray(u), model.state_names, model.control_names)

@@ -1,0 +1,165 @@
+"""Problem -> planner -> re-simulation -> verification -> Plan."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kinolab import planners
+from kinolab.motion import DivergedError, resimulate
+from kinolab.problem import Problem
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
+from kinolab.trajectory import Trajectory
+from kinolab.verification import Certificate, verify
+
+EXIT_CODES = {
+    "solved": 0,
+    "not_found": 3,
+    "approximate": 4,
+    "verification_failed": 7,
+    "interrupted": 130,
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What planning gave.
+
+    Attributes:
+        status: ``solved`` (found and verified), ``approximate``, ``not_found``,
+            ``verification_failed`` or ``interrupted``.
+        trajectory: The re-simulated motion, None where nothing was found.
+        certificate: The outcome of all checks, None where nothing was found.
+        planner: Name of the planner.
+        seed: Seed of its random numbers.
+        iterations: Number of extensions it tried.
+        goal_distance: Norm of the goal errors at the end, in SI units.
+        timings: Seconds per stage.
+        statistics: What the planner counted.
+        message: A sentence for the user.
+    """
+
+    status: str
+    trajectory: Trajectory | None
+    certificate: Certificate | None
+    planner: str
+    seed: int
+    iterations: int
+    goal_distance: float
+    timings: dict[str, float] = field(default_factory=dict)
+    statistics: dict[str, float] = field(default_factory=dict)
+    message: str = ""
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line returns."""
+        return EXIT_CODES[self.status]
+
+    @property
+    def cost(self) -> float | None:
+        """Duration in [s], None where nothing was found."""
+        return None if self.trajectory is None else self.trajectory.duration
+
+
+def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
+    """Return a planner with the scenario's settings, overridden by those given here.
+
+    Raises:
+        InputError: If the planner or a setting does not exist.
+    """
+    section = problem.scenario.planner
+    chosen = name or section.name
+    inherited = dict(section.settings) if chosen == section.name else {}
+    return planners.get(chosen).from_settings(inherited | settings)
+
+
+def solve(
+    problem: Problem,
+    planner: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
+    *,
+    max_iterations: int | None = None,
+    progress: Callable[[int, float], None] | None = None,
+    watch: Callable[[Budget], None] | None = None,
+    **settings: Any,
+) -> Plan:
+    """Search for a plan, re-simulate it and verify it.
+
+    Args:
+        problem: What to solve.
+        planner: Name of the planner; the scenario's when left out, as are the next three.
+        seed: Seed of the random numbers.
+        time_limit: Of the search, in [s].
+        max_iterations: Of the search.
+        progress: Called during the search with the iterations and seconds so far.
+        watch: Called with the budget before the search, so that it can be interrupted.
+        settings: Settings of the planner.
+
+    Raises:
+        EndpointError: If the start or the goal is impossible.
+        InputError: If the planner or a setting does not exist.
+    """
+    section = problem.scenario.planner
+    searcher = make_planner(problem, planner, settings)
+    problem.check_endpoints()
+    seed = section.seed if seed is None else seed
+    limit = section.time_limit if time_limit is None else time_limit
+    budget = Budget(limit, max_iterations or section.max_iterations, progress)
+    if watch:
+        watch(budget)
+    begun = time.perf_counter()
+    result = searcher.solve(problem, seed, budget)
+    timings = {"search": time.perf_counter() - begun}
+    return _judge(problem, searcher, seed, result, timings)
+
+
+def _judge(
+    problem: Problem,
+    searcher: AbstractPlanner,
+    seed: int,
+    result: SearchResult,
+    timings: dict[str, float],
+) -> Plan:
+    """Re-simulate what was found, verify it, and say how it ended."""
+    common: dict[str, Any] = {
+        "planner": searcher.name,
+        "seed": seed,
+        "iterations": result.iterations,
+        "timings": timings,
+        "statistics": dict(result.statistics),
+    }
+    if not len(result.u):
+        status = "interrupted" if result.outcome is Outcome.INTERRUPTED else "not_found"
+        if result.outcome is not Outcome.SOLVED:
+            distance = problem.goal_distance(problem.start)
+            return Plan(
+                status, None, None, goal_distance=distance, message=result.outcome.value, **common
+            )
+    begun = time.perf_counter()
+    try:
+        trajectory = resimulate(problem.model, problem.start, result.t, result.u, problem.scales)
+    except DivergedError as error:
+        distance = float(np.nan)
+        return Plan(
+            "verification_failed", None, None, goal_distance=distance, message=str(error), **common
+        )
+    certificate = verify(problem, trajectory)
+    timings["verify"] = time.perf_counter() - begun
+    status = {
+        Outcome.APPROXIMATE: "approximate",
+        Outcome.INTERRUPTED: "interrupted",
+        Outcome.NOT_FOUND: "not_found",
+    }.get(result.outcome, "solved" if certificate.passed else "verification_failed")
+    return Plan(
+        status,
+        trajectory,
+        certificate,
+        goal_distance=problem.goal_distance(trajectory.x[-1]),
+        message=result.outcome.value,
+        **common,
+    )

@@ -1,0 +1,216 @@
+"""A machine in a world with a start and a goal: all that a planner needs to know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model, System
+from kinolab.dynamics.system import resolved_shapes
+from kinolab.errors import EndpointError, Mistake
+from kinolab.goal import Goal
+from kinolab.scenario import Scenario
+from kinolab.world import BodyGeometry, CollisionChecker, World
+
+if TYPE_CHECKING:
+    from kinolab.bridge import Bridge
+    from kinolab.planning import Plan
+
+Array: TypeAlias = NDArray[np.float64]
+
+GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
+ROUNDING = 1e-9  # by how much a value may pass a limit, in its own unit
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A planning problem.
+
+    Attributes:
+        scenario: What was asked for, every default filled in.
+        system: The machine as data.
+        model: The machine, compiled.
+        world: Obstacles, ground, and the limits of the workspace.
+        start: State at time zero, shape (nx,).
+        goal: Where to end.
+        bounds: Lower and upper limit of each entry of the state, shape (nx, 2).
+        rate_bounds: Limits of all rates q_dot, the dependent ones included, shape (nt, 2).
+        scales: What counts as a large difference, per entry of the state, shape (nx,).
+        weights: What a planner multiplies differences by, shape (nx,).
+        circular: Which entries of the state are angles on the circle, shape (nx,).
+    """
+
+    scenario: Scenario
+    system: System
+    model: Model
+    world: World
+    start: Array
+    goal: Goal
+    bounds: Array
+    rate_bounds: Array
+    scales: Array
+    weights: Array
+    circular: NDArray[np.bool_]
+
+    @property
+    def name(self) -> str:
+        """The scenario's name."""
+        return self.scenario.name
+
+    @property
+    def step(self) -> float:
+        """Length of one propagation step in [s]."""
+        return self.scenario.integration.step
+
+    @cached_property
+    def bodies(self) -> tuple[BodyGeometry, ...]:
+        """The bodies' shapes in numbers."""
+        return tuple(
+            BodyGeometry(
+                body.name, resolved_shapes(self.system, body), body.touches_ground, body.color
+            )
+            for body in self.system.bodies
+        )
+
+    def checker(self, margin: float = 0.0) -> CollisionChecker:
+        """Return a new collision checker, the bodies inflated by a margin in [m]."""
+        return CollisionChecker(self.bodies, self.world, margin=margin)
+
+    def frames(self, x: Array) -> Array:
+        """Return the bodies' poses at a state, shape (bodies, 12)."""
+        return self.model.frames(x)
+
+    def goal_excess(self, x: Array) -> float:
+        """Return how far outside the goal a state is: at most 1 inside."""
+        return self.goal.excess(x, self.frames(x) if self.goal.needs_frames else None)
+
+    def goal_distance(self, x: Array) -> float:
+        """Return the norm of all goal errors in SI units."""
+        return self.goal.distance(x, self.frames(x) if self.goal.needs_frames else None)
+
+    def limit_violations(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
+        """Yield (name, value, lower, upper) of every limit that a state passes."""
+        named = [(self.model.state_names, x, self.bounds)]
+        if np.isfinite(self.rate_bounds).any():
+            named.append((self.model.rate_names, self.model.velocity(x), self.rate_bounds))
+        for names, values, bounds in named:
+            for name, value, (lower, upper) in zip(names, values, bounds, strict=True):
+                if not lower - ROUNDING <= value <= upper + ROUNDING:
+                    yield name, float(value), float(lower), float(upper)
+        yield from self._outside_world(x)
+
+    def _outside_world(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
+        """Yield the bodies whose origin is outside the workspace."""
+        for body, pose in zip(self.bodies, self.frames(x), strict=True):
+            for axis, (lower, upper) in self.world.bounds.items():
+                value = float(pose["xyz".index(axis) * 4 + 3])
+                if not lower - ROUNDING <= value <= upper + ROUNDING:
+                    yield f"{axis} of {body.name}", value, lower, upper
+
+    def check_endpoints(self) -> None:
+        """Raise if the start or every state of the goal breaks a limit or collides.
+
+        Raises:
+            EndpointError: Naming the limits, and the pairs that collide.
+        """
+        mistakes = [
+            *(Mistake(f"{self._file} [start]", what) for what in self._faults(self.start)),
+            *self._goal_mistakes(),
+        ]
+        if mistakes:
+            raise EndpointError(mistakes)
+
+    @property
+    def _file(self) -> str:
+        return f"{self.name}.toml"
+
+    def _faults(self, x: Array) -> Iterator[str]:
+        for name, value, lower, upper in self.limit_violations(x):
+            yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+        for contact in self.checker().contacts(self.frames(x)):
+            yield _contact_sentence(contact)
+
+    def _goal_mistakes(self) -> Iterator[Mistake]:
+        where = f"{self._file} [goal]"
+        outside = list(self._goal_limits())
+        if outside:
+            yield from (Mistake(where, what) for what in outside)
+            return
+        generator, reasons = np.random.default_rng(0), []
+        for _ in range(GOAL_SAMPLES):
+            x = self.sample_goal(generator)
+            faults = list(self._faults(x))
+            if not faults:
+                return
+            reasons += faults
+        blocked = max(set(reasons), key=reasons.count)
+        what = f"none of {GOAL_SAMPLES} states in the goal region is free: {blocked}"
+        yield Mistake(where, what)
+
+    def _goal_limits(self) -> Iterator[str]:
+        goal = self.goal
+        for i, value in zip(goal.indices, goal.targets, strict=True):
+            lower, upper = self.bounds[i]
+            if not lower - ROUNDING <= value <= upper + ROUNDING:
+                name = self.model.state_names[i]
+                yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+
+    def sample_goal(self, generator: np.random.Generator) -> Array:
+        """Return a state with the goal's target values, everything else drawn at random."""
+        lower, upper = self.sampling_bounds.T
+        x: Array = generator.uniform(lower, upper)
+        x[list(self.goal.indices)] = self.goal.targets
+        return x
+
+    @cached_property
+    def sampling_bounds(self) -> Array:
+        """Finite limits of each entry of the state, shape (nx, 2); the full turn for circles."""
+        bounds = self.bounds.copy()
+        bounds[self.circular] = -np.pi, np.pi
+        return bounds
+
+    def solve(
+        self,
+        planner: str | None = None,
+        seed: int | None = None,
+        time_limit: float | None = None,
+        **options: Any,
+    ) -> Plan:
+        """Search for a plan, re-simulate it and verify it.
+
+        Args:
+            planner: Name of the planner; the scenario's when left out.
+            seed: Seed of the random numbers; the scenario's when left out.
+            time_limit: Of the search, in [s]; the scenario's when left out.
+            options: ``max_iterations``, and settings of the planner.
+
+        Raises:
+            EndpointError: If the start or the goal is impossible.
+            InputError: If the planner or a setting does not exist.
+        """
+        from kinolab.planning import solve
+
+        return solve(self, planner, seed, time_limit, **options)
+
+    def to_ompl(self) -> Bridge:
+        """Return the problem as OMPL objects, for any OMPL control planner.
+
+        ``.space_information`` and ``.problem_definition`` are ready to use.
+        """
+        from kinolab.bridge import Bridge
+
+        return Bridge(self)
+
+
+def _contact_sentence(contact: Any) -> str:
+    phrase = {
+        "touches": f"{contact.body} touches {contact.obstacle}.",
+        "inside": f"{contact.body} is inside {contact.obstacle}.",
+        "sinks": f"{contact.body} sinks into {contact.obstacle}.",
+    }
+    return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")

@@ -1,0 +1,45 @@
+"""What a scenario file says: its schema, how it is read, checked and written."""
+
+from kinolab.scenario.findings import Finding, Origin
+from kinolab.scenario.load import builtin_scenarios, load_scenario, read_scenario
+from kinolab.scenario.names import check_names, check_settings
+from kinolab.scenario.places import mistake_at
+from kinolab.scenario.schema import (
+    DirectionGoal,
+    GoalSection,
+    IntegrationSection,
+    KeepOut,
+    ObstacleEntry,
+    PlannerSection,
+    PointGoal,
+    RenderSection,
+    Scenario,
+    SystemSection,
+    WorldSection,
+    axis_vector,
+)
+from kinolab.scenario.write import write_scenario
+
+__all__ = [
+    "DirectionGoal",
+    "Finding",
+    "GoalSection",
+    "IntegrationSection",
+    "KeepOut",
+    "ObstacleEntry",
+    "Origin",
+    "PlannerSection",
+    "PointGoal",
+    "RenderSection",
+    "Scenario",
+    "SystemSection",
+    "WorldSection",
+    "axis_vector",
+    "builtin_scenarios",
+    "check_names",
+    "check_settings",
+    "load_scenario",
+    "mistake_at",
+    "read_scenario",
+    "write_scenario",
+]

@@ -1,0 +1,47 @@
+"""A mistake in a scenario before it has an address, and the place that scenario came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+KeyPath = tuple[str | int, ...]  # keys from the top of the document; lists count from 0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong at ``path``."""
+
+    path: KeyPath
+    what: str
+    remedy: str = ""
+
+    def below(self, prefix: KeyPath) -> Finding:
+        """The same finding, seen from further up in the document."""
+        return Finding(prefix + self.path, self.what, self.remedy)
+
+
+@dataclass(frozen=True)
+class Override:
+    """One ``--set KEY=VALUE``: its text as it was typed, and the path it wrote to."""
+
+    text: str
+    path: KeyPath
+
+    @property
+    def where(self) -> str:
+        """How mistakes name it."""
+        return f"--set {self.text}"
+
+    def touches(self, path: KeyPath) -> bool:
+        """Whether what stands at ``path`` was written by it, in whole or in part."""
+        shared = min(len(path), len(self.path))
+        return shared > 0 and path[:shared] == self.path[:shared]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a scenario was read; no part of what it says, so all origins compare equal."""
+
+    file: Path = field(default=Path("scenario.toml"), compare=False)
+    overrides: tuple[Override, ...] = field(default=(), compare=False)

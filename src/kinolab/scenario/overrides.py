@@ -1,0 +1,127 @@
+"""``--set KEY=VALUE``: one more key of the scenario, or another value for one that is there."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+from kinolab.errors import Mistake
+from kinolab.scenario.findings import KeyPath, Override
+from kinolab.scenario.toml_text import shortened, shown
+
+_SHAPE = "Write KEY=VALUE, for example planner.time_limit=5."
+
+
+class _RefusedError(Exception):
+    """An override that cannot be carried out; the arguments are what and remedy."""
+
+
+def apply_overrides(
+    document: dict[str, Any], texts: Sequence[str]
+) -> tuple[tuple[Override, ...], list[Mistake]]:
+    """Change ``document`` as the overrides say, in their order; tell those that could not be."""
+    done, mistakes = [], []
+    for text in texts:
+        try:
+            done.append(Override(shortened(text, 200), _apply(document, text)))
+        except _RefusedError as refused:
+            where = f"--set {shortened(ascii(text)[1:-1] if _is_broken(text) else text, 200)}"
+            mistakes.append(Mistake(where, *refused.args))
+    return tuple(done), mistakes
+
+
+def _apply(document: dict[str, Any], text: str) -> KeyPath:
+    if _is_broken(text):
+        raise _RefusedError("the text is not Unicode.", "Write it in UTF-8.")
+    keys, value = _split(text)
+    return _put(document, keys, _parsed(value))
+
+
+def _is_broken(text: str) -> bool:
+    return any("\ud800" <= character <= "\udfff" for character in text)
+
+
+def _split(text: str) -> tuple[list[str], str]:
+    """Cut at the first "=" that is not inside a quoted key."""
+    head, equals, tail = text.partition("=")
+    if not equals:
+        raise _RefusedError("there is no '=' in it.", _SHAPE)
+    while (keys := _keys(head)) is None:
+        more, equals, tail = tail.partition("=")
+        if not equals:
+            raise _RefusedError("what stands before '=' is not a dotted key.", _SHAPE)
+        head = f"{head}={more}"
+    return keys, tail
+
+
+def _keys(text: str) -> list[str] | None:
+    """Read a dotted TOML key; None if it is not one."""
+    table = _toml(f"{text} = 0") if "\n" not in text and "\r" not in text else None
+    keys: list[str] = []
+    while isinstance(table, dict):
+        key, table = next(iter(table.items()))
+        keys.append(key)
+    return keys or None
+
+
+def _parsed(text: str) -> Any:
+    """Read a TOML value; a word that is none is text."""
+    text = text.strip()
+    table = _toml(f"value = {text}")
+    if table is not None and list(table) == ["value"]:
+        return table["value"]
+    if not text:
+        raise _RefusedError("nothing follows '='.", _SHAPE)
+    if text[0] in "\"'[{":
+        raise _RefusedError(
+            f"{shortened(text)} is not a TOML value.", "Close every quote, bracket and brace."
+        )
+    return text
+
+
+def _toml(text: str) -> dict[str, Any] | None:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError):  # not TOML, or a number of over 4300 digits
+        return None
+
+
+def _put(document: dict[str, Any], keys: Sequence[str], value: Any) -> KeyPath:
+    """Write ``value`` at ``keys``; tables on the way are made, entries of lists must exist."""
+    holder: Any = document
+    path: list[str | int] = []
+    for last, key in enumerate(keys, start=1 - len(keys)):
+        step = _step(holder, key, path)
+        path.append(step)
+        if last == 0:
+            holder[step] = value
+        elif isinstance(holder, list):
+            holder = holder[int(step)]
+        elif step not in holder and _means_entry(path, keys[len(path)]):
+            holder = []  # has no entries, which the next step tells
+        else:
+            holder = holder.setdefault(step, {})
+    return tuple(path)
+
+
+def _means_entry(path: Sequence[str | int], next_key: str) -> bool:
+    """Whether a number after ``path`` counts entries; in ``[start]`` and the like it is a name."""
+    return next_key.isdigit() and (len(path) > 1 or path[0] == "keep_out")
+
+
+def _step(holder: object, key: str, path: Sequence[str | int]) -> str | int:
+    """The index that ``key`` means in ``holder``."""
+    if isinstance(holder, dict):
+        return key
+    name = ".".join(str(part) if isinstance(part, str) else str(part + 1) for part in path)
+    if not isinstance(holder, list):
+        raise _RefusedError(
+            f"{name} is {shown(holder)} and has no keys.", "Give a new value to it as a whole."
+        )
+    if not (key.isascii() and key.isdigit() and len(key) < 10 and 1 <= int(key) <= len(holder)):
+        raise _RefusedError(
+            f"{name} has no entry {shortened(key)}; it has {len(holder)}.",
+            "Entries count from 1.",
+        )
+    return int(key) - 1

@@ -1,0 +1,101 @@
+"""Rules that join several keys of a scenario.
+
+They work on what the user gave, so that they also speak up where some other key is wrong.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+
+from kinolab.errors import unknown_name
+from kinolab.scenario.findings import Finding, KeyPath
+from kinolab.scenario.toml_text import shortened, string_text
+
+SYSTEM_KINDS = ("name", "file")
+OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
+MESH_ONLY = ("scale", "up", "solid")
+PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
+
+
+def document_findings(document: Mapping[str, object]) -> list[Finding]:
+    """Apply every rule to a document of which nothing is known yet."""
+    system, world, planner = (_table(document.get(key)) for key in ("system", "world", "planner"))
+    entries = world.get("obstacle")
+    obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
+    return [
+        *_below(("system",), system_findings(system) if "system" in document else []),
+        *(
+            finding.below(("world", "obstacle", place))
+            for place, obstacle in enumerate(obstacles)
+            for finding in obstacle_findings(obstacle)
+        ),
+        *_below(("world", "obstacle"), name_findings([entry.get("name") for entry in obstacles])),
+        *_below(("planner",), planner_findings(planner)),
+    ]
+
+
+def system_findings(given: Iterable[str]) -> list[Finding]:
+    """A machine has one description."""
+    return _exactly_one(given, SYSTEM_KINDS, "a registered machine's name or a machine's file")
+
+
+def obstacle_findings(given: Iterable[str]) -> list[Finding]:
+    """An obstacle has one shape, and only a mesh can be scaled, turned up or declared solid."""
+    given = list(given)
+    findings = _exactly_one(given, OBSTACLE_KINDS, "one shape per obstacle")
+    if "mesh" not in given:
+        findings += [
+            Finding((key,), f"{key} is a key of meshes only.", f"Leave {key} out.")
+            for key in MESH_ONLY
+            if key in given
+        ]
+    return findings
+
+
+def name_findings(names: Sequence[object]) -> list[Finding]:
+    """Names that the user gave to obstacles are different from each other."""
+    first: dict[str, int] = {}
+    return [
+        Finding(
+            (place, "name"),
+            f"obstacle {first[name]} is called {shortened(string_text(name))} too.",
+            "Give every obstacle a name of its own.",
+        )
+        for place, name in enumerate(names)
+        if isinstance(name, str) and name and first.setdefault(name, place + 1) <= place
+    ]
+
+
+def planner_findings(given: Iterable[str]) -> list[Finding]:
+    """A key that is one slip away from a shared key is no setting of some planner."""
+    return [
+        unknown_key((key,), key, PLANNER_KEYS)
+        for key in given
+        if key not in PLANNER_KEYS and difflib.get_close_matches(key, PLANNER_KEYS, 1, cutoff=0.9)
+    ]
+
+
+def unknown_key(path: KeyPath, key: str, known: Sequence[str], kind: str = "key") -> Finding:
+    """Describe a key that nothing reads, and the nearest one that something does."""
+    mistake = unknown_name(kind, shortened(key), known=sorted(known))
+    return Finding(path, mistake.what, mistake.remedy)
+
+
+def _exactly_one(given: Iterable[str], kinds: Sequence[str], purpose: str) -> list[Finding]:
+    present = [key for key in given if key in kinds]
+    if len(present) == 1:
+        return []
+    listing = f"{', '.join(kinds[:-1])} and {kinds[-1]}"
+    if not present:
+        return [Finding((), f"none of {listing} is given.", f"Give {purpose}.")]
+    both = f"{', '.join(present[:-1])} and {present[-1]}"
+    return [Finding((present[-1],), f"{both} are given together.", f"Keep one of {listing}.")]
+
+
+def _below(prefix: KeyPath, findings: Iterable[Finding]) -> list[Finding]:
+    return [finding.below(prefix) for finding in findings]
+
+
+def _table(value: object) -> dict[str, object]:
+    return value if isinstance(value, dict) else {}

@@ -1,0 +1,319 @@
+"""The scenario's schema: every key, its type, its unit and its default.
+
+SI units and radians throughout. The models are frozen and refuse what they do not know.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from kinolab.scenario import rules
+from kinolab.scenario.findings import Finding, Origin
+from kinolab.scenario.values import (
+    Angle,
+    Axis,
+    BodyName,
+    BoxEdges,
+    Coordinate,
+    Count,
+    CylinderSize,
+    Direction,
+    Effort,
+    Limits,
+    MeshPath,
+    Metres,
+    Name,
+    NotNegative,
+    Number,
+    PictureSize,
+    PlannerName,
+    Position,
+    Positive,
+    RollPitchYaw,
+    Scale,
+    SchemaVersion,
+    Seconds,
+    Seed,
+    SystemFile,
+    Text,
+    Tolerance,
+    Wanted,
+    WorldAxis,
+    plain_setting,
+)
+
+TOLERANCE = 0.1  # of every goal that does not give its own
+RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
+
+
+class Section(BaseModel):
+    """What all sections share: strict types, finite numbers, no unknown keys, no changes."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+    free: ClassVar[Wanted | None] = None  # what free keys take, in sections that have them
+
+
+class SystemSection(Section):
+    """``[system]``: the machine, by its registered name or from a file."""
+
+    name: Name | None = None
+    file: SystemFile | None = None  # Python is code that runs; relative to the scenario
+    parameters: dict[str, Number] = {}
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        _obey(rules.system_findings(_given(self)))
+        return self
+
+
+class ObstacleEntry(Section):
+    """``[[world.obstacle]]``: one shape and where it stands."""
+
+    mesh: MeshPath | None = None
+    box: BoxEdges | None = None
+    sphere: Metres | None = None  # radius
+    cylinder: CylinderSize | None = None
+    position: Position = (0.0, 0.0, 0.0)  # of the centre, or of a mesh file's origin
+    rpy: RollPitchYaw = (0.0, 0.0, 0.0)
+    scale: Scale = 1.0  # of a mesh
+    up: Literal["x", "y", "z"] = "z"  # the axis of a mesh file that points up
+    solid: bool | None = None  # of a mesh; left out: judged by its volume
+    name: Name = ""  # left out: the kind and the count, or the mesh file's stem
+
+    @property
+    def kind(self) -> Literal["mesh", "box", "sphere", "cylinder"]:
+        """Which of the shapes was given."""
+        if self.mesh is not None:
+            return "mesh"
+        if self.box is not None:
+            return "box"
+        return "sphere" if self.sphere is not None else "cylinder"
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        _obey(rules.obstacle_findings(_given(self)))
+        return self
+
+
+def _named(obstacles: tuple[ObstacleEntry, ...]) -> tuple[ObstacleEntry, ...]:
+    """Name the nameless, around the names that are taken."""
+    _obey(rules.name_findings([entry.name for entry in obstacles]))
+    taken = {entry.name for entry in obstacles}
+    named = []
+    for count, entry in enumerate(obstacles, start=1):
+        name = entry.name or _free_name(entry, count, taken)
+        taken.add(name)
+        named.append(entry.model_copy(update={"name": name}))
+    return tuple(named)
+
+
+def _free_name(entry: ObstacleEntry, count: int, taken: set[str]) -> str:
+    stem = PurePosixPath(entry.mesh).stem if entry.mesh is not None else entry.kind
+    name = stem if entry.mesh is not None else f"{stem} {count}"
+    while name in taken:
+        name, count = f"{stem} {count}", count + 1
+    return name
+
+
+class WorldSection(Section):
+    """``[world]``: the workspace's limits, the ground, and what stands in the way."""
+
+    bounds: dict[WorldAxis, Annotated[Limits, Wanted("[low, high], low first [m]")]] = {}
+    ground: Literal["plane", "none"] = "none"
+    obstacle: Annotated[
+        tuple[ObstacleEntry, ...],
+        Field(strict=False),
+        Wanted("a list of [[world.obstacle]] tables"),
+    ] = ()
+
+    @field_validator("obstacle", mode="after")
+    @classmethod
+    def _names(cls, obstacles: tuple[ObstacleEntry, ...]) -> tuple[ObstacleEntry, ...]:
+        return _named(obstacles)
+
+
+class PointGoal(Section):
+    """``[[goal.point]]``: a point of a body reaches a place in the world."""
+
+    body: BodyName
+    at: Position = (0.0, 0.0, 0.0)  # in the body's frame
+    position: Position  # in the world
+    tolerance: Metres = TOLERANCE
+
+
+class DirectionGoal(Section):
+    """``[[goal.direction]]``: an axis of a body points where ``target`` points."""
+
+    body: BodyName
+    axis: Axis  # in the body's frame
+    target: Direction  # in the world
+    tolerance: Angle = TOLERANCE
+
+
+class GoalSection(Section):
+    """``[goal]``: the values that coordinates and rates reach; what is left out is free."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Coordinate] = Field(init=False)
+    free: ClassVar[Wanted | None] = Wanted(
+        "a number, or a list of four numbers x, y, z, w for a rotation"
+    )
+
+    tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
+    at_rest: bool = False
+    point: Annotated[
+        tuple[PointGoal, ...], Field(strict=False), Wanted("a list of [[goal.point]] tables")
+    ] = ()
+    direction: Annotated[
+        tuple[DirectionGoal, ...],
+        Field(strict=False),
+        Wanted("a list of [[goal.direction]] tables"),
+    ] = ()
+
+    def tolerance_of(self, name: str) -> float:
+        """The tolerance of a coordinate or rate, in its own unit."""
+        if isinstance(self.tolerance, dict):
+            return self.tolerance.get(name, TOLERANCE)
+        return self.tolerance
+
+    @property
+    def values(self) -> dict[str, Coordinate]:
+        """The free keys: a number, or a quaternion x, y, z, w, per coordinate or rate."""
+        return dict(self.__pydantic_extra__)
+
+
+class KeepOut(Section):
+    """``[[keep_out]]``: an axis of a body stays out of a cone about a direction of the world."""
+
+    body: BodyName
+    axis: Axis
+    direction: Direction
+    half_angle: Angle
+
+
+class IntegrationSection(Section):
+    """``[integration]``: what the motion is, and what counts as true."""
+
+    method: Literal["rk4", "euler"] = "rk4"
+    step: Seconds = 0.05
+    truth: Literal["continuous", "discrete"] = "continuous"
+
+
+class PlannerSection(Section):
+    """``[planner]``: who searches and how long; further keys are that planner's own settings."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Annotated[Any, AfterValidator(plain_setting)]] = Field(init=False)
+    free: ClassVar[Wanted | None] = Wanted(
+        "a finite number, text in quotes, true or false, or a list or table of these"
+    )
+
+    name: PlannerName = "rrt"
+    time_limit: Seconds = 30.0
+    max_iterations: Count | None = None
+    seed: Seed = 1
+    improve: Effort = 2.0  # time for making a found trajectory better
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The free keys, for the planner to check; lists are tuples."""
+        return dict(self.__pydantic_extra__)
+
+    @model_validator(mode="after")
+    def _no_slips(self) -> Self:
+        _obey(rules.planner_findings(self.__pydantic_extra__))
+        return self
+
+
+class RenderSection(Section):
+    """``[render]``: how the moving picture looks."""
+
+    view: Literal["perspective", "top", "front", "side"] = "perspective"
+    speed: Positive = 1.0  # seconds of motion per second of picture
+    size: PictureSize = (800, 600)
+
+
+class Scenario(Section):
+    """Everything a scenario file says, checked and with its defaults filled in.
+
+    Scenarios are equal when they say the same; where they were read does not count.
+    """
+
+    schema_version: SchemaVersion = Field(alias="schema")
+    title: Text
+    system: SystemSection
+    world: WorldSection = Field(default_factory=WorldSection)
+    bounds: dict[str, Annotated[Limits, Wanted("[low, high] with low below high")]] = {}
+    metric: dict[str, NotNegative] = {}
+    start: dict[str, Coordinate] = {}
+    goal: GoalSection = Field(default_factory=GoalSection)
+    keep_out: Annotated[
+        tuple[KeepOut, ...], Field(strict=False), Wanted("a list of [[keep_out]] tables")
+    ] = ()
+    integration: IntegrationSection = Field(default_factory=IntegrationSection)
+    planner: PlannerSection = Field(default_factory=PlannerSection)
+    render: RenderSection = Field(default_factory=RenderSection)
+
+    _origin: Origin = PrivateAttr(default_factory=Origin)
+
+    @property
+    def origin(self) -> Origin:
+        """The file and the overrides that the scenario was read from."""
+        return self._origin
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths start."""
+        return self._origin.file.parent
+
+    @property
+    def name(self) -> str:
+        """The stem of the file's name."""
+        return self._origin.file.stem
+
+    def located(self, origin: Origin) -> Self:
+        """The same scenario, read somewhere else."""
+        copy = self.model_copy()
+        copy._origin = origin
+        return copy
+
+
+def axis_vector(axis: str | tuple[float, float, float]) -> tuple[float, float, float]:
+    """Turn a scenario's axis, a name such as "-z" or three numbers, into a unit vector."""
+    if not isinstance(axis, str):
+        largest = max(map(abs, axis))  # keeps the length from overflowing
+        x, y, z = (component / largest for component in axis)
+        length = math.hypot(x, y, z)
+        return (x / length, y / length, z / length)
+    sign = -1.0 if axis.startswith("-") else 1.0
+    x, y, z = (sign if axis[-1] == letter else 0.0 for letter in "xyz")
+    return (x, y, z)
+
+
+def _given(section: Section) -> list[str]:
+    """The keys that were set, to something."""
+    given = section.model_fields_set  # has no order of its own
+    fields = type(section).model_fields
+    return [key for key in fields if key in given and getattr(section, key) is not None]
+
+
+def _obey(findings: Sequence[Finding]) -> None:
+    """Refuse what a rule refuses; the reader of files asks the rules itself, and all of them."""
+    if findings:
+        text = " ".join(f"{finding.what} {finding.remedy}" for finding in findings)
+        raise PydanticCustomError(RULE_ERROR, "{text}", {"text": text})

@@ -1,0 +1,52 @@
+"""Keys and values as TOML 1.0 text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_MUST_ESCAPE = re.compile(r'[\x00-\x1f\x7f"\\\ud800-\udfff]')
+_SHORT = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
+
+
+def key_text(key: str) -> str:
+    """Write a key, quoted where TOML asks for it."""
+    return key if _BARE_KEY.fullmatch(key) else string_text(key)
+
+
+def string_text(text: str) -> str:
+    """Write a basic string; everything that cannot stand in one is escaped."""
+    return f'"{_MUST_ESCAPE.sub(_escape, text)}"'
+
+
+def value_text(value: object) -> str:
+    """Write any value that TOML has; floats keep every digit, tables become inline tables."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return string_text(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(value_text, value))}]"
+    if isinstance(value, Mapping):
+        entries = ", ".join(f"{key_text(key)} = {value_text(item)}" for key, item in value.items())
+        return f"{{ {entries} }}" if entries else "{}"
+    return repr(value) if isinstance(value, int | float) else str(value)
+
+
+def shown(value: object) -> str:
+    """Write a value for a message: on one line, and shortened where it is long."""
+    try:
+        return shortened(value_text(value))
+    except (RecursionError, ValueError):  # endless nesting, or an integer of over 4300 digits
+        return "this value"
+
+
+def shortened(text: str, limit: int = 60) -> str:
+    """Cut a text that would drown the message that quotes it."""
+    return text if len(text) <= limit else f"{text[:limit]}…"
+
+
+def _escape(match: re.Match[str]) -> str:
+    character = match.group()
+    return _SHORT.get(character, f"\\u{ord(character):04x}")

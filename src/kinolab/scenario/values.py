@@ -1,0 +1,220 @@
+"""The kinds of values that a scenario's keys take, each with the phrase that asks for it.
+
+Types are strict: a whole number may stand where a number is meant, text and booleans may not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import PurePosixPath, PureWindowsPath
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
+
+MESH_FORMATS = (".glb", ".obj", ".off", ".ply", ".stl")
+WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
+SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
+
+NUMBER_TAG, LIST_TAG, NAME_TAG, TABLE_TAG = TAGS = ("<number>", "<list>", "<name>", "<table>")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a key takes, worded to follow "Give"."""
+
+    phrase: str
+
+
+def refusal(predicate: str) -> PydanticCustomError:
+    """Build the error of a validator; ``predicate`` continues a sentence about the value."""
+    return PydanticCustomError("kinolab_value", "{predicate}", {"predicate": predicate})
+
+
+def _ascending(limits: tuple[float, float]) -> tuple[float, float]:
+    if limits[0] >= limits[1]:
+        raise refusal("does not have its low end below its high end")
+    return limits
+
+
+def _nonzero(vector: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(vector):
+        raise refusal("is zero and has no direction")
+    return vector
+
+
+def _exactly_int(value: object) -> object:
+    """Keep ``true`` and 1.0, which Python takes for 1, from passing as a schema."""
+    if type(value) is not int:
+        raise refusal("is not a whole number")
+    return value
+
+
+def _world_axis(name: str) -> str:
+    if name not in WORLD_AXES:
+        raise refusal("is no axis of the world")
+    return name
+
+
+def _mesh_path(text: str) -> str:
+    if not _stays_below(text):
+        raise refusal("does not lead to a file below the scenario's folder")
+    if PurePosixPath(text).suffix.lower() not in MESH_FORMATS:
+        raise refusal("is not a mesh format that kinolab reads")
+    return text
+
+
+def _system_file(text: str) -> str:
+    path, _, name = text.rpartition(":")
+    python = path.endswith(".py") and name.isidentifier()
+    if not (python or text.endswith(".json")):
+        raise refusal("does not name a machine in a file")
+    if not _is_relative(path if python else text):
+        raise refusal("is not relative to the scenario's folder")
+    return text
+
+
+def _is_relative(text: str) -> bool:
+    """Whether a path is relative on every system, so that a scenario can be mailed."""
+    windows = PureWindowsPath(text)
+    return not (windows.drive or windows.root or "\\" in text or "\0" in text)
+
+
+def _stays_below(text: str) -> bool:
+    return _is_relative(text) and ".." not in PurePosixPath(text).parts
+
+
+def plain_setting(value: object, depth: int = 0) -> Any:
+    """Check one of a planner's own settings: a finite TOML value, lists as tuples."""
+    if depth > SETTING_DEPTH:
+        raise refusal(f"is nested more than {SETTING_DEPTH} deep")
+    if isinstance(value, list | tuple):
+        return tuple(plain_setting(item, depth + 1) for item in value)
+    if isinstance(value, dict):
+        return {key: plain_setting(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, float) and not math.isfinite(value):
+        raise refusal("is not finite" if depth == 0 else "holds a number that is not finite")
+    if isinstance(value, int) and not -WHOLE_MAX <= value <= WHOLE_MAX:
+        raise refusal("is too large" if depth == 0 else "holds a number that is too large")
+    if not isinstance(value, bool | int | float | str):
+        raise refusal("is not something a planner can use")
+    return value
+
+
+def _shape_of(value: object) -> str:
+    """Choose the branch of a union, so that a mistake is told about that branch alone."""
+    if isinstance(value, list | tuple):
+        return LIST_TAG
+    return TABLE_TAG if isinstance(value, dict) else NUMBER_TAG
+
+
+def _number_or_list(value: object) -> str:
+    return LIST_TAG if _shape_of(value) == LIST_TAG else NUMBER_TAG
+
+
+def _number_or_table(value: object) -> str:
+    return TABLE_TAG if _shape_of(value) == TABLE_TAG else NUMBER_TAG
+
+
+def _name_or_list(value: object) -> str:
+    return LIST_TAG if _shape_of(value) == LIST_TAG else NAME_TAG
+
+
+_List = Field(strict=False)  # TOML has lists where Python has tuples; the entries stay strict
+
+SchemaVersion = Annotated[
+    Literal[1],
+    BeforeValidator(_exactly_int),
+    Wanted("schema = 1; a newer schema needs a newer kinolab"),
+]
+Text = Annotated[str, Field(min_length=1), Wanted("a line of text in quotes")]
+Name = Annotated[str, Field(min_length=1), Wanted("a name in quotes")]
+BodyName = Annotated[str, Field(min_length=1), Wanted("the name of a body in quotes")]
+PlannerName = Annotated[str, Field(min_length=1), Wanted("the name of a planner in quotes")]
+SystemFile = Annotated[
+    str, AfterValidator(_system_file), Wanted('"my_machine.py:crane" or "machine.json"')
+]
+MeshPath = Annotated[
+    str,
+    AfterValidator(_mesh_path),
+    Wanted(f'a relative path such as "meshes/maze.stl" ({", ".join(MESH_FORMATS)})'),
+]
+
+Number = Annotated[float, Wanted("a number")]
+Positive = Annotated[float, Field(gt=0), Wanted("a positive number")]
+NotNegative = Annotated[float, Field(ge=0), Wanted("a number that is not negative")]
+Seconds = Annotated[float, Field(gt=0), Wanted("a positive number [s]")]
+Effort = Annotated[float, Field(ge=0), Wanted("a number that is not negative [s]")]
+Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
+Angle = Annotated[
+    float, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
+]
+Count = Annotated[int, Field(gt=0, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
+Seed = Annotated[
+    int,
+    Field(ge=0, le=WHOLE_MAX),
+    Wanted("a whole number from 0 to 2^63 - 1"),
+]
+Pixels = Annotated[int, Field(ge=64, le=4096)]
+
+Limits = Annotated[
+    tuple[float, float],
+    _List,
+    AfterValidator(_ascending),
+    Wanted("[low, high] with low below high"),
+]
+Position = Annotated[
+    tuple[float, float, float], _List, Wanted("a list of three numbers x, y, z [m]")
+]
+RollPitchYaw = Annotated[
+    tuple[float, float, float], _List, Wanted("a list of three numbers roll, pitch, yaw [rad]")
+]
+Direction = Annotated[
+    tuple[float, float, float],
+    _List,
+    AfterValidator(_nonzero),
+    Wanted("a list of three numbers that are not all zero"),
+]
+Quaternion = Annotated[
+    tuple[float, float, float, float],
+    _List,
+    AfterValidator(_nonzero),
+    Wanted("a list of four numbers x, y, z, w that are not all zero"),
+]
+BoxEdges = Annotated[
+    tuple[Metres, Metres, Metres], _List, Wanted("a list of three positive numbers, full edges [m]")
+]
+CylinderSize = Annotated[
+    tuple[Metres, Metres], _List, Wanted("a list of two positive numbers, radius and length [m]")
+]
+PictureSize = Annotated[
+    tuple[Pixels, Pixels],
+    _List,
+    Wanted("a list of two whole numbers from 64 to 4096, width and height [pixels]"),
+]
+
+Coordinate = Annotated[
+    Annotated[float, Tag(NUMBER_TAG)] | Annotated[Quaternion, Tag(LIST_TAG)],
+    Discriminator(_number_or_list),
+    Wanted("a number, or a list of four numbers x, y, z, w for a rotation"),
+]
+Tolerance = Annotated[
+    Annotated[Positive, Tag(NUMBER_TAG)] | Annotated[dict[str, Positive], Tag(TABLE_TAG)],
+    Discriminator(_number_or_table),
+    Wanted("a positive number, or a table of a positive number per name"),
+]
+Scale = Annotated[
+    Annotated[Positive, Tag(NUMBER_TAG)]
+    | Annotated[tuple[Positive, Positive, Positive], _List, Tag(LIST_TAG)],
+    Discriminator(_number_or_list),
+    Wanted("a positive number, or a list of three of them"),
+]
+WORLD_AXES = ("x", "y", "z")
+WorldAxis = Annotated[str, AfterValidator(_world_axis)]
+AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
+Axis = Annotated[
+    Annotated[AxisName, Tag(NAME_TAG)] | Annotated[Direction, Tag(LIST_TAG)],
+    Discriminator(_name_or_list),
+    Wanted('"x", "y", "z", "-x", "-y", "-z", or a list of three numbers that are not all zero'),
+]

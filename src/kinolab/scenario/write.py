@@ -1,0 +1,64 @@
+"""A scenario as TOML text, with every default written out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from pydantic import BaseModel
+
+from kinolab.scenario.rules import MESH_ONLY
+from kinolab.scenario.schema import ObstacleEntry, Scenario, Section
+from kinolab.scenario.toml_text import key_text, value_text
+
+
+def write_scenario(scenario: Scenario) -> str:
+    """Write TOML that reads as an equal scenario; optional keys without a value are left out."""
+    sections = [(key, value) for key, value in _entries(scenario) if _is_section(value)]
+    scalars = [(key, value) for key, value in _entries(scenario) if not _is_section(value)]
+    blocks = ["\n".join(_lines(scalars))]
+    for key, value in sections:
+        blocks += _blocks(key, value)
+    return "\n\n".join(blocks) + "\n"
+
+
+def _blocks(path: str, value: object) -> Iterator[str]:
+    """One block per table: the section itself, then the lists of tables in it."""
+    if isinstance(value, tuple):
+        for entry in value:
+            yield "\n".join([f"[[{path}]]", *_lines(_entries(entry))])
+        return
+    entries = _entries(value)
+    own = [(key, item) for key, item in entries if not _is_table_list(item)]
+    yield "\n".join([f"[{path}]", *_lines(own)])
+    for key, item in entries:
+        if _is_table_list(item):
+            yield from _blocks(f"{path}.{key}", item)
+
+
+def _entries(value: object) -> list[tuple[str, object]]:
+    """The keys of a section or table as TOML spells them, and their values."""
+    if isinstance(value, Mapping):
+        return list(value.items())
+    assert isinstance(value, Section)
+    fields = type(value).model_fields
+    known = [(field.alias or name, getattr(value, name)) for name, field in fields.items()]
+    return [*(value.model_extra or {}).items(), *(entry for entry in known if _said(value, *entry))]
+
+
+def _said(section: Section, key: str, value: object) -> bool:
+    """Whether a key has something to say: no absent option, no empty list of tables."""
+    if isinstance(section, ObstacleEntry) and section.mesh is None and key in MESH_ONLY:
+        return False
+    return value is not None and value != ()
+
+
+def _is_section(value: object) -> bool:
+    return isinstance(value, BaseModel | Mapping) or _is_table_list(value)
+
+
+def _is_table_list(value: object) -> bool:
+    return isinstance(value, tuple) and any(isinstance(entry, BaseModel) for entry in value)
+
+
+def _lines(entries: list[tuple[str, object]]) -> list[str]:
+    return [f"{key_text(key)} = {value_text(value)}" for key, value in entries]

@@ -1,0 +1,135 @@
+"""What a planner is: settings, one method, and a result that may be a failure."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.errors import InputError, Mistake, unknown_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from kinolab.problem import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Outcome(Enum):
+    """How a search ended; the value is the sentence the user reads."""
+
+    SOLVED = "Found a trajectory into the goal region."
+    APPROXIMATE = "Did not reach the goal; the nearest approach is kept."
+    NOT_FOUND = "Found no motion that comes nearer to the goal than the start."
+    INTERRUPTED = "Interrupted; the nearest approach is kept."
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What a search found.
+
+    Attributes:
+        outcome: How it ended.
+        t: Times of the knots in [s], shape (N+1,); a single 0 where nothing was found.
+        u: Inputs per interval, shape (N, nu).
+        iterations: Number of extensions tried.
+        statistics: Numbers worth reporting, by name.
+    """
+
+    outcome: Outcome
+    t: Array
+    u: Array
+    iterations: int
+    statistics: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass
+class Budget:
+    """How long a search may take; a planner asks ``spent`` once per iteration.
+
+    Attributes:
+        time_limit: In [s].
+        max_iterations: None for no limit.
+        progress: Called about four times a second with the iterations and the seconds so far.
+        interrupted: Set from outside to end the search soon.
+    """
+
+    time_limit: float
+    max_iterations: int | None = None
+    progress: Callable[[int, float], None] | None = None
+    interrupted: bool = False
+    iterations: int = 0
+    started: float = field(default_factory=time.monotonic)
+    _next_report: float = 0.25
+
+    def spent(self) -> bool:
+        """Count one iteration and say whether the search must end."""
+        self.iterations += 1
+        elapsed = time.monotonic() - self.started
+        if self.progress and elapsed > self._next_report:
+            self._next_report = elapsed + 0.25
+            self.progress(self.iterations, elapsed)
+        too_many = self.max_iterations is not None and self.iterations > self.max_iterations
+        return self.interrupted or too_many or elapsed > self.time_limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbstractPlanner(ABC):
+    """A search for a trajectory: its fields are its settings.
+
+    A subclass is a frozen dataclass with a ``name``, defaults for all its settings, and ``solve``.
+    """
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+        """Search for inputs that bring the machine from the start into the goal region.
+
+        Not finding any is a result; only a wrong question raises.
+        """
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Self:
+        """Make a planner from the keys of a scenario.
+
+        Raises:
+            InputError: With every unknown key and every value that does not fit.
+        """
+        mistakes = [
+            Mistake(f"[planner] {key}", what, remedy) for key, what, remedy in cls.misfits(settings)
+        ]
+        if mistakes:
+            raise InputError(mistakes)
+        return cls(**settings)
+
+    @classmethod
+    def misfits(cls, settings: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+        """Yield (key, what is wrong, what would work) of settings that do not fit."""
+        defaults = {f.name: f.default for f in fields(cls)}
+        for key, value in settings.items():
+            if key not in defaults:
+                unknown = unknown_name(f"setting of {cls.name}", key, known=sorted(defaults))
+                yield key, unknown.what, unknown.remedy
+            elif not _fits(value, defaults[key]):
+                remedy = f"Give a {_kind(defaults[key])}, such as the default {defaults[key]!r}."
+                yield key, f"{value!r} does not fit.", remedy
+
+
+def _fits(value: Any, default: Any) -> bool:
+    if isinstance(default, bool) or isinstance(value, bool):
+        return isinstance(value, bool) and isinstance(default, bool)
+    if isinstance(default, float):
+        return isinstance(value, int | float)
+    return isinstance(value, type(default))
+
+
+def _kind(default: Any) -> str:
+    names = {bool: "truth value", int: "whole number", float: "number", str: "text"}
+    return names.get(type(default), type(default).__name__)

@@ -1,0 +1,135 @@
+"""A motion: states at knots, and the inputs that are held between them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.errors import InputError, Mistake
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """States over time with piecewise constant inputs.
+
+    Attributes:
+        t: Times of the knots in [s], shape (N+1,), increasing from 0.
+        x: States at the knots, shape (N+1, nx); angles are continuous, not wrapped.
+        u: Inputs held from each knot to the next, shape (N, nu).
+        state_names: Names of the columns of ``x``.
+        control_names: Names of the columns of ``u``.
+    """
+
+    t: Array
+    x: Array
+    u: Array
+    state_names: tuple[str, ...]
+    control_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together."""
+        rows, steps = len(self.t), max(len(self.t) - 1, 0)
+        shapes = {
+            "t": (self.t.shape, (rows,)),
+            "x": (self.x.shape, (rows, len(self.state_names))),
+            "u": (self.u.shape, (steps, len(self.control_names))),
+        }
+        mistakes = [
+            Mistake("trajectory", f"{name} has shape {found}; it must be {wanted}.")
+            for name, (found, wanted) in shapes.items()
+            if found != wanted
+        ]
+        if rows == 0:
+            mistakes.append(Mistake("trajectory", "it has no knots."))
+        if mistakes:
+            raise InputError(mistakes)
+
+    @property
+    def duration(self) -> float:
+        """Length in time, in [s]."""
+        return float(self.t[-1] - self.t[0])
+
+    def to_csv(self) -> str:
+        """Return the file format of ``trajectory.csv``; the last row has no inputs."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["t", *self.state_names, *self.control_names])
+        blank = [""] * len(self.control_names)
+        for k, (time, state) in enumerate(zip(self.t, self.x, strict=True)):
+            held = map(_digits, self.u[k]) if k < len(self.u) else blank
+            writer.writerow([_digits(time), *map(_digits, state), *held])
+        return out.getvalue()
+
+    def to_npz(self) -> bytes:
+        """Return the file format of ``trajectory.npz``."""
+        out = io.BytesIO()
+        np.savez(
+            out,
+            t=self.t,
+            x=self.x,
+            u=self.u,
+            state_names=np.array(self.state_names, dtype=str),
+            control_names=np.array(self.control_names, dtype=str),
+        )
+        return out.getvalue()
+
+
+def read_csv(
+    path: Path, state_names: tuple[str, ...], control_names: tuple[str, ...]
+) -> Trajectory:
+    """Read ``trajectory.csv`` of a machine whose states and inputs have these names.
+
+    Raises:
+        InputError: Naming the line, if the header or a value is not as it must be.
+    """
+    try:
+        rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+    header = ["t", *state_names, *control_names]
+    if not rows or rows[0] != header:
+        what = f"its header is not {','.join(header)}."
+        raise InputError([Mistake(f"{path} line 1", what)])
+    if len(rows) < 2:
+        raise InputError([Mistake(str(path), "it has no knots.")])
+    data = _numbers(path, rows[1:], len(header), 1 + len(state_names))
+    nx = len(state_names)
+    return Trajectory(
+        t=data[:, 0],
+        x=data[:, 1 : 1 + nx],
+        u=data[:-1, 1 + nx :],
+        state_names=state_names,
+        control_names=control_names,
+    )
+
+
+def _numbers(path: Path, rows: list[list[str]], width: int, states: int) -> Array:
+    """Convert rows; only the last one leaves its inputs out."""
+    data = np.full((len(rows), width), np.nan)
+    mistakes = []
+    for k, row in enumerate(rows):
+        needed = states if k == len(rows) - 1 else width
+        try:
+            if len(row) != width or any(row[needed:]):
+                raise ValueError(f"{len(row)} values where {width} are due")
+            data[k, :needed] = [float(value) for value in row[:needed]]
+            if not np.isfinite(data[k, :needed]).all():
+                raise ValueError("a value is not finite")
+        except ValueError as error:
+            mistakes.append(Mistake(f"{path} line {k + 2}", f"{error}."))
+    if mistakes:
+        raise InputError(mistakes[:10])
+    return data
+
+
+def _digits(value: float) -> str:
+    """Write a double so that it is read back exactly."""
+    return repr(float(value))
