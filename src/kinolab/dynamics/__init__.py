@@ -4,62 +4,103 @@ The names exported here are the vocabulary for machines of one's own.
 """
 
 from kinolab.dynamics.bodies import Body
-from kinolab.dynamics.constraints import Constraint, zero
-from kinolab.dynamics.efforts import Force, Gravity, Torque, toward
+from kinolab.dynamics.constraints import (
+    Constraint,
+    Requirement,
+    closed,
+    force_of,
+    require,
+    zero,
+)
+from kinolab.dynamics.efforts import (
+    Buoyancy,
+    Coulomb,
+    Gravity,
+    Potential,
+    Spring,
+    Viscous,
+    Wrench,
+    toward,
+)
+from kinolab.dynamics.extras import State, lag, state
 from kinolab.dynamics.frames import (
     WORLD,
     Axis,
     BodyVelocity,
     Frame,
     move,
+    orient,
     rot_x,
     rot_y,
     rot_z,
     velocity,
 )
+from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.dynamics.symbols import (
+    Attitude,
     Coordinate,
     Parameter,
-    Rate,
     angle,
     length,
     parameter,
     rate,
+    rotation,
+    turn_rate,
 )
 from kinolab.dynamics.system import System
 
 __all__ = [
     "WORLD",
+    "Attitude",
     "Axis",
     "Body",
     "BodyVelocity",
     "Box",
+    "Buoyancy",
     "Capsule",
     "Constraint",
+    "Control",
     "Coordinate",
+    "Coulomb",
     "Cylinder",
     "Disk",
+    "Drive",
     "Force",
     "Frame",
     "Gravity",
     "Model",
     "Parameter",
+    "Potential",
+    "Pull",
     "Rate",
+    "Requirement",
     "Shape",
     "Sphere",
+    "Spring",
+    "State",
     "System",
     "Torque",
+    "Viscous",
+    "Wrench",
     "angle",
+    "closed",
+    "force_of",
+    "lag",
     "length",
     "move",
+    "orient",
     "parameter",
     "rate",
+    "require",
     "rot_x",
     "rot_y",
     "rot_z",
+    "rotation",
+    "state",
     "toward",
+    "turn_rate",
     "velocity",
     "zero",
 ]

@@ -1,22 +1,63 @@
-"""Conditions on a machine's motion."""
+"""Conditions on a machine's motion: held by forces, or demanded of plans."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import sympy
 
 from kinolab.dynamics.frames import Number
+from kinolab.dynamics.records import exact
+from kinolab.dynamics.symbols import ForceSymbol
 
 
 @dataclass(frozen=True)
-class Constraint:
+class VelocityConstraint:
     """A velocity that stays zero: w(q) q_dot = 0, held by a force that does no work."""
 
     velocity: sympy.Expr
     name: str
 
 
-def zero(velocity: Number, name: str) -> Constraint:
+@dataclass(frozen=True)
+class PositionConstraint:
+    """A function of position that stays zero: h(q) = 0, held by a force that does no work."""
+
+    position: sympy.Expr
+    name: str
+
+
+Constraint: TypeAlias = VelocityConstraint | PositionConstraint
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A condition g(x, u) >= 0 that plans must keep, such as a rope that only pulls."""
+
+    margin: sympy.Expr
+    name: str
+
+
+def zero(velocity: Number, name: str) -> VelocityConstraint:
     """State that a velocity, linear in the rates, is zero, such as ``zero(V.y, "no sideslip")``."""
-    return Constraint(sympy.sympify(velocity), name)
+    return VelocityConstraint(exact(velocity), name)
+
+
+def closed(position: Number, name: str) -> PositionConstraint:
+    """State that a function of the coordinates is zero, such as a loop that closes."""
+    return PositionConstraint(exact(position), name)
+
+
+def require(margin: Number, name: str) -> Requirement:
+    """Demand of every plan that an expression in states and inputs stays at least zero."""
+    return Requirement(exact(margin), name)
+
+
+def force_of(constraint: Constraint) -> sympy.Symbol:
+    """Return the symbol of a constraint's force, for use in a requirement.
+
+    It is the multiplier: in [N] where the constraint is a velocity in [m/s] or a length in [m].
+    A rope held at its length by ``closed`` only pulls where ``require(force_of(rope), …)`` holds.
+    """
+    return ForceSymbol(constraint.name)

@@ -1,45 +1,48 @@
 """Equations of motion on a tape: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, ready to compile.
 
-The left-hand side is formed by projecting each body's Newton-Euler equations onto the directions
-of motion (d'Alembert's principle), which gives the same equations as differentiating L without
-differentiating any energy. With constraints w(q) q_dot = 0 the directions are those the
-constraints allow, q_dot = S(q) v, so that the multipliers drop out.
+The left-hand side is formed by projecting each body's Newton-Euler equations onto directions of
+motion (d'Alembert's principle), which gives the same equations as differentiating L without
+differentiating any energy. Two forms exist. In the reduced one the directions are those that the
+constraints allow, nu = S(q) v + U(q) u, so that the multipliers drop out. In the other all
+velocities are states, and the multipliers follow from d/dt(A nu) = 0.
 
 Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapter 5; Featherstone, Rigid Body
-Dynamics Algorithms, 2008, chapters 3 and 5.
+Dynamics Algorithms, 2008, chapters 3 and 8.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
-from kinolab.dynamics.bodies import Body
-from kinolab.dynamics.efforts import Force, Input, Torque
-from kinolab.dynamics.frames import Frame
-from kinolab.dynamics.kinematics import (
-    FrameState,
-    Kinematics,
-    Motions,
-    Twist,
-    Vector,
-    add,
-    cross,
-    scale,
+from kinolab.dynamics.binding import Binding, tangent_symbols
+from kinolab.dynamics.chart import (
+    Chart,
+    Row,
+    combine,
+    constraint_rows,
+    feasible_values,
+    find_chart,
+    independent_rows,
+    unconstrained_chart,
 )
+from kinolab.dynamics.constraints import PositionConstraint
+from kinolab.dynamics.inputs import Drive, Rate
+from kinolab.dynamics.kinematics import FrameState, Kinematics, Motions
 from kinolab.dynamics.linear import Guards, solve_definite, solve_square
 from kinolab.dynamics.lowering import Lowering
+from kinolab.dynamics.mechanics import Mechanics
 from kinolab.dynamics.reach import reach
-from kinolab.dynamics.symbols import Coordinate, rate
+from kinolab.dynamics.symbols import Attitude, ForceSymbol
 from kinolab.dynamics.system import System
-from kinolab.dynamics.tape import Node, Tape
+from kinolab.dynamics.tape import Node
 from kinolab.errors import InputError, Mistake
 
-SAMPLES = 12  # states at which the choice of velocities is judged; more never changed a choice
-SMALLEST_PIVOT = 1e-6  # smallest singular value ratio at which a choice of velocities is usable
+MASSLESS = 1e-12  # share of a coordinate's own inertia that remains when the others move along
+REGULARISATION = 1e-8  # of the constraints' own compliance; lets redundant ones be solved
+REFINEMENTS = 3  # solutions, after which the regularisation has left the motion, by measurement
 
 
 @dataclass(frozen=True)
@@ -47,392 +50,442 @@ class Derivation:
     """Everything that is compiled, as nodes of one tape.
 
     Attributes:
-        independent: Indices of the coordinates whose rates are states.
-        state, inputs, parameters: The variable nodes, in the order of the compiled arguments.
+        binding: The tape and its variables.
+        independent: Indices of the velocities that are states.
+        redundant: Names of constraints that follow from others.
+        state: The variables of x = (q, v, further states).
         derivative: Of the state, length nx.
-        rates: q_dot in full coordinates, length nt.
+        velocities: nu in full, length nt.
+        flow: q_dot, length nq.
+        projection: The state moved onto the constraints and unit quaternions, or nothing.
         frames: Rows of [R | p], 12 per body.
         point_speeds: One bound per body on the speed of its points, in [m/s].
-        energy: Kinetic and potential, in [J].
-        mass_matrix: In full coordinates, row by row, nt * nt.
-        constraint_residual: w(q) q_dot, one per constraint.
+        energy: Kinetic and potential, in [J]; nothing for a kinematic machine.
+        power: Of all forces that are not conservative, in [W].
+        mass_matrix: In full coordinates, row by row, nt * nt; nothing for a kinematic machine.
+        constraint_residual: w(q) nu of every constraint, then h(q) of those of position.
+        constraint_forces: The multiplier of every row of the chart.
+        requirements: Each must be at least zero in a plan.
         guards: Each must be positive for the derivative to be valid.
+        chart_guards: Those that already the velocities need.
     """
 
-    tape: Tape
+    binding: Binding
     independent: tuple[int, ...]
+    redundant: tuple[str, ...]
     state: tuple[Node, ...]
-    inputs: tuple[Node, ...]
-    parameters: tuple[Node, ...]
     derivative: tuple[Node, ...]
-    rates: tuple[Node, ...]
+    velocities: tuple[Node, ...]
+    flow: tuple[Node, ...]
+    projection: tuple[Node, ...]
     frames: tuple[Node, ...]
     point_speeds: tuple[Node, ...]
-    energy: tuple[Node, Node]
+    energy: tuple[Node, ...]
+    power: tuple[Node, ...]
     mass_matrix: tuple[Node, ...]
     constraint_residual: tuple[Node, ...]
+    constraint_forces: tuple[Node, ...]
+    requirements: tuple[Node, ...]
     guards: tuple[Node, ...]
-
-
-@dataclass(frozen=True)
-class _Symbols:
-    """A machine's symbols on a tape, and the translator that knows them."""
-
-    tape: Tape
-    lower: Lowering
-    coordinates: list[Node]
-    rates: list[Node]
-    inputs: list[Node]
-    parameters: list[Node]
-
-    @classmethod
-    def of(cls, system: System) -> _Symbols:
-        tape = Tape()
-        coordinates = [tape.variable(c.name) for c in system.coordinates]
-        rates = [tape.variable(f"{c.name}_dot") for c in system.coordinates]
-        inputs = [tape.variable(entry.name) for entry in system.inputs]
-        parameters = [tape.variable(p.name) for p in system.parameters]
-        bound = dict(zip(system.coordinates, coordinates, strict=True))
-        bound |= dict(zip(map(rate, system.coordinates), rates, strict=True))
-        bound |= dict(zip((i.symbol for i in system.inputs), inputs, strict=True))
-        bound |= dict(zip(system.parameters, parameters, strict=True))
-        return cls(tape, Lowering(tape, bound), coordinates, rates, inputs, parameters)
-
-
-@dataclass(frozen=True)
-class _Chart:
-    """How all rates follow from the independent ones: q_dot = S v, q_ddot = S v_dot + gamma."""
-
-    independent: tuple[int, ...]
-    directions: list[list[Node]]  # columns of S, each of length nt
-    rates: list[Node]
-    accelerations: list[Node]  # gamma
+    chart_guards: tuple[Node, ...]
 
 
 def derive(system: System) -> Derivation:
     """Derive a machine's equations of motion.
 
     Raises:
-        InputError: If a constraint is not linear in the rates, repeats others or never bites, or
-            if a direction of motion has no mass.
+        InputError: If a constraint is not linear in the rates or never bites, if an input reaches
+            nothing, or if a direction of motion has no mass.
     """
-    symbols = _Symbols.of(system)
-    tape, guards = symbols.tape, Guards()
-    chart = _chart(system, symbols, guards)
-    reduced = _kinematics(system, symbols, chart)
-    count = len(chart.independent)
-    M = _mass_matrix(system, symbols, reduced, count)
-    _check_masses(system, symbols, M, chart.independent)
-    balance = _balance(system, symbols, reduced, count)
-    (accelerations,) = solve_definite(tape, M, [balance], guards)
-    velocities = [symbols.rates[i] for i in chart.independent]
-    full = _kinematics(system, symbols, _unconstrained(symbols))
-    size = len(symbols.coordinates)
-    states = [reduced(body.frame) for body in system.bodies]
-    return Derivation(
-        tape=tape,
-        independent=chart.independent,
-        state=(*symbols.coordinates, *velocities),
-        inputs=tuple(symbols.inputs),
-        parameters=tuple(symbols.parameters),
-        derivative=(*chart.rates, *accelerations),
-        rates=tuple(chart.rates),
-        frames=tuple(node for state in states for node in _pose(state)),
-        point_speeds=tuple(
-            _point_speed(symbols, body, state)
-            for body, state in zip(system.bodies, states, strict=True)
-        ),
-        energy=_energy(system, symbols, states),
-        mass_matrix=tuple(n for row in _mass_matrix(system, symbols, full, size) for n in row),
-        constraint_residual=_residual(system, symbols, chart),
-        guards=tuple(guards.nodes),
+    return _Deriving(system).result()
+
+
+def is_kinematic(system: System) -> bool:
+    """Whether velocities are inputs and nothing has mass to accelerate."""
+    return any(isinstance(entry, Rate) for entry in system.inputs) and not any(
+        body.mass != 0 for body in system.bodies
     )
 
 
-def _unconstrained(symbols: _Symbols) -> _Chart:
-    size = len(symbols.coordinates)
-    zero, one = symbols.tape.zero, symbols.tape.one
-    directions = [[one if i == j else zero for i in range(size)] for j in range(size)]
-    return _Chart(tuple(range(size)), directions, list(symbols.rates), [zero] * size)
+class _Deriving:
+    """The steps of one derivation, which share a tape."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.binding = Binding.of(system)
+        self.tape = self.binding.tape
+        self.guards = Guards()
+        self.multipliers = system.velocities == "all" and bool(system.constraints)
+        if self.multipliers:
+            if any(isinstance(entry, Rate) for entry in system.inputs):
+                what = 'a rate input needs independent velocities; velocities="all" has none.'
+                raise InputError([Mistake(f"system {system.name!r}", what)])
+            self.rows = constraint_rows(system, self.binding)
+            self.redundant = independent_rows(system, self.binding, self.rows)[1]
+            self.chart = unconstrained_chart(self.binding)
+        else:
+            self.chart = find_chart(system, self.binding, self.guards)
+            self.rows = list(self.chart.rows)
+            self.redundant = self.chart.redundant
+        if not self.chart.independent and not self.chart.input_directions:
+            what = "nothing in it can move."
+            remedy = "Give it coordinates, and fewer constraints than coordinates."
+            raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
+        self.chart_guards = tuple(self.guards.nodes)
+        self.states = [self.binding.tangent[i] for i in self.chart.independent]
+
+    def result(self) -> Derivation:
+        """Return all nodes."""
+        binding, chart = self.binding, self.chart
+        accelerations = self._accelerations()
+        kinetics = self._along(chart, chart.accelerations)
+        extras = self._extras()
+        flow = tuple(binding.flow(chart.velocities)[node] for node in binding.configuration)
+        nu_dot = combine(binding, chart.directions, accelerations)
+        nu_dot = [self.tape.add(a, b) for a, b in zip(nu_dot, chart.accelerations, strict=True)]
+        massive = not is_kinematic(self.system)
+        forces = self._constraint_forces(nu_dot) if self.rows and massive else ()
+        poses = [kinetics.kinematics(body.frame) for body in self.system.bodies]
+        self._check_inputs((*accelerations, *flow, *extras))
+        return Derivation(
+            binding=binding,
+            independent=chart.independent,
+            redundant=self.redundant,
+            state=(*binding.configuration, *self.states, *binding.states),
+            derivative=(*flow, *accelerations, *extras),
+            velocities=chart.velocities,
+            flow=flow,
+            projection=self._projection(),
+            frames=tuple(node for pose in poses for node in _rows_of(pose)),
+            point_speeds=tuple(
+                _point_speed(binding, body.shapes, pose)
+                for body, pose in zip(self.system.bodies, poses, strict=True)
+            ),
+            energy=kinetics.energy() if massive else (),
+            power=(self._power(nu_dot),) if massive else (),
+            mass_matrix=self._full_mass_matrix() if massive else (),
+            constraint_residual=self._residual(),
+            constraint_forces=forces,
+            requirements=self._requirements(forces),
+            guards=tuple(self.guards.nodes),
+            chart_guards=self.chart_guards,
+        )
+
+    def _along(self, chart: Chart, accelerations: Sequence[Node]) -> Mechanics:
+        motions = Motions(chart.velocities, accelerations, chart.directions)
+        return Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+
+    def _accelerations(self) -> list[Node]:
+        """Return the derivatives of the independent velocities."""
+        if not self.chart.independent:
+            return []
+        if self.multipliers:
+            return self._accelerations_by_multipliers()
+        return self._reduced_accelerations()
+
+    def _reduced_accelerations(self) -> list[Node]:
+        """Solve M_ff v_dot_f = F_f, the driven accelerations being given."""
+        tape, chart = self.tape, self.chart
+        free = [k for k in range(len(chart.independent)) if k not in chart.driven]
+        given = combine(
+            self.binding, [chart.directions[k] for k in chart.driven], chart.driven.values()
+        )
+        known = [tape.add(a, b) for a, b in zip(chart.accelerations, given, strict=True)]
+        mechanics = self._along(chart, known)
+        M = mechanics.mass_matrix()
+        self._check_masses(M, free)
+        self._check_rate_inputs(free)
+        loads = self._loads(mechanics)
+        block = [[M[i][j] for j in free] for i in free]
+        (solved,) = solve_definite(tape, block, [[loads[i] for i in free]], self.guards)
+        accelerations = dict(zip(free, solved, strict=True)) | chart.driven
+        return [accelerations[k] for k in range(len(chart.independent))]
+
+    def _loads(self, mechanics: Mechanics) -> list[Node]:
+        """Return all forces less what the known accelerations demand."""
+        tape = self.tape
+        parts = zip(
+            mechanics.conservative_forces(),
+            mechanics.other_forces(),
+            mechanics.inertial_forces(),
+            strict=True,
+        )
+        return [tape.sub(tape.add(a, b), c) for a, b, c in parts]
+
+    def _accelerations_by_multipliers(self) -> list[Node]:
+        """Solve M nu_dot = F + A^T lambda with A nu_dot = -A_dot nu.
+
+        Redundant constraints make A M^-1 A^T singular; the multipliers of least size are taken.
+        """
+        tape = self.tape
+        mechanics = self._along(self.chart, self.chart.accelerations)
+        M = mechanics.mass_matrix()
+        self._check_masses(M, list(range(len(M))))
+        covectors = [row.covector for row in self.rows]
+        free, *compliant = solve_definite(
+            tape, M, [self._loads(mechanics), *covectors], self.guards
+        )
+        short = [tape.neg(tape.add(row.bias, tape.dot(row.covector, free))) for row in self.rows]
+        (multipliers,) = self._solve_compliance(covectors, compliant, [short])
+        push = combine(self.binding, compliant, multipliers)
+        return [tape.add(a, b) for a, b in zip(free, push, strict=True)]
+
+    def _solve_compliance(
+        self,
+        covectors: Sequence[Sequence[Node]],
+        compliant: Sequence[Sequence[Node]],
+        columns: Sequence[Sequence[Node]],
+    ) -> list[list[Node]]:
+        """Solve (A M^-1 A^T) X = B for the X of least size, as if by a pseudo-inverse.
+
+        What the regularisation changes is taken out again by refinement, which leaves only its
+        choice among the solutions that redundant constraints allow.
+
+        Source: Golub, Van Loan, Matrix Computations, 4th ed., 3.5.3.
+        """
+        tape, size = self.tape, len(covectors)
+        G = [[tape.dot(a, c) for c in compliant] for a in covectors]
+        trace = tape.sum(G[i][i] for i in range(size))
+        trifle = tape.mul(tape.constant(REGULARISATION), trace)
+        firm = [
+            [tape.add(G[i][j], trifle) if i == j else G[i][j] for j in range(size)]
+            for i in range(size)
+        ]
+        solutions = [[tape.zero] * size for _ in columns]
+        for _ in range(REFINEMENTS):
+            missing = [
+                [tape.sub(b, tape.dot(row, x)) for b, row in zip(column, G, strict=True)]
+                for column, x in zip(columns, solutions, strict=True)
+            ]
+            steps = solve_definite(tape, firm, missing, Guards())
+            solutions = [
+                [tape.add(x, step) for x, step in zip(xs, part, strict=True)]
+                for xs, part in zip(solutions, steps, strict=True)
+            ]
+        return solutions
+
+    def _extras(self) -> list[Node]:
+        actual = self.binding.at(self.chart.velocities)
+        changes = [self.binding.lower(entry.derivative) for entry in self.system.states]
+        return self.tape.substitute(changes, actual)
+
+    def _full_mass_matrix(self) -> tuple[Node, ...]:
+        chart = unconstrained_chart(self.binding)
+        M = self._along(chart, chart.accelerations).mass_matrix()
+        return tuple(entry for row in M for entry in row)
+
+    def _unbalanced(self, nu_dot: Sequence[Node]) -> list[Node]:
+        """Return M nu_dot + c - F in full coordinates: what constraints and drives contribute."""
+        chart = unconstrained_chart(self.binding)
+        motions = Motions(self.chart.velocities, nu_dot, chart.directions)
+        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        return [self.tape.neg(load) for load in self._loads(mechanics)]
+
+    def _constraint_forces(self, nu_dot: Sequence[Node]) -> tuple[Node, ...]:
+        """Return the multipliers that hold the rows, of least size where rows repeat others."""
+        tape = self.tape
+        missing = self._unbalanced(nu_dot)
+        if not self.multipliers:
+            for k, i in enumerate(self.chart.independent):
+                if k in self.chart.driven:
+                    missing[i] = tape.zero  # the drive's own force, which holds no constraint
+            block = [[row.covector[i] for row in self.rows] for i in self.chart.dependent]
+            (forces,) = solve_square(
+                tape, block, [[missing[i] for i in self.chart.dependent]], Guards()
+            )
+            return tuple(forces)
+        covectors = [row.covector for row in self.rows]
+        projected = [tape.dot(covector, missing) for covector in covectors]
+        (forces,) = self._solve_compliance(covectors, covectors, [projected])
+        return tuple(forces)
+
+    def _power(self, nu_dot: Sequence[Node]) -> Node:
+        """Return the power of friction, wrenches, inputs, and of drives and rate inputs."""
+        tape = self.tape
+        chart = unconstrained_chart(self.binding)
+        motions = Motions(self.chart.velocities, self.chart.accelerations, chart.directions)
+        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        power = tape.dot(mechanics.other_forces(), self.chart.velocities)
+        if self.chart.driven or self.chart.input_directions:
+            power = tape.add(power, tape.dot(self._unbalanced(nu_dot), self.chart.velocities))
+        return power
+
+    def _residual(self) -> tuple[Node, ...]:
+        """Return A nu of every constraint, redundant ones too, then h of those of position."""
+        rows = constraint_rows(self.system, self.binding)
+        speeds = (self.tape.dot(row.covector, self.chart.velocities) for row in rows)
+        return (*speeds, *self._gaps())
+
+    def _gaps(self) -> list[Node]:
+        return [
+            self.binding.lower(constraint.position)
+            for constraint in self.system.constraints
+            if isinstance(constraint, PositionConstraint)
+        ]
+
+    def _requirements(self, forces: Sequence[Node]) -> tuple[Node, ...]:
+        """Lower the requirements, with velocities and constraint forces as they are."""
+        by_name = {row.name: force for row, force in zip(self.rows, forces, strict=False)}
+        known = {
+            symbol: by_name[symbol.name]
+            for requirement in self.system.requirements
+            for symbol in requirement.margin.free_symbols
+            if isinstance(symbol, ForceSymbol) and symbol.name in by_name
+        }
+        lower = Lowering(self.tape, self.binding.lower.symbols | known)
+        margins = [lower(requirement.margin) for requirement in self.system.requirements]
+        return tuple(self.tape.substitute(margins, self.binding.at(self.chart.velocities)))
+
+    def _projection(self) -> tuple[Node, ...]:
+        """Return the state after one Newton step onto the constraints, quaternions made unit."""
+        attitudes = any(isinstance(c, Attitude) for c in self.system.coordinates)
+        gaps = self._gaps()
+        if not (attitudes or gaps or self.multipliers):
+            return ()
+        q = self._shifted(gaps) if gaps else list(self.binding.configuration)
+        velocities = self._shifted_velocities() if self.multipliers else self.states
+        return (*self._normalised(q), *velocities, *self.binding.states)
+
+    def _shifted(self, gaps: list[Node]) -> list[Node]:
+        """Move the configuration by the shortest way in velocity space that closes the gaps."""
+        tape = self.tape
+        rows = [
+            row
+            for row in self._own_rows()
+            if any(
+                isinstance(c, PositionConstraint) and c.name == row.name
+                for c in self.system.constraints
+            )
+        ]
+        closing = dict(
+            zip(
+                (c.name for c in self.system.constraints if isinstance(c, PositionConstraint)),
+                gaps,
+                strict=True,
+            )
+        )
+        covectors = [row.covector for row in rows]
+        (shares,) = self._solve_compliance(
+            covectors, covectors, [[tape.neg(closing[row.name]) for row in rows]]
+        )
+        move = combine(self.binding, covectors, shares)
+        flow = self.binding.flow(move)
+        return [tape.add(node, flow[node]) for node in self.binding.configuration]
+
+    def _own_rows(self) -> list[Row]:
+        """Return the rows of constraints, without those of rate inputs."""
+        return [row for row in self.rows if row.value == self.tape.zero]
+
+    def _shifted_velocities(self) -> list[Node]:
+        """Remove from the velocities what the constraints forbid."""
+        tape = self.tape
+        covectors = [row.covector for row in self.rows]
+        excess = [tape.neg(tape.dot(covector, self.states)) for covector in covectors]
+        (shares,) = self._solve_compliance(covectors, covectors, [excess])
+        change = combine(self.binding, covectors, shares)
+        return [tape.add(v, c) for v, c in zip(self.states, change, strict=True)]
+
+    def _normalised(self, q: list[Node]) -> list[Node]:
+        tape, entries = self.tape, list(q)
+        place = 0
+        for coordinate in self.system.coordinates:
+            size = 4 if isinstance(coordinate, Attitude) else 1
+            if size == 4:
+                part = entries[place : place + 4]
+                length = tape.unary("sqrt", tape.dot(part, part))
+                entries[place : place + 4] = [tape.div(entry, length) for entry in part]
+            place += size
+        return entries
+
+    def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
+        """Name a direction of motion that no mass resists.
+
+        It has to be without mass at every sampled state: at a pole of its coordinates, such as a
+        spherical pendulum that hangs straight down, a machine has no mass in one direction.
+        """
+        flat = [M[i][j] for i in free for j in free]
+        massless: list[str] = []
+        for values in feasible_values(self.system, self.binding) if free else ():
+            try:
+                matrix = np.reshape(self.tape.evaluate(flat, values), (len(free), len(free)))
+            except (ArithmeticError, ValueError):
+                continue  # the machine has no mass matrix there because it has no pose there
+            moved = _massless_motion(matrix)
+            if not moved:
+                return
+            massless = [self._velocity_name(free[i]) for i in moved]
+        if massless:
+            what = f"no mass or inertia resists a motion of {', '.join(massless)}."
+            remedy = "Give a body that it moves a mass or an inertia."
+            raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
+
+    def _velocity_name(self, k: int) -> str:
+        symbols = tangent_symbols(self.system)
+        return str(symbols[self.chart.independent[k]].name).removesuffix("_dot")
+
+    def _check_rate_inputs(self, free: list[int]) -> None:
+        """Refuse a velocity input whose jumps would be blows to what has mass."""
+        chart = self.chart
+        if not chart.input_directions:
+            return
+        directions = (*chart.directions, *chart.input_directions.values())
+        motions = Motions(chart.velocities, chart.accelerations, directions)
+        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        M = mechanics.mass_matrix()
+        for k, node in enumerate(chart.input_directions, start=len(chart.directions)):
+            if any(M[i][k] != self.tape.zero for i in free):
+                name = self.tape.operations[node].label
+                what = "its steps would be blows to a machine that has mass."
+                remedy = "Make it a Drive, whose value is the acceleration."
+                raise InputError([Mistake(f"input {name!r}", what, remedy)])
+
+    def _check_inputs(self, outputs: Sequence[Node]) -> None:
+        """Name inputs that change nothing."""
+        used = frozenset[Node]().union(*(self.tape.depends_on(node) for node in outputs))
+        mistakes = [
+            Mistake(f"input {entry.name!r}", "it reaches nothing.", _cure(entry))
+            for entry, node in zip(self.system.inputs, self.binding.inputs, strict=True)
+            if node not in used
+        ]
+        if mistakes:
+            raise InputError(mistakes)
 
 
-def _kinematics(system: System, symbols: _Symbols, chart: _Chart) -> Kinematics:
-    tape = symbols.tape
-    base: Vector = (tape.zero,) * 3
-    if system.gravity:
-        strength = symbols.lower(system.gravity.strength)
-        x, y, z = (tape.mul(tape.constant(-d), strength) for d in system.gravity.down)
-        base = (x, y, z)
-    motions = Motions(
-        coordinates=symbols.coordinates,
-        symbols=symbols.rates,
-        rates=chart.rates,
-        accelerations=chart.accelerations,
-        directions=chart.directions,
-        base=base,
-    )
-    return Kinematics(symbols.lower, motions)
+def _massless_motion(M: np.ndarray) -> list[int]:
+    """Return the coordinates that move where a mass matrix is singular; none where it is not."""
+    # Each coordinate in a unit in which its own inertia is 1: kg and kg m^2 do not compare.
+    own = np.sqrt(np.maximum(np.diag(M), 0.0))
+    own = np.where(own > 0, own, 1.0)
+    eigenvalues, vectors = np.linalg.eigh(M / np.outer(own, own))
+    if eigenvalues[0] > MASSLESS:
+        return []
+    return [int(i) for i in np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)]
 
 
-def _mass_matrix(
-    system: System, symbols: _Symbols, kinematics: Kinematics, size: int
-) -> list[list[Node]]:
-    """Sum J^T I J over the bodies; symmetric by construction."""
-    tape = symbols.tape
-    M = [[tape.zero] * size for _ in range(size)]
-    for body in system.bodies:
-        columns = kinematics(body.frame).columns
-        momenta = [_momentum(symbols, body, column) for column in columns]
-        for i in range(size):
-            for j in range(i + 1):
-                M[i][j] = M[j][i] = tape.add(M[i][j], _power(tape, momenta[i], columns[j]))
-    return M
+def _cure(entry: object) -> str:
+    if isinstance(entry, Drive):
+        return "Let it drive a coordinate that is free to move."
+    return "Let it act on a body that it can move, or leave it out."
 
 
-def _balance(system: System, symbols: _Symbols, kinematics: Kinematics, size: int) -> list[Node]:
-    """Return what accelerates each direction: inputs less inertia and gravity forces."""
-    tape = symbols.tape
-    balance = [tape.zero] * size
-    for body in system.bodies:
-        state = kinematics(body.frame)
-        inertial = _inertial_wrench(symbols, body, state)
-        for i, column in enumerate(state.columns):
-            balance[i] = tape.sub(balance[i], _power(tape, inertial, column))
-    for entry, value in zip(system.inputs, symbols.inputs, strict=True):
-        for i, share in enumerate(_input_shares(entry, kinematics, size)):
-            balance[i] = tape.add(balance[i], tape.mul(value, share))
-    return balance
+def _rows_of(state: FrameState) -> list[Node]:
+    rows = zip(state.rotation, state.position, strict=True)
+    return [node for row, coordinate in rows for node in (*row, coordinate)]
 
 
-def _momentum(symbols: _Symbols, body: Body, twist: Twist) -> Twist:
-    tape, lower = symbols.tape, symbols.lower
-    x, y, z = (
-        tape.mul(lower(moment), component)
-        for moment, component in zip(body.inertia, twist.angular, strict=True)
-    )
-    return Twist(scale(tape, lower(body.mass), twist.linear), (x, y, z))
-
-
-def _inertial_wrench(symbols: _Symbols, body: Body, state: FrameState) -> Twist:
-    """Newton's m a and Euler's I alpha + omega x I omega, in the body's axes."""
-    tape = symbols.tape
-    change = _momentum(symbols, body, state.acceleration)
-    spin = _momentum(symbols, body, state.velocity).angular
-    gyroscopic = cross(tape, state.velocity.angular, spin)
-    return Twist(change.linear, add(tape, change.angular, gyroscopic))
-
-
-def _power(tape: Tape, wrench: Twist, twist: Twist) -> Node:
-    linear = tape.dot(wrench.linear, twist.linear)
-    return tape.add(linear, tape.dot(wrench.angular, twist.angular))
-
-
-def _input_shares(entry: Input, kinematics: Kinematics, size: int) -> list[Node]:
-    """Return the generalised force of a unit input along each direction of motion."""
-    tape = kinematics.tape
-    shares = [tape.zero] * size
-    for body, sign in ((entry.on, 1), (entry.reacts_on, -1)):
-        if body is None:
-            continue
-        for i, column in enumerate(kinematics(body.frame).columns):
-            share = _unit_share(entry, kinematics, body.frame, column)
-            shares[i] = (tape.add if sign > 0 else tape.sub)(shares[i], share)
-    return shares
-
-
-def _unit_share(entry: Input, kinematics: Kinematics, frame: Frame, column: Twist) -> Node:
-    match entry:
-        case Torque():
-            axis = kinematics.direction(entry.about, frame)
-            return kinematics.tape.dot(axis, column.angular)
-        case Force():
-            axis = kinematics.direction(entry.along, frame)
-            return kinematics.tape.dot(axis, column.linear)
-
-
-def _pose(state: FrameState) -> Iterable[Node]:
-    for row, coordinate in zip(state.rotation, state.position, strict=True):
-        yield from (*row, coordinate)
-
-
-def _point_speed(symbols: _Symbols, body: Body, state: FrameState) -> Node:
-    """Bound the speed of the body's points; spin about a shape's axis of symmetry moves none."""
-    tape = symbols.tape
+def _point_speed(binding: Binding, shapes: Sequence[object], state: FrameState) -> Node:
+    """Bound the speed of a body's points; spin about a shape's axis of symmetry moves none."""
+    tape = binding.tape
     linear = tape.unary("sqrt", tape.dot(state.velocity.linear, state.velocity.linear))
-    fastest = tape.zero if body.shapes else linear
-    for shape in body.shapes:
-        extent = reach(shape)
+    fastest = tape.zero if shapes else linear
+    for shape in shapes:
+        extent = reach(shape)  # type: ignore[arg-type]
         spin = [
             component
             for name, component in zip("xyz", state.velocity.angular, strict=True)
             if name not in extent.symmetric_about
         ]
         turning = tape.unary("sqrt", tape.dot(spin, spin)) if spin else tape.zero
-        speed = tape.add(linear, tape.mul(turning, symbols.lower(extent.radius)))
+        speed = tape.add(linear, tape.mul(turning, binding.lower(extent.radius)))
         fastest = tape.maximum(fastest, speed)
     return fastest
-
-
-def _energy(system: System, symbols: _Symbols, states: Sequence[FrameState]) -> tuple[Node, Node]:
-    tape = symbols.tape
-    kinetic, potential = tape.zero, tape.zero
-    for body, state in zip(system.bodies, states, strict=True):
-        momentum = _momentum(symbols, body, state.velocity)
-        kinetic = tape.add(kinetic, _power(tape, momentum, state.velocity))
-        if system.gravity:
-            down = tape.dot(map(tape.constant, system.gravity.down), state.position)
-            weight = tape.mul(symbols.lower(body.mass), symbols.lower(system.gravity.strength))
-            potential = tape.sub(potential, tape.mul(weight, down))
-    return tape.mul(tape.constant(0.5), kinetic), potential
-
-
-def _residual(system: System, symbols: _Symbols, chart: _Chart) -> tuple[Node, ...]:
-    velocities = [symbols.lower(constraint.velocity) for constraint in system.constraints]
-    actual = dict(zip(symbols.rates, chart.rates, strict=True))
-    return tuple(symbols.tape.substitute(velocities, actual))
-
-
-def _chart(system: System, symbols: _Symbols, guards: Guards) -> _Chart:
-    if not system.constraints:
-        return _unconstrained(symbols)
-    tape = symbols.tape
-    w = [_covector(symbols, c.name, symbols.lower(c.velocity)) for c in system.constraints]
-    independent = _independent(system, symbols, w)
-    dependent = [i for i in range(len(symbols.coordinates)) if i not in independent]
-    columns = [[tape.neg(row[i]) for row in w] for i in independent]
-    w_dependent = [[row[i] for i in dependent] for row in w]
-    shares = solve_square(tape, w_dependent, columns, guards)
-    directions = [
-        _spread(
-            tape, len(symbols.coordinates), {i: tape.one}, dict(zip(dependent, share, strict=True))
-        )
-        for i, share in zip(independent, shares, strict=True)
-    ]
-    rates = [
-        tape.sum(
-            tape.mul(column[k], symbols.rates[i])
-            for column, i in zip(directions, independent, strict=True)
-        )
-        for k in range(len(symbols.coordinates))
-    ]
-    changes = [_change(symbols, symbols.lower(c.velocity), rates) for c in system.constraints]
-    (drift,) = solve_square(tape, w_dependent, [changes], Guards())
-    gamma = _spread(tape, len(rates), dict(zip(dependent, drift, strict=True)), {})
-    return _Chart(independent, directions, rates, gamma)
-
-
-def _spread(tape: Tape, size: int, *parts: dict[int, Node]) -> list[Node]:
-    """Return a vector that is zero but at the given indices."""
-    vector = [tape.zero] * size
-    for part in parts:
-        for index, node in part.items():
-            vector[index] = node
-    return vector
-
-
-def _covector(symbols: _Symbols, name: str, velocity: Node) -> list[Node]:
-    """Return the row w(q) of a constraint that must be linear in the rates, and only that."""
-    tape = symbols.tape
-    row = [tape.derivative([velocity], {r: tape.one})[0] for r in symbols.rates]
-    rates = frozenset(symbols.rates)
-    nothing = dict.fromkeys(symbols.rates, tape.zero)
-    where = f"constraint {name!r}"
-    if any(tape.depends_on(entry) & rates for entry in row):
-        raise InputError([Mistake(where, "it is not linear in the rates.")])
-    if tape.substitute([velocity], nothing)[0] != tape.zero:
-        what = "it does not vanish when the machine rests."
-        raise InputError([Mistake(where, what, "State a velocity, such as V.y.")])
-    if all(entry == tape.zero for entry in row):
-        raise InputError([Mistake(where, "it never bites: no rate occurs in it.")])
-    return row
-
-
-def _change(symbols: _Symbols, velocity: Node, rates: Sequence[Node]) -> Node:
-    """Return -(d/dt w) q_dot, the part of d/dt (w q_dot) = 0 without second derivatives."""
-    tape = symbols.tape
-    along = dict(zip(symbols.coordinates, symbols.rates, strict=True))
-    (change,) = tape.derivative([velocity], along)
-    (actual,) = tape.substitute([change], dict(zip(symbols.rates, rates, strict=True)))
-    return tape.neg(actual)
-
-
-def _independent(system: System, symbols: _Symbols, w: list[list[Node]]) -> tuple[int, ...]:
-    """Choose, once, the coordinates whose rates describe the motion.
-
-    The others are those that the constraints determine best at the worst of some sampled states;
-    among equals the coordinates that were made first.
-    """
-    samples = _sampled_rows(system, symbols, w)
-    _check_rank(system, samples)
-    size, count = len(symbols.coordinates), len(w)
-    if system.velocities is not None:
-        independent = tuple(system.coordinates.index(c) for c in system.velocities)
-        if len(independent) != size - count:
-            what = f"{len(independent)} velocities are named; {size - count} are independent."
-            raise InputError([Mistake(f"system {system.name!r}", what)])
-        candidates = [tuple(i for i in range(size) if i not in independent)]
-    else:
-        candidates = list(combinations(range(size), count))
-    margins = [_margin(samples[:, :, dependent]) for dependent in candidates]
-    best = max(range(len(candidates)), key=lambda k: (round(margins[k], 9), -k))
-    if margins[best] < SMALLEST_PIVOT:
-        what = "no fixed choice of independent velocities works at all sampled states."
-        remedy = "Name them with velocities=[…], or check the constraints."
-        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
-    independent = tuple(i for i in range(size) if i not in candidates[best])
-    return independent
-
-
-def _sampled_rows(system: System, symbols: _Symbols, w: list[list[Node]]) -> np.ndarray:
-    """Evaluate w at random states; shape (samples, constraints, coordinates)."""
-    generator = np.random.default_rng(0)
-    flat = [entry for row in w for entry in row]
-    rows = []
-    for _ in range(SAMPLES):
-        values = {c.name: _sample(c, generator) for c in system.coordinates}
-        values |= system.parameter_values
-        rows.append(np.reshape(symbols.tape.evaluate(flat, values), (len(w), -1)))
-    return np.array(rows)
-
-
-def _sample(coordinate: Coordinate, generator: np.random.Generator) -> float:
-    if coordinate.topology == "circle":
-        return float(generator.uniform(-np.pi, np.pi))
-    lower = coordinate.lower if np.isfinite(coordinate.lower) else -coordinate.scale
-    upper = coordinate.upper if np.isfinite(coordinate.upper) else lower + 2 * coordinate.scale
-    return float(generator.uniform(min(lower, upper - coordinate.scale), upper))
-
-
-def _check_rank(system: System, samples: np.ndarray) -> None:
-    count = samples.shape[1]
-    for used in range(1, count + 1):
-        ranks = [np.linalg.matrix_rank(rows[:used], tol=1e-9) for rows in samples]
-        if max(ranks) < used:
-            name = system.constraints[used - 1].name
-            what = "it follows from the constraints before it."
-            raise InputError([Mistake(f"constraint {name!r}", what, "Leave it out.")])
-
-
-def _margin(samples: np.ndarray) -> float:
-    """Return the worst inverse condition number of square matrices, shape (samples, n, n)."""
-    values = np.linalg.svd(samples, compute_uv=False)
-    largest = np.maximum(values[:, 0], 1e-300)
-    return float(np.min(values[:, -1] / largest))
-
-
-def _check_masses(
-    system: System, symbols: _Symbols, M: list[list[Node]], independent: tuple[int, ...]
-) -> None:
-    """Name a direction of motion that no mass resists."""
-    generator = np.random.default_rng(0)
-    values = {c.name: _sample(c, generator) for c in system.coordinates}
-    values |= system.parameter_values
-    flat = [entry for row in M for entry in row]
-    matrix = np.reshape(symbols.tape.evaluate(flat, values), (len(M), len(M)))
-    eigenvalues, vectors = np.linalg.eigh(matrix)
-    if eigenvalues[0] <= 1e-12 * max(eigenvalues[-1], 1e-300):
-        moved = np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)
-        names = ", ".join(system.coordinates[independent[i]].name for i in moved)
-        what = f"no mass or inertia resists a motion of {names}."
-        remedy = "Give a body that it moves a mass or an inertia."
-        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])

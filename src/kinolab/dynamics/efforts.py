@@ -1,92 +1,17 @@
-"""What acts on bodies: inputs with limits, and gravity."""
+"""What acts on a machine besides its inputs: gravity, springs, buoyancy, friction and wrenches."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import TypeAlias
 
 import sympy
 
 from kinolab.dynamics.bodies import Body
-from kinolab.dynamics.frames import Axis, Number
-from kinolab.dynamics.symbols import InputSymbol
+from kinolab.dynamics.frames import Frame, Number
+from kinolab.dynamics.records import exact, sympify_fields
+from kinolab.dynamics.shapes import ORIGIN, Point
 from kinolab.errors import InputError, Mistake
-
-Limit: TypeAlias = float | tuple[float, float]
-
-
-@dataclass(frozen=True, init=False)
-class Torque:
-    """An input torque in [N m] on a body about an axis.
-
-    Args:
-        name: What scenarios and files call the input.
-        on: The body it turns.
-        about: The axis; *whose* axis it is matters, for it moves with its frame.
-        reacts_on: The body that feels the opposite torque; the world when left out.
-        limit: Largest magnitude, or (lower, upper), in [N m].
-    """
-
-    name: str
-    on: Body
-    about: Axis
-    reacts_on: Body | None
-    bounds: tuple[float, float]
-
-    unit = "N m"
-
-    def __init__(
-        self, name: str, *, on: Body, about: Axis, reacts_on: Body | None = None, limit: Limit
-    ) -> None:
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "on", on)
-        object.__setattr__(self, "about", about)
-        object.__setattr__(self, "reacts_on", reacts_on)
-        object.__setattr__(self, "bounds", limits(name, limit))
-
-    @property
-    def symbol(self) -> InputSymbol:
-        """The symbol of the input's value."""
-        return InputSymbol(self.name)
-
-
-@dataclass(frozen=True, init=False)
-class Force:
-    """An input force in [N] on a body's centre of mass along an axis.
-
-    Args:
-        name: What scenarios and files call the input.
-        on: The body it pushes.
-        along: The direction, which moves with the axis' frame.
-        reacts_on: The body that feels the opposite force at its own centre of mass.
-        limit: Largest magnitude, or (lower, upper), in [N].
-    """
-
-    name: str
-    on: Body
-    along: Axis
-    reacts_on: Body | None
-    bounds: tuple[float, float]
-
-    unit = "N"
-
-    def __init__(
-        self, name: str, *, on: Body, along: Axis, reacts_on: Body | None = None, limit: Limit
-    ) -> None:
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "on", on)
-        object.__setattr__(self, "along", along)
-        object.__setattr__(self, "reacts_on", reacts_on)
-        object.__setattr__(self, "bounds", limits(name, limit))
-
-    @property
-    def symbol(self) -> InputSymbol:
-        """The symbol of the input's value."""
-        return InputSymbol(self.name)
-
-
-Input: TypeAlias = Torque | Force
 
 
 @dataclass(frozen=True)
@@ -104,19 +29,126 @@ def toward(direction: str, strength: Number = 9.81) -> Gravity:
         direction: A world axis with an optional sign: ``"-z"``, ``"+x"``, ``"y"``.
         strength: In [m/s^2].
     """
-    sign, axis = (direction[0], direction[1:]) if direction[:1] in "+-" else ("+", direction)
+    signed = direction[:1] in ("+", "-")
+    sign, axis = (direction[0], direction[1:]) if signed else ("+", direction)
     if axis not in ("x", "y", "z"):
         remedy = "Use x, y or z with an optional sign, such as '-z'."
         raise InputError([Mistake("gravity", f"{direction!r} is not a direction.", remedy)])
     value = -1.0 if sign == "-" else 1.0
     x, y, z = (value if axis == name else 0.0 for name in "xyz")
-    return Gravity((x, y, z), sympy.sympify(strength))
+    return Gravity((x, y, z), exact(strength))
 
 
-def limits(name: str, limit: Limit) -> tuple[float, float]:
-    """Read a limit, a magnitude or a pair, as (lower, upper)."""
-    lower, upper = limit if isinstance(limit, tuple) else (-limit, limit)
-    if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
-        remedy = "Give a positive magnitude, or (lower, upper), finite."
-        raise InputError([Mistake(f"input {name!r}", f"its limit is {limit!r}.", remedy)])
-    return float(lower), float(upper)
+@dataclass(frozen=True)
+class Potential:
+    """Any energy of position in [J], such as k theta^2 / 2; its negative gradient is the force."""
+
+    energy: Number
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "energy")
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A linear spring between the origins of two frames.
+
+    Attributes:
+        between: The two frames.
+        stiffness: In [N/m].
+        length: At rest, in [m]; where it is not 0 the origins must stay apart.
+    """
+
+    _: KW_ONLY
+    between: tuple[Frame, Frame]
+    stiffness: Number
+    length: Number = 0
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "stiffness", "length")
+
+
+@dataclass(frozen=True)
+class Buoyancy:
+    """A constant lift against gravity at a point of a body.
+
+    Attributes:
+        on: The body.
+        lift: In [N]; a neutrally buoyant body has its weight here.
+        at: The centre of buoyancy in the body's frame, in [m].
+    """
+
+    _: KW_ONLY
+    on: Body
+    lift: Number
+    at: Point = ORIGIN
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "lift", "at")
+
+
+@dataclass(frozen=True)
+class Viscous:
+    """Friction that grows with a velocity: the force -coefficient * velocity along it.
+
+    Attributes:
+        velocity: An expression linear in the rates, such as ``rate(phi)`` or ``V.x``.
+        coefficient: In [N s/m] or [N m s/rad].
+    """
+
+    velocity: Number
+    coefficient: Number
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "velocity", "coefficient")
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Dry friction, regularised: the force -strength * tanh(velocity / smoothing) along it.
+
+    Attributes:
+        velocity: An expression linear in the rates.
+        strength: Friction coefficient times normal force, in [N] or [N m]; may be an expression.
+        smoothing: Velocity at which three quarters of the force are reached, in [m/s] or [rad/s];
+            the smaller, the stiffer.
+    """
+
+    velocity: Number
+    strength: Number
+    smoothing: Number = 0.01
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "velocity", "strength", "smoothing")
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Any force and torque on a body, as expressions in states, inputs and parameters.
+
+    Attributes:
+        on: The body.
+        force: Components in the body's axes, in [N].
+        torque: Components in the body's axes, in [N m].
+        at: Where the force acts, in the body's frame, in [m].
+        reacts_on: The body that feels the opposite, on the same line; the world when left out.
+    """
+
+    _: KW_ONLY
+    on: Body
+    force: Point = ORIGIN
+    torque: Point = ORIGIN
+    at: Point = ORIGIN
+    reacts_on: Body | None = None
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "force", "torque", "at")
+
+
+Effort: TypeAlias = Potential | Spring | Buoyancy | Viscous | Coulomb | Wrench

@@ -1,6 +1,9 @@
 """The equations of motion as a person writes them, by d/dt(dL/dq_dot) - dL/dq = F + w^T lambda.
 
-They are derived here a second time, by SymPy from the energies, and never compiled.
+They are derived here a second time, by SymPy from the energies, and never compiled. On SO(3) they
+take their Euler-Poincare form, d/dt(dL/domega) + omega x dL/domega - dL/dR = F + w^T lambda.
+
+Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapters 3 and 5.
 """
 
 from __future__ import annotations
@@ -11,49 +14,48 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.bodies import Body
-from kinolab.dynamics.efforts import Force, Input, Torque
-from kinolab.dynamics.frames import (
-    Axis,
-    Frame,
-    Rotation,
-    pose,
-    rotation_matrix,
-    time_derivative,
-    velocity,
-)
+from kinolab.dynamics.binding import tangent_symbols
+from kinolab.dynamics.chart import velocity_of
+from kinolab.dynamics.constraints import PositionConstraint
+from kinolab.dynamics.energies import kinetic_energy, loads, potential_energy
+from kinolab.dynamics.frames import motion_of, time_derivative
+from kinolab.dynamics.inputs import Drive, Rate
 from kinolab.dynamics.printing import one_line
-from kinolab.dynamics.symbols import Acceleration, rate
+from kinolab.dynamics.records import exact
+from kinolab.dynamics.symbols import Acceleration, TurnAcceleration, TurnRate
 from kinolab.dynamics.system import System
 
 TIDYING = 4.0  # [s] after which no further equation is made more readable
 LONGEST = 400  # operations of an expression that SymPy can still simplify in a moment
+MOST_ELIMINATED = 2  # constraints whose elimination by hand stays short enough to read
 
 
 @dataclass(frozen=True)
 class Equations(Sequence[sympy.Eq]):
-    """A machine's equations of motion; as a sequence, all of them in order.
+    """A machine's equations of motion; as a sequence, all of them but the reduced ones.
 
     Attributes:
         lagrangian: L = T - V.
-        constraints: w(q) q_dot = 0, one per constraint.
-        balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per coordinate.
-        reduced: The same without multipliers, one per independent velocity; empty where there is
-            no constraint or where the elimination has no short form.
-        velocities: The independent velocities.
+        balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per velocity; for a driven
+            coordinate its acceleration.
+        constraints: w(q) q_dot = 0 or h(q) = 0, one per constraint, and velocities that are
+            inputs.
+        further: The rates of further states.
+        reduced: The balance without multipliers, one per independent velocity; empty where there
+            is no constraint or where the elimination has no short form.
     """
 
     lagrangian: sympy.Expr
-    constraints: tuple[sympy.Eq, ...]
     balance: tuple[sympy.Eq, ...]
+    constraints: tuple[sympy.Eq, ...]
+    further: tuple[sympy.Eq, ...]
     reduced: tuple[sympy.Eq, ...]
-    velocities: tuple[sympy.Symbol, ...]
 
     def __len__(self) -> int:
-        return len(self.constraints) + len(self.balance)
+        return len(self.balance) + len(self.constraints) + len(self.further)
 
     def __getitem__(self, index):  # type: ignore[no-untyped-def]
-        return (*self.balance, *self.constraints)[index]
+        return (*self.balance, *self.constraints, *self.further)[index]
 
     def text(self) -> str:
         """Return everything in plain text with Greek letters and dots."""
@@ -69,168 +71,164 @@ class Equations(Sequence[sympy.Eq]):
 
 def equations_of(system: System) -> Equations:
     """Derive a machine's equations of motion from its energies."""
-    from kinolab.dynamics.derivation import derive
-
-    deadline = time.monotonic() + TIDYING
-    rates = [rate(c) for c in system.coordinates]
-    accelerations = [Acceleration(c) for c in system.coordinates]
-    lagrangian = _tidy(_kinetic(system) - _potential(system), deadline)
-    power = sum((i.symbol * _power(i) for i in system.inputs), sympy.Integer(0))
-    multipliers = _multipliers(len(system.constraints))
-    w = sympy.Matrix(
-        [[sympy.diff(c.velocity, r) for r in rates] for c in system.constraints]
-    ).reshape(len(multipliers), len(rates))
-    left = [
-        _tidy(_euler_lagrange(lagrangian, c, r, rates, accelerations), deadline)
-        for c, r in zip(system.coordinates, rates, strict=True)
-    ]
-    forces = [_tidy(sympy.diff(power, r), deadline) for r in rates]
-    held = w.T * sympy.Matrix(multipliers) if multipliers else sympy.zeros(len(rates), 1)
-    balance = tuple(
-        sympy.Eq(left_side, force + hold, evaluate=False)
-        for left_side, force, hold in zip(left, forces, held, strict=True)
-    )
-    independent = derive(system).independent
-    return Equations(
-        lagrangian=lagrangian,
-        constraints=tuple(
-            sympy.Eq(_tidy(c.velocity, deadline), 0, evaluate=False) for c in system.constraints
-        ),
-        balance=balance,
-        reduced=_reduced(system, w, left, forces, independent, deadline),
-        velocities=tuple(rates[i] for i in independent),
-    )
+    return _Deriving(system).result()
 
 
-def _kinetic(system: System) -> sympy.Expr:
-    total = sympy.Integer(0)
-    for body in system.bodies:
-        V = velocity(_carrier(body))
-        total += body.mass * V.linear.dot(V.linear) / 2
-        spin = velocity(body.frame).angular if _carrier(body) is body.frame else _spin(body)
-        total += sum(i * w**2 for i, w in zip(body.inertia, spin, strict=True)) / 2
-    return total
+class _Deriving:
+    """The steps of one derivation, which share symbols and a time budget."""
 
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.deadline = time.monotonic() + TIDYING
+        self.velocities = tangent_symbols(system)
+        self.accelerations = [
+            TurnAcceleration(v) if isinstance(v, TurnRate) else Acceleration(v.coordinate)
+            for v in self.velocities
+        ]
+        self.lagrangian = self.tidy(kinetic_energy(system) - potential_energy(system))
 
-def _carrier(body: Body) -> Frame:
-    """Return the frame that a body of revolution turns in, else the body's own.
+    def result(self) -> Equations:
+        """Return all equations."""
+        constraints = self.system.constraints
+        multipliers = [sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(constraints))]
+        w = sympy.Matrix(
+            len(constraints),
+            len(self.velocities),
+            lambda i, j: sympy.diff(velocity_of(constraints[i]), self.velocities[j]),
+        )
+        left = [self.tidy(self.left_side(k)) for k in range(len(self.velocities))]
+        forces = [self.tidy(force) for force in self.forces()]
+        held = w.T * sympy.Matrix(len(multipliers), 1, multipliers)
+        drives = {entry.on.name: entry for entry in self.system.inputs if isinstance(entry, Drive)}
+        kinematic = self.lagrangian == 0
+        balance = (
+            []
+            if kinematic
+            else [
+                self.balance(k, left[k], forces[k] + held[k], drives)
+                for k in range(len(self.velocities))
+            ]
+        )
+        return Equations(
+            lagrangian=self.lagrangian,
+            balance=tuple(balance),
+            constraints=(*self.constraint_equations(), *self.rate_equations()),
+            further=tuple(
+                sympy.Eq(sympy.Symbol(f"{s.name}_dot", real=True), s.derivative, evaluate=False)
+                for s in self.system.states
+            ),
+            reduced=() if drives or kinematic else self.reduced(w, left, forces),
+        )
 
-    Its own spin about the axis of symmetry changes no energy, and leaving it out of the axes keeps
-    the equations short.
-    """
-    last = body.frame.motions[-1:] and body.frame.motions[-1]
-    if isinstance(last, Rotation):
-        others = [i for axis, i in zip("xyz", body.inertia, strict=True) if axis != last.axis]
-        if sympy.simplify(others[0] - others[1]) == 0:
-            return Frame(body.frame.motions[:-1])
-    return body.frame
+    def left_side(self, k: int) -> sympy.Expr:
+        """Return d/dt(dL/dv) - dL/dq along one velocity, in its Euler-Poincare form on SO(3)."""
+        v = self.velocities[k]
+        momentum = sympy.diff(self.lagrangian, v)
+        change = time_derivative(momentum) + sum(
+            sympy.diff(momentum, other) * a
+            for other, a in zip(self.velocities, self.accelerations, strict=True)
+        )
+        if not isinstance(v, TurnRate):
+            return change - sympy.diff(self.lagrangian, v.coordinate)
+        turns = v.attitude.turn_rate
+        spin = sympy.Matrix(turns)
+        momenta = sympy.Matrix([sympy.diff(self.lagrangian, turn) for turn in turns])
+        return change + spin.cross(momenta)[v.index] - self.slope(v)
 
+    def slope(self, turn: TurnRate) -> sympy.Expr:
+        """Return how the Lagrangian changes when an attitude turns about one body axis."""
+        alone = {other: 1 if other == turn else 0 for other in turn.attitude.turn_rate}
+        return sum(
+            (
+                sympy.diff(self.lagrangian, entry) * motion_of(entry).subs(alone)
+                for entry in turn.attitude.quaternion
+            ),
+            sympy.Integer(0),
+        )
 
-def _spin(body: Body) -> sympy.Matrix:
-    """Return the angular velocity of a body of revolution in its carrier's axes."""
-    spin = velocity(_carrier(body)).angular
-    for motion in body.frame.motions[-1:]:
-        if isinstance(motion, Rotation):
-            spin["xyz".index(motion.axis)] += time_derivative(motion.angle)
-    return spin
+    def forces(self) -> list[sympy.Expr]:
+        """Return the generalised forces of everything that is not conservative."""
+        total = [sympy.Integer(0)] * len(self.velocities)
+        for strength, velocity in loads(self.system):
+            for k, v in enumerate(self.velocities):
+                total[k] += strength * sympy.diff(velocity, v)
+        return total
 
+    def balance(
+        self, k: int, left: sympy.Expr, right: sympy.Expr, drives: dict[str, Drive]
+    ) -> sympy.Eq:
+        """Return one equation of motion; a drive imposes the acceleration instead."""
+        v = self.velocities[k]
+        drive = None if isinstance(v, TurnRate) else drives.get(v.coordinate.name)
+        if drive is not None:
+            return sympy.Eq(self.accelerations[k], drive.symbol, evaluate=False)
+        return sympy.Eq(left, right, evaluate=False)
 
-def _potential(system: System) -> sympy.Expr:
-    if system.gravity is None:
-        return sympy.Integer(0)
-    down = sympy.Matrix([sympy.nsimplify(d) for d in system.gravity.down])
-    heights = (-body.mass * down.dot(pose(body.frame)[1]) for body in system.bodies)
-    return system.gravity.strength * sum(heights, sympy.Integer(0))
+    def constraint_equations(self) -> Iterator[sympy.Eq]:
+        """Yield the constraints as they were stated."""
+        for constraint in self.system.constraints:
+            held = (
+                constraint.position
+                if isinstance(constraint, PositionConstraint)
+                else constraint.velocity
+            )
+            yield sympy.Eq(self.tidy(held), 0, evaluate=False)
 
+    def rate_equations(self) -> Iterator[sympy.Eq]:
+        """Yield the velocities that are inputs."""
+        for entry in self.system.inputs:
+            if isinstance(entry, Rate):
+                yield sympy.Eq(self.tidy(entry.velocity), entry.symbol, evaluate=False)
 
-def _power(entry: Input) -> sympy.Expr:
-    """Return the power of a unit input."""
-    total = sympy.Integer(0)
-    for body, sign in ((entry.on, 1), (entry.reacts_on, -1)):
-        if body is None:
-            continue
-        V = velocity(body.frame)
-        match entry:
-            case Torque():
-                total += sign * _direction(entry.about, body.frame).dot(V.angular)
-            case Force():
-                total += sign * _direction(entry.along, body.frame).dot(V.linear)
-    return total
+    def reduced(
+        self, w: sympy.Matrix, left: Sequence[sympy.Expr], forces: Sequence[sympy.Expr]
+    ) -> tuple[sympy.Eq, ...]:
+        """Project the balance onto the motions that the constraints allow, if that stays short."""
+        from kinolab.dynamics.derivation import derive
 
+        if not 0 < w.rows <= MOST_ELIMINATED or self.system.velocities == "all":
+            return ()
+        independent = derive(self.system).independent
+        dependent = [i for i in range(len(left)) if i not in independent]
+        if len(dependent) != w.rows:
+            return ()
+        block = w[:, dependent]
+        shares = -(block.adjugate() * w[:, list(independent)]) / sympy.trigsimp(block.det())
+        shares = shares.applyfunc(sympy.trigsimp)
+        known = self.eliminated(shares, dependent, independent)
+        equations = []
+        for column, i in enumerate(independent):
+            side = left[i] + sum(shares[k, column] * left[j] for k, j in enumerate(dependent))
+            force = forces[i] + sum(shares[k, column] * forces[j] for k, j in enumerate(dependent))
+            side, force = (self.tidy(part.subs(known)) for part in (side, force))
+            equations.append(sympy.Eq(side, force, evaluate=False))
+        return tuple(equations)
 
-def _direction(axis: Axis, frame: Frame) -> sympy.Matrix:
-    """Return a frame's axis in the axes of another, the common beginning left out."""
-    own, other = list(axis.frame.motions), list(frame.motions)
-    while own and other and own[0] == other[0]:
-        own, other = own[1:], other[1:]
-    vector = sympy.Matrix([1 if axis.name == name else 0 for name in "xyz"])
-    for motion in reversed(own):
-        if isinstance(motion, Rotation):
-            vector = rotation_matrix(motion.axis, motion.angle) * vector
-    for motion in other:
-        if isinstance(motion, Rotation):
-            vector = rotation_matrix(motion.axis, motion.angle).T * vector
-    return vector
+    def eliminated(
+        self, shares: sympy.Matrix, dependent: Sequence[int], independent: Sequence[int]
+    ) -> dict[sympy.Symbol, sympy.Expr]:
+        """Return dependent velocities and accelerations in terms of the independent ones."""
+        v = sympy.Matrix([self.velocities[i] for i in independent])
+        v_dot = sympy.Matrix([self.accelerations[i] for i in independent])
+        rates = shares * v
+        known = {self.velocities[j]: rates[k] for k, j in enumerate(dependent)}
+        changes = shares * v_dot + shares.applyfunc(time_derivative).subs(known) * v
+        return known | {self.accelerations[j]: changes[k] for k, j in enumerate(dependent)}
 
-
-def _euler_lagrange(
-    lagrangian: sympy.Expr,
-    coordinate: sympy.Symbol,
-    its_rate: sympy.Symbol,
-    rates: Sequence[sympy.Symbol],
-    accelerations: Sequence[sympy.Symbol],
-) -> sympy.Expr:
-    momentum = sympy.diff(lagrangian, its_rate)
-    change = time_derivative(momentum)
-    for r, a in zip(rates, accelerations, strict=True):
-        change += sympy.diff(momentum, r) * a
-    return change - sympy.diff(lagrangian, coordinate)
-
-
-def _multipliers(count: int) -> list[sympy.Symbol]:
-    return [sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(count)]
-
-
-def _reduced(
-    system: System,
-    w: sympy.Matrix,
-    left: Sequence[sympy.Expr],
-    forces: Sequence[sympy.Expr],
-    independent: tuple[int, ...],
-    deadline: float,
-) -> tuple[sympy.Eq, ...]:
-    """Project the balance onto the motions that the constraints allow, if that stays short."""
-    if not system.constraints or len(system.constraints) > 2:
-        return ()
-    dependent = [i for i in range(len(left)) if i not in independent]
-    block = w[:, dependent]
-    shares = -(block.adjugate() * w[:, list(independent)]) / sympy.trigsimp(block.det())
-    shares = shares.applyfunc(sympy.trigsimp)
-    v = sympy.Matrix([rate(system.coordinates[i]) for i in independent])
-    v_dot = sympy.Matrix([Acceleration(system.coordinates[i]) for i in independent])
-    rates = shares * v
-    known = {rate(system.coordinates[i]): rates[k] for k, i in enumerate(dependent)}
-    changes = shares * v_dot + shares.applyfunc(time_derivative).subs(known) * v
-    known |= {Acceleration(system.coordinates[i]): changes[k] for k, i in enumerate(dependent)}
-    equations = []
-    for column, i in enumerate(independent):
-        side = left[i] + sum(shares[k, column] * left[j] for k, j in enumerate(dependent))
-        force = forces[i] + sum(shares[k, column] * forces[j] for k, j in enumerate(dependent))
-        side, force = (_tidy(part.subs(known), deadline) for part in (side, force))
-        equations.append(sympy.Eq(side, force, evaluate=False))
-    return tuple(equations)
-
-
-def _tidy(expression: sympy.Expr, deadline: float) -> sympy.Expr:
-    """Simplify for reading, if there is time left and the result is no longer."""
-    best = sympy.expand(expression)
-    if time.monotonic() < deadline and best.count_ops() < LONGEST:
-        best = sympy.expand(sympy.trigsimp(best))
-    return best if best.count_ops() <= 2 * expression.count_ops() else expression
+    def tidy(self, expression: sympy.Expr) -> sympy.Expr:
+        """Simplify for reading, if there is time left and the result is not much longer."""
+        expression = exact(expression)
+        if expression.count_ops() > LONGEST:
+            return expression
+        best = sympy.expand(expression)
+        if time.monotonic() < self.deadline and best.count_ops() < LONGEST:
+            best = sympy.expand(sympy.trigsimp(best))
+        return best if best.count_ops() <= 2 * expression.count_ops() else expression
 
 
 def _text(equations: Equations) -> Iterator[str]:
-    yield f"L = {one_line(equations.lagrangian)}"
+    if equations.balance:
+        yield f"L = {one_line(equations.lagrangian)}"
     for title, group in _groups(equations):
         yield ""
         yield title
@@ -239,15 +237,18 @@ def _text(equations: Equations) -> Iterator[str]:
 
 
 def _latex(equations: Equations) -> Iterator[str]:
-    yield rf"$$L = {sympy.latex(equations.lagrangian)}$$"
+    if equations.balance:
+        yield rf"$$L = {sympy.latex(equations.lagrangian)}$$"
     for _, group in _groups(equations):
         rows = (rf"{sympy.latex(e.lhs)} &= {sympy.latex(e.rhs)}" for e in group)
         yield "$$\\begin{aligned}" + r" \\ ".join(rows) + "\\end{aligned}$$"
 
 
 def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:
-    if equations.constraints:
-        yield "constraints", equations.constraints
-    yield "d/dt(∂L/∂q̇) - ∂L/∂q = F + wᵀλ", equations.balance
-    if equations.reduced:
-        yield "reduced to the independent velocities", equations.reduced
+    groups = (
+        ("constraints", equations.constraints),
+        ("d/dt(∂L/∂q̇) - ∂L/∂q = F + wᵀλ", equations.balance),
+        ("further states", equations.further),
+        ("reduced to the independent velocities", equations.reduced),
+    )
+    yield from ((title, group) for title, group in groups if group)

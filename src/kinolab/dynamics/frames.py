@@ -12,13 +12,25 @@ from typing import TypeAlias
 
 import sympy
 
+from kinolab.dynamics.records import exact
 from kinolab.dynamics.shapes import AxisName
-from kinolab.dynamics.symbols import Coordinate, rate
+from kinolab.dynamics.symbols import Attitude, Coordinate, QuaternionEntry, rate
+from kinolab.errors import UnknownNameError
 
 Number: TypeAlias = int | float | sympy.Expr
 Vector: TypeAlias = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
 
 AXES: dict[AxisName, int] = {"x": 0, "y": 1, "z": 2}
+
+
+def check_axis(name: str) -> None:
+    """Refuse what is not the name of an axis.
+
+    Raises:
+        UnknownNameError: If it is not x, y or z.
+    """
+    if name not in AXES:
+        raise UnknownNameError("axis", str(name), known=AXES)
 
 
 @dataclass(frozen=True)
@@ -35,8 +47,19 @@ class Rotation:
     axis: AxisName
     angle: sympy.Expr
 
+    def __post_init__(self) -> None:
+        """Refuse an axis that is none."""
+        check_axis(self.axis)
 
-Motion: TypeAlias = Translation | Rotation
+
+@dataclass(frozen=True)
+class Orientation:
+    """A turn by an attitude, any rotation at all."""
+
+    attitude: Attitude
+
+
+Motion: TypeAlias = Translation | Rotation | Orientation
 
 
 @dataclass(frozen=True)
@@ -71,6 +94,10 @@ class Axis:
     frame: Frame
     name: AxisName
 
+    def __post_init__(self) -> None:
+        """Refuse an axis that is none."""
+        check_axis(self.name)
+
 
 @dataclass(frozen=True)
 class BodyVelocity:
@@ -104,32 +131,57 @@ WORLD = Frame()
 
 def move(x: Number = 0, y: Number = 0, z: Number = 0) -> Frame:
     """Return a frame displaced by (x, y, z) in [m] along the axes it is multiplied to."""
-    return Frame((Translation((sympy.sympify(x), sympy.sympify(y), sympy.sympify(z))),))
+    return Frame((Translation((exact(x), exact(y), exact(z))),))
 
 
 def rot_x(angle: Number) -> Frame:
     """Return a frame turned about the x axis by ``angle`` in [rad], right-handed."""
-    return Frame((Rotation("x", sympy.sympify(angle)),))
+    return Frame((Rotation("x", exact(angle)),))
 
 
 def rot_y(angle: Number) -> Frame:
     """Return a frame turned about the y axis by ``angle`` in [rad], right-handed."""
-    return Frame((Rotation("y", sympy.sympify(angle)),))
+    return Frame((Rotation("y", exact(angle)),))
 
 
 def rot_z(angle: Number) -> Frame:
     """Return a frame turned about the z axis by ``angle`` in [rad], right-handed."""
-    return Frame((Rotation("z", sympy.sympify(angle)),))
+    return Frame((Rotation("z", exact(angle)),))
+
+
+def orient(attitude: Attitude) -> Frame:
+    """Return a frame turned by an attitude of ``rotation``."""
+    return Frame((Orientation(attitude),))
 
 
 def time_derivative(expression: sympy.Expr) -> sympy.Expr:
     """Differentiate a function of coordinates along their rates (chain rule)."""
     terms = [
-        sympy.diff(expression, symbol) * rate(symbol)
+        sympy.diff(expression, symbol) * motion_of(symbol)
         for symbol in sorted(expression.free_symbols, key=str)
-        if isinstance(symbol, Coordinate)
+        if isinstance(symbol, Coordinate | QuaternionEntry)
     ]
     return sympy.Add(*terms)
+
+
+def motion_of(symbol: Coordinate | QuaternionEntry) -> sympy.Expr:
+    """Return how fast a number of the configuration changes.
+
+    A quaternion q changes by q_dot = 1/2 q * (omega, 0), omega in body axes.
+
+    Source: Diebel, Representing Attitude, Stanford 2006, section 6.
+    """
+    if isinstance(symbol, Coordinate):
+        return rate(symbol)
+    x, y, z, w = symbol.attitude.quaternion
+    a, b, c = symbol.attitude.turn_rate
+    changes = (
+        w * a + y * c - z * b,
+        w * b + z * a - x * c,
+        w * c + x * b - y * a,
+        -x * a - y * b - z * c,
+    )
+    return changes[symbol.index] / 2
 
 
 def velocity(frame: Frame) -> BodyVelocity:
@@ -148,6 +200,25 @@ def rotation_matrix(axis: AxisName, angle: sympy.Expr) -> sympy.Matrix:
     return matrix
 
 
+def attitude_matrix(attitude: Attitude) -> sympy.Matrix:
+    """Return the 3x3 matrix of an attitude, a rotation even where rounding made |q| not 1."""
+    x, y, z, w = attitude.quaternion
+    square = x**2 + y**2 + z**2 + w**2
+    rows = [
+        [w**2 + x**2 - y**2 - z**2, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), w**2 - x**2 + y**2 - z**2, 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), w**2 - x**2 - y**2 + z**2],
+    ]
+    return sympy.Matrix(rows) / square
+
+
+def turn_matrix(motion: Rotation | Orientation) -> sympy.Matrix:
+    """Return the 3x3 matrix of a motion that turns."""
+    if isinstance(motion, Rotation):
+        return rotation_matrix(motion.axis, motion.angle)
+    return attitude_matrix(motion.attitude)
+
+
 @lru_cache(maxsize=1024)
 def pose(frame: Frame) -> tuple[sympy.ImmutableMatrix, sympy.ImmutableMatrix]:
     """Return the rotation matrix (3x3) and the position (3x1, [m]) of a frame in the world."""
@@ -156,7 +227,7 @@ def pose(frame: Frame) -> tuple[sympy.ImmutableMatrix, sympy.ImmutableMatrix]:
         if isinstance(motion, Translation):
             p = p + R * sympy.Matrix(motion.by)
         else:
-            R = R * rotation_matrix(motion.axis, motion.angle)
+            R = R * turn_matrix(motion)
     return sympy.ImmutableMatrix(R), sympy.ImmutableMatrix(p)
 
 
@@ -172,7 +243,10 @@ def _velocity(motions: tuple[Motion, ...]) -> tuple[sympy.ImmutableMatrix, sympy
         return sympy.ImmutableMatrix(
             linear + angular.cross(arm) + arm.applyfunc(time_derivative)
         ), angular
-    turn = rotation_matrix(motion.axis, motion.angle).T
+    turn = turn_matrix(motion).T
     spin = sympy.zeros(3, 1)
-    spin[AXES[motion.axis]] = time_derivative(motion.angle)
+    if isinstance(motion, Rotation):
+        spin[AXES[motion.axis]] = time_derivative(motion.angle)
+    else:
+        spin = sympy.Matrix(motion.attitude.turn_rate)
     return sympy.ImmutableMatrix(turn * linear), sympy.ImmutableMatrix(turn * angular + spin)

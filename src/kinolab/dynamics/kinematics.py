@@ -10,15 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
-from kinolab.dynamics.frames import AXES, Axis, Frame, Motion, Rotation, Translation
-from kinolab.dynamics.lowering import Lowering
-from kinolab.dynamics.shapes import AxisName
-from kinolab.dynamics.tape import Node, Tape
-
-Vector: TypeAlias = tuple[Node, Node, Node]
-Matrix3: TypeAlias = tuple[Vector, Vector, Vector]  # rows
+from kinolab.dynamics.binding import Binding
+from kinolab.dynamics.frames import (
+    Axis,
+    Frame,
+    Motion,
+    Orientation,
+    Rotation,
+    Translation,
+    attitude_matrix,
+)
+from kinolab.dynamics.tape import Node
+from kinolab.dynamics.vectors import Matrix3, Vector, Vectors
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,7 @@ class FrameState:
         rotation: World from frame.
         position: Of the origin, in the world.
         velocity: Of the origin, and the turn rate, in the frame's axes.
-        acceleration: Inertial acceleration of the origin, and angular acceleration, in the
-            frame's axes, for the accelerations the kinematics were given.
+        acceleration: Of the origin in inertial space, and angular, in the frame's axes.
         columns: The velocity caused by each direction of motion alone.
     """
 
@@ -51,38 +54,37 @@ class FrameState:
 
 @dataclass(frozen=True)
 class Motions:
-    """The motion along which frames are followed; all lists have one entry per coordinate.
+    """The motion along which frames are followed; each vector has an entry per velocity.
 
     Attributes:
-        coordinates: Variable nodes.
-        symbols: Variable nodes that stand for the rates inside derivatives.
-        rates: What the rates are.
-        accelerations: What the second derivatives are, free accelerations left at zero.
-        directions: The directions of motion, each a rate per coordinate.
-        base: Linear acceleration of the world frame; -g makes gravity part of the inertia forces.
+        velocities: What the velocities are.
+        accelerations: What their derivatives are, free ones left at zero.
+        directions: Directions of motion.
     """
 
-    coordinates: Sequence[Node]
-    symbols: Sequence[Node]
-    rates: Sequence[Node]
+    velocities: Sequence[Node]
     accelerations: Sequence[Node]
     directions: Sequence[Sequence[Node]]
-    base: Vector
 
 
 class Kinematics:
     """Follows frames along given motions; frames with a common beginning are computed once."""
 
-    def __init__(self, lower: Lowering, motions: Motions) -> None:
-        self.lower, self.tape, self.motions = lower, lower.tape, motions
-        zero, one = self.tape.zero, self.tape.one
-        still = Twist((zero,) * 3, (zero,) * 3)
+    def __init__(self, binding: Binding, motions: Motions) -> None:
+        self.binding, self.motions = binding, motions
+        self.tape, self.lower = binding.tape, binding.lower
+        self.vectors = Vectors(binding.tape)
+        self._flow = binding.flow()
+        self._actual = binding.at(motions.velocities)
+        self._seeds = [binding.flow(direction) for direction in motions.directions]
+        self._pushed = binding.flow(motions.accelerations)
+        still = Twist(self.vectors.zero, self.vectors.zero)
         self._states: dict[tuple[Motion, ...], FrameState] = {
             (): FrameState(
-                rotation=((one, zero, zero), (zero, one, zero), (zero, zero, one)),
-                position=(zero, zero, zero),
+                rotation=self.vectors.identity,
+                position=self.vectors.zero,
                 velocity=still,
-                acceleration=Twist(motions.base, (zero,) * 3),
+                acceleration=still,
                 columns=(still,) * len(motions.directions),
             )
         }
@@ -101,143 +103,120 @@ class Kinematics:
         shared = 0
         while shared < min(len(own), len(other)) and own[shared] == other[shared]:
             shared += 1
-        vector = unit(self.tape, axis.name)
+        vector = self.vectors.unit(axis.name)
         for motion in reversed(own[shared:]):
-            if isinstance(motion, Rotation):
-                vector = turn(self.tape, motion.axis, self.lower(motion.angle), vector, 1)
+            if not isinstance(motion, Translation):
+                vector = self._forward(motion, vector)
         for motion in other[shared:]:
-            if isinstance(motion, Rotation):
-                vector = turn(self.tape, motion.axis, self.lower(motion.angle), vector, -1)
+            if not isinstance(motion, Translation):
+                vector = self._back(motion, vector)
         return vector
 
     def _follow(self, motions: tuple[Motion, ...]) -> FrameState:
         state = self._states.get(motions)
         if state is None:
-            before = self._follow(motions[:-1])
-            last = motions[-1]
+            before, last = self._follow(motions[:-1]), motions[-1]
             state = (
                 self._translate(before, last)
                 if isinstance(last, Translation)
-                else self._rotate(before, last)
+                else self._turn(before, last)
             )
             self._states[motions] = state
         return state
 
     def _translate(self, before: FrameState, motion: Translation) -> FrameState:
-        tape = self.tape
-        arm: Vector = _vector([self.lower(component) for component in motion.by])
-        speed, bias = self._moving(arm)
-        spin, linear = before.velocity.angular, before.velocity.linear
-        centripetal = cross(tape, spin, cross(tape, spin, arm))
-        coriolis = scale(tape, tape.constant(2.0), cross(tape, spin, speed))
-        swing = cross(tape, before.acceleration.angular, arm)
-        acceleration = add(tape, before.acceleration.linear, swing, centripetal, coriolis, bias)
+        tape, vectors = self.tape, self.vectors
+        x, y, z = (self.lower(component) for component in motion.by)
+        arm: Vector = (x, y, z)
+        speed, bias = self._changes(arm)
+        spin = before.velocity.angular
+        centripetal = vectors.cross(spin, vectors.cross(spin, arm))
+        coriolis = vectors.scale(tape.constant(2.0), vectors.cross(spin, speed))
+        swing = vectors.cross(before.acceleration.angular, arm)
+        acceleration = vectors.add(before.acceleration.linear, swing, centripetal, coriolis, bias)
+
+        def carried(twist: Twist, own: Vector) -> Twist:
+            lever = vectors.cross(twist.angular, arm)
+            return Twist(vectors.add(twist.linear, lever, own), twist.angular)
+
         return FrameState(
             rotation=before.rotation,
-            position=add(tape, before.position, transform(tape, before.rotation, arm)),
-            velocity=Twist(add(tape, linear, cross(tape, spin, arm), speed), spin),
+            position=vectors.add(before.position, vectors.transform(before.rotation, arm)),
+            velocity=carried(before.velocity, speed),
             acceleration=Twist(acceleration, before.acceleration.angular),
             columns=tuple(
-                Twist(
-                    add(
-                        tape,
-                        column.linear,
-                        cross(tape, column.angular, arm),
-                        self._along(arm, direction),
-                    ),
-                    column.angular,
-                )
-                for column, direction in zip(before.columns, self.motions.directions, strict=True)
+                carried(column, vectors.vector(tape.derivative(arm, seeds)))
+                for column, seeds in zip(before.columns, self._seeds, strict=True)
             ),
         )
 
-    def _rotate(self, before: FrameState, motion: Rotation) -> FrameState:
-        tape = self.tape
-        angle = self.lower(motion.angle)
-        axis = unit(tape, motion.axis)
-        (speed, _, _), (bias, _, _) = self._moving((angle, tape.zero, tape.zero))
-
-        def back(vector: Vector) -> Vector:
-            return turn(tape, motion.axis, angle, vector, -1)
-
-        carried = back(before.velocity.angular)
-        gyration = cross(tape, carried, scale(tape, speed, axis))
-        angular = add(tape, back(before.acceleration.angular), gyration, scale(tape, bias, axis))
-        columns = []
-        for column, direction in zip(before.columns, self.motions.directions, strict=True):
-            share, _, _ = self._along((angle, tape.zero, tape.zero), direction)
-            spin = add(tape, back(column.angular), scale(tape, share, axis))
-            columns.append(Twist(back(column.linear), spin))
+    def _turn(self, before: FrameState, motion: Rotation | Orientation) -> FrameState:
+        vectors = self.vectors
+        spin, bias, shares = self._spin(motion)
+        carried = self._back(motion, before.velocity.angular)
+        angular = vectors.add(
+            self._back(motion, before.acceleration.angular), vectors.cross(carried, spin), bias
+        )
+        a, b, c = (self._back(motion, row) for row in before.rotation)
         return FrameState(
-            rotation=_vector3([turn(tape, motion.axis, angle, row, -1) for row in before.rotation]),
+            rotation=(a, b, c),
             position=before.position,
-            velocity=Twist(
-                back(before.velocity.linear), add(tape, carried, scale(tape, speed, axis))
+            velocity=Twist(self._back(motion, before.velocity.linear), vectors.add(carried, spin)),
+            acceleration=Twist(self._back(motion, before.acceleration.linear), angular),
+            columns=tuple(
+                Twist(
+                    self._back(motion, column.linear),
+                    vectors.add(self._back(motion, column.angular), share),
+                )
+                for column, share in zip(before.columns, shares, strict=True)
             ),
-            acceleration=Twist(back(before.acceleration.linear), angular),
-            columns=tuple(columns),
         )
 
-    def _moving(self, values: Vector) -> tuple[Vector, Vector]:
-        """Return the first and second time derivative of three functions of the coordinates."""
-        tape, motions = self.tape, self.motions
-        along = dict(zip(motions.coordinates, motions.symbols, strict=True))
-        first = tape.derivative(values, along)
-        curvature = tape.derivative(first, along)
-        actual = dict(zip(motions.symbols, motions.rates, strict=True))
-        speed, bend = tape.substitute(first, actual), tape.substitute(curvature, actual)
-        push = self._along(values, motions.accelerations)
-        return _vector(speed), add(tape, _vector(bend), push)
+    def _spin(self, motion: Rotation | Orientation) -> tuple[Vector, Vector, list[Vector]]:
+        """Return a turn's own angular velocity, its rate, and its share of each direction."""
+        tape, vectors, motions = self.tape, self.vectors, self.motions
+        if isinstance(motion, Orientation):
+            symbols = (self.lower(symbol) for symbol in motion.attitude.turn_rate)
+            entries = [self.binding.tangent.index(symbol) for symbol in symbols]
+            speed, push, *shares = (
+                vectors.vector([values[entry] for entry in entries])
+                for values in (motions.velocities, motions.accelerations, *motions.directions)
+            )
+            return speed, push, shares
+        angle = self.lower(motion.angle)
+        axis = vectors.unit(motion.axis)
+        rate, bias = (values[0] for values in self._changes((angle, tape.zero, tape.zero)))
+        return (
+            vectors.scale(rate, axis),
+            vectors.scale(bias, axis),
+            [vectors.scale(tape.derivative([angle], seeds)[0], axis) for seeds in self._seeds],
+        )
 
-    def _along(self, values: Vector, direction: Sequence[Node]) -> Vector:
-        seeds = dict(zip(self.motions.coordinates, direction, strict=True))
-        return _vector(self.tape.derivative(values, seeds))
+    def _changes(self, values: Vector) -> tuple[Vector, Vector]:
+        """Return the first and second time derivative of three functions of the configuration."""
+        tape, vectors = self.tape, self.vectors
+        first = tape.derivative(values, self._flow)
+        curvature = tape.derivative(first, self._flow)
+        speed = vectors.vector(tape.substitute(first, self._actual))
+        bend = vectors.vector(tape.substitute(curvature, self._actual))
+        push = vectors.vector(tape.derivative(values, self._pushed))
+        return speed, vectors.add(bend, push)
 
+    def _forward(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
+        """Turn a vector with a motion: from the axes after it to those before."""
+        if isinstance(motion, Rotation):
+            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, 1)
+        return self.vectors.transform(self._matrix(motion), vector)
 
-def unit(tape: Tape, axis: AxisName) -> Vector:
-    """Return a unit vector along an axis."""
-    return _vector([tape.one if name == axis else tape.zero for name in AXES])
+    def _back(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
+        """Turn a vector against a motion: from the axes before it to those after."""
+        if isinstance(motion, Rotation):
+            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, -1)
+        return self.vectors.transform(self.vectors.transpose(self._matrix(motion)), vector)
 
-
-def add(tape: Tape, *vectors: Vector) -> Vector:
-    """Return the sum of vectors."""
-    return _vector([tape.sum(components) for components in zip(*vectors, strict=True)])
-
-
-def scale(tape: Tape, factor: Node, vector: Vector) -> Vector:
-    """Return a multiple of a vector."""
-    return _vector([tape.mul(factor, component) for component in vector])
-
-
-def cross(tape: Tape, a: Vector, b: Vector) -> Vector:
-    """Return the vector product a x b."""
-    return _vector(
-        [tape.sub(tape.mul(a[j], b[k]), tape.mul(a[k], b[j])) for j, k in ((1, 2), (2, 0), (0, 1))]
-    )
-
-
-def transform(tape: Tape, matrix: Matrix3, vector: Vector) -> Vector:
-    """Return the product of a 3x3 matrix and a vector."""
-    return _vector([tape.dot(row, vector) for row in matrix])
-
-
-def turn(tape: Tape, axis: AxisName, angle: Node, vector: Vector, sign: int) -> Vector:
-    """Turn a vector about an axis by the angle (sign 1) or back (sign -1)."""
-    i = AXES[axis]
-    j, k = (i + 1) % 3, (i + 2) % 3
-    c, s = tape.unary("cos", angle), tape.unary("sin", angle)
-    s = s if sign > 0 else tape.neg(s)
-    turned = list(vector)
-    turned[j] = tape.sub(tape.mul(c, vector[j]), tape.mul(s, vector[k]))
-    turned[k] = tape.add(tape.mul(s, vector[j]), tape.mul(c, vector[k]))
-    return _vector(turned)
-
-
-def _vector(values: Sequence[Node]) -> Vector:
-    x, y, z = values
-    return x, y, z
-
-
-def _vector3(rows: Sequence[Vector]) -> Matrix3:
-    x, y, z = rows
-    return x, y, z
+    def _matrix(self, motion: Orientation) -> Matrix3:
+        entries = attitude_matrix(motion.attitude)
+        a, b, c = (
+            self.vectors.vector([self.lower(entries[i, j]) for j in range(3)]) for i in range(3)
+        )
+        return a, b, c

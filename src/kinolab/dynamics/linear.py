@@ -15,7 +15,8 @@ from kinolab.dynamics.tape import Node, Tape
 Matrix: TypeAlias = Sequence[Sequence[Node]]
 
 PIVOT_FLOOR = 1e-12  # a pivot this far below its diagonal has lost all its digits
-CHART_FLOOR = 1e-8  # inverse condition number, squared, below which a chart counts as left
+LARGEST_EXPANSION = 6  # size up to which minors are fewer than the operations of an elimination
+CHART_FLOOR = 1e-8  # share of the rows' size below which a system counts as singular
 
 
 @dataclass
@@ -47,18 +48,67 @@ def solve_definite(tape: Tape, M: Matrix, columns: Matrix, guards: Guards) -> li
     return [_substitute(tape, lower, pivots, column) for column in columns]
 
 
-def solve_square(tape: Tape, A: Matrix, columns: Matrix, guards: Guards) -> list[list[Node]]:
-    """Solve A X = B for a square A: by cofactors up to size 3, by Givens rotations above.
+def solve_square(
+    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, rows: Matrix | None = None
+) -> list[list[Node]]:
+    """Solve A X = B for a square A: by Cramer's rule up to size 6, by normal equations above.
 
-    Both are stable without a choice of pivots at run time.
+    Neither needs a choice of pivots at run time, and both are smooth wherever A is regular, so
+    that the solution can be differentiated.
 
-    Source: Golub, Van Loan, Matrix Computations, 4th ed., 5.2.5.
+    Args:
+        A: Shape (n, n).
+        columns: The columns of B, each of length n.
+        guards: Gain the conditions under which A is far from singular.
+        rows: What the rows of A are taken from, by whose size "far" is measured; A itself when
+            left out, which cannot tell whether a 1x1 matrix is small.
     """
+    size = len(A)
+    given = _given(tape, A)
+    if given:
+        return _solve_without(tape, A, columns, guards, rows or A, given)
     if not A:
         return [[] for _ in columns]
-    if len(A) <= 3:
-        return _solve_by_cofactors(tape, A, columns, guards)
-    return _solve_by_rotations(tape, A, columns, guards)
+    if size <= LARGEST_EXPANSION:
+        return _solve_by_cofactors(tape, A, columns, guards, rows or A)
+    transposed = list(zip(*A, strict=True))
+    normal = [[tape.dot(a, b) for b in transposed] for a in transposed]
+    right = [[tape.dot(a, column) for a in transposed] for column in columns]
+    return solve_definite(tape, normal, right, guards)
+
+
+def _given(tape: Tape, A: Matrix) -> dict[int, int]:
+    """Return the rows that determine one unknown alone, with that unknown."""
+    alone = {}
+    for i, row in enumerate(A):
+        entries = [j for j, entry in enumerate(row) if entry != tape.zero]
+        if len(entries) == 1 and tape.value(row[entries[0]]) is not None:
+            alone[i] = entries[0]
+    return alone if len(set(alone.values())) == len(alone) else {}
+
+
+def _solve_without(
+    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, source: Matrix, given: dict[int, int]
+) -> list[list[Node]]:
+    """Solve for the unknowns that rows give at once, then for the others."""
+    size = len(A)
+    rows = [i for i in range(size) if i not in given]
+    others = [j for j in range(size) if j not in given.values()]
+    known = [{j: tape.div(column[i], A[i][j]) for i, j in given.items()} for column in columns]
+    right = [
+        [
+            tape.sub(column[i], tape.sum(tape.mul(A[i][j], value) for j, value in found.items()))
+            for i in rows
+        ]
+        for column, found in zip(columns, known, strict=True)
+    ]
+    block = [[A[i][j] for j in others] for i in rows]
+    rest = solve_square(tape, block, right, guards, [source[i] for i in rows])
+    solutions = []
+    for found, part in zip(known, rest, strict=True):
+        whole = found | dict(zip(others, part, strict=True))
+        solutions.append([whole[j] for j in range(size)])
+    return solutions
 
 
 def _factor(tape: Tape, M: Matrix, guards: Guards) -> tuple[list[list[Node]], list[Node]]:
@@ -91,13 +141,16 @@ def _substitute(
     return solution
 
 
-def _solve_by_cofactors(tape: Tape, A: Matrix, columns: Matrix, guards: Guards) -> list[list[Node]]:
+def _solve_by_cofactors(
+    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, source: Matrix
+) -> list[list[Node]]:
     size = len(A)
-    cofactors = [[_cofactor(tape, A, i, j) for j in range(size)] for i in range(size)]
+    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node] = {}
+    cofactors = [[_cofactor(tape, A, i, j, minors) for j in range(size)] for i in range(size)]
     determinant = tape.dot(A[0], cofactors[0])
     if determinant == tape.zero:
         raise ZeroDivisionError("the constraints do not determine these velocities")
-    _guard_determinant(tape, A, determinant, guards)
+    _guard_determinant(tape, source, determinant, guards)
     return [
         [
             tape.div(tape.dot((cofactors[i][j] for i in range(size)), column), determinant)
@@ -107,61 +160,45 @@ def _solve_by_cofactors(tape: Tape, A: Matrix, columns: Matrix, guards: Guards) 
     ]
 
 
-def _cofactor(tape: Tape, A: Matrix, i: int, j: int) -> Node:
-    rows = [k for k in range(len(A)) if k != i]
-    columns = [k for k in range(len(A)) if k != j]
-    if not rows:
-        return tape.one
-    if len(rows) == 1:
-        minor = A[rows[0]][columns[0]]
-    else:
-        (a, b), (c, d) = ([A[r][s] for s in columns] for r in rows)
-        minor = tape.sub(tape.mul(a, d), tape.mul(b, c))
+def _cofactor(
+    tape: Tape,
+    A: Matrix,
+    i: int,
+    j: int,
+    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
+) -> Node:
+    rows = tuple(k for k in range(len(A)) if k != i)
+    columns = tuple(k for k in range(len(A)) if k != j)
+    minor = _minor(tape, A, rows, columns, minors)
     return tape.neg(minor) if (i + j) % 2 else minor
 
 
-def _guard_determinant(tape: Tape, A: Matrix, determinant: Node, guards: Guards) -> None:
+def _minor(
+    tape: Tape,
+    A: Matrix,
+    rows: tuple[int, ...],
+    columns: tuple[int, ...],
+    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
+) -> Node:
+    """Return a determinant by expansion along its first row; smaller ones are kept."""
+    if not rows:
+        return tape.one
+    if (rows, columns) not in minors:
+        total = tape.zero
+        for k, column in enumerate(columns):
+            entry = A[rows[0]][column]
+            if entry != tape.zero:
+                rest = columns[:k] + columns[k + 1 :]
+                share = tape.mul(entry, _minor(tape, A, rows[1:], rest, minors))
+                total = tape.sub(total, share) if k % 2 else tape.add(total, share)
+        minors[rows, columns] = total
+    return minors[rows, columns]
+
+
+def _guard_determinant(tape: Tape, rows: Matrix, determinant: Node, guards: Guards) -> None:
     """Require det^2 to be a fair share of the product of the rows' squared lengths (Hadamard)."""
     bound = tape.one
-    for row in A:
+    for row in rows:
         bound = tape.mul(bound, tape.dot(row, row))
     square = tape.mul(determinant, determinant)
     guards.require(tape, tape.sub(square, tape.mul(tape.constant(CHART_FLOOR**2), bound)))
-
-
-def _solve_by_rotations(tape: Tape, A: Matrix, columns: Matrix, guards: Guards) -> list[list[Node]]:
-    size = len(A)
-    rows = [[*A[i], *(column[i] for column in columns)] for i in range(size)]
-    for j in range(size):
-        for i in range(j + 1, size):
-            if rows[i][j] != tape.zero:
-                rows[j], rows[i] = _rotate(tape, rows[j], rows[i], j)
-        diagonal, length = rows[j][j], tape.dot(rows[j][:size], rows[j][:size])
-        floor = tape.mul(tape.constant(CHART_FLOOR**2), length)
-        guards.require(tape, tape.sub(tape.mul(diagonal, diagonal), floor))
-    return [_back_substitute(tape, rows, size, size + k) for k in range(len(columns))]
-
-
-def _rotate(
-    tape: Tape, upper: list[Node], lower: list[Node], j: int
-) -> tuple[list[Node], list[Node]]:
-    """Turn two rows so that the lower one's entry j vanishes."""
-    a, b = upper[j], lower[j]
-    if a == tape.zero:
-        return lower, upper
-    radius = tape.unary("sqrt", tape.add(tape.mul(a, a), tape.mul(b, b)))
-    # Both entries may vanish at a single state: the tiny term keeps that state finite.
-    radius = tape.add(radius, tape.constant(1e-300))
-    c, s = tape.div(a, radius), tape.div(b, radius)
-    turned = [tape.add(tape.mul(c, x), tape.mul(s, y)) for x, y in zip(upper, lower, strict=True)]
-    rest = [tape.sub(tape.mul(c, y), tape.mul(s, x)) for x, y in zip(upper, lower, strict=True)]
-    rest[j] = tape.zero
-    return turned, rest
-
-
-def _back_substitute(tape: Tape, rows: Matrix, size: int, column: int) -> list[Node]:
-    solution = [tape.zero] * size
-    for i in reversed(range(size)):
-        known = tape.dot(rows[i][i + 1 : size], solution[i + 1 :])
-        solution[i] = tape.div(tape.sub(rows[i][column], known), rows[i][i])
-    return solution

@@ -26,6 +26,7 @@ class Lowering:
 
     def __init__(self, tape: Tape, symbols: Mapping[sympy.Symbol, Node]) -> None:
         self.tape = tape
+        self.symbols = dict(symbols)
         self._memo: dict[sympy.Expr, Node] = dict(symbols)
 
     def __call__(self, expression: sympy.Expr) -> Node:
@@ -45,20 +46,30 @@ class Lowering:
         if expression.is_Symbol:
             remedy = "Make it with length, angle, parameter or rate, and use it in the machine."
             raise InputError([Mistake("", f"the symbol {expression} is not declared.", remedy)])
-        if expression.is_number and not expression.free_symbols:
-            return tape.constant(float(expression))
+        if expression.is_number:
+            return self._number(expression)
         if isinstance(expression, sympy.Add):
             return tape.sum(self(term) for term in expression.args)
         if isinstance(expression, sympy.Mul):
             return self._product(expression)
         if isinstance(expression, sympy.Pow):
             return self._power(expression)
+        if isinstance(expression, sympy.sign):
+            argument = self(expression.args[0])
+            return tape.div(argument, tape.unary("fabs", argument))
         name = FUNCTIONS.get(expression.func)
         if name is None:
             known = ", ".join(sorted(function.__name__ for function in FUNCTIONS))
             what = f"{expression.func.__name__} cannot be compiled."
             raise InputError([Mistake("", what, f"Known functions: {known}, sqrt and powers.")])
         return tape.unary(name, self(expression.args[0]))
+
+    def _number(self, expression: sympy.Expr) -> Node:
+        try:
+            return self.tape.constant(float(expression))
+        except (TypeError, OverflowError) as error:
+            what = f"{expression} is not a real number."
+            raise InputError([Mistake("", what)]) from error
 
     def _product(self, expression: sympy.Mul) -> Node:
         numerator, denominator = self.tape.one, self.tape.one
@@ -77,5 +88,8 @@ class Lowering:
             return self.tape.power(self(base), float(exponent))
         if base == sympy.E:
             return self.tape.unary("exp", self(exponent))
+        if base.is_number and not base.is_positive:
+            what = f"{expression} is not a real number for every {exponent}."
+            raise InputError([Mistake("", what)])
         logarithm = self.tape.unary("log", self(base))
         return self.tape.unary("exp", self.tape.mul(self(exponent), logarithm))

@@ -1,52 +1,85 @@
-"""A ``System`` as JSON and back: data in, data out, no code is run.
-
-Expressions are typed trees, ``["mul", "m", ["pow", "R", 2]]``: a string is a symbol, a number a
-number, a list an operation from a fixed table.
-"""
+"""A ``System`` as JSON and back: data in, data out, no code is run."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import sympy
 
 from kinolab.dynamics.bodies import Body
-from kinolab.dynamics.constraints import Constraint
-from kinolab.dynamics.efforts import Force, Gravity, Input, Torque
-from kinolab.dynamics.frames import Axis, Frame, Motion, Rotation, Translation
-from kinolab.dynamics.shapes import SHAPES, Shape
-from kinolab.dynamics.symbols import Coordinate, InputSymbol, Parameter, Rate
+from kinolab.dynamics.constraints import PositionConstraint, Requirement, VelocityConstraint
+from kinolab.dynamics.efforts import (
+    Buoyancy,
+    Coulomb,
+    Gravity,
+    Potential,
+    Spring,
+    Viscous,
+    Wrench,
+)
+from kinolab.dynamics.expression_tree import expression_to_tree, tree_to_expression
+from kinolab.dynamics.extras import State
+from kinolab.dynamics.field_types import check_fields
+from kinolab.dynamics.frames import Axis, Frame, Orientation, Rotation, Translation
+from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
+from kinolab.dynamics.shapes import SHAPES
+from kinolab.dynamics.symbols import (
+    Attitude,
+    Coordinate,
+    ForceSymbol,
+    InputSymbol,
+    MachineSymbol,
+    Parameter,
+    StateSymbol,
+    angle,
+    length,
+    rotation,
+)
+from kinolab.dynamics.symbols import Rate as RateSymbol
 from kinolab.dynamics.system import System
 from kinolab.errors import InputError, Mistake
 
 FORMAT, VERSION = "kinolab machine", 1
 
-FUNCTIONS: dict[str, type] = {
-    function.__name__: function
-    for function in (
-        sympy.sin,
-        sympy.cos,
-        sympy.tan,
-        sympy.exp,
-        sympy.log,
-        sympy.tanh,
-        sympy.atan,
-        sympy.Abs,
+RECORDS: dict[str, type] = {
+    kind.__name__: kind
+    for kind in (
+        *(Axis, Frame, Orientation, Rotation, Translation),
+        *(Buoyancy, Coulomb, Gravity, Potential, Spring, Viscous, Wrench),
+        *(Control, Drive, Force, Pull, Rate, Torque),
+        *(PositionConstraint, Requirement, State, VelocityConstraint),
+        *SHAPES,
     )
 }
-OPERATIONS: dict[str, type] = {"add": sympy.Add, "mul": sympy.Mul, "pow": sympy.Pow}
-SHAPE_NAMES: dict[str, type] = {shape.__name__: shape for shape in SHAPES}
-EFFORTS: dict[str, type] = {"Torque": Torque, "Force": Force}
-AXIS_OF: dict[type, str] = {Torque: "about", Force: "along"}
-DEEPEST = 200  # nesting of an expression; Python's own stack ends at about five times that
+CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements")
+BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
 
 def machine_to_json(system: System) -> str:
     """Return a system as JSON text."""
-    return json.dumps(_machine(system), indent=1, ensure_ascii=False) + "\n"
+    velocities = system.velocities
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": system.name,
+        "coordinates": [_coordinate(c) for c in system.coordinates],
+        "parameters": [
+            {"name": p.name, "default": p.default, "unit": p.unit} for p in system.parameters
+        ],
+        "values": dict(system.values),
+        "velocities": velocities
+        if velocities is None or isinstance(velocities, str)
+        else [c.name for c in velocities],
+        "collisions": [list(pair) for pair in system.collisions],
+        "bodies": [{name: _encode(getattr(body, name)) for name in BODY} for body in system.bodies],
+        **{name: _encode(getattr(system, name)) for name in CONTENT},
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def machine_from_json(text: str, *, where: str = "machine.json") -> System:
@@ -58,234 +91,160 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> System:
     try:
         data = json.loads(text)
         if data.get("format") != FORMAT or data.get("version") != VERSION:
-            what = f"this is not a {FORMAT} of version {VERSION}."
-            raise InputError([Mistake(where, what)])
-        return _read_machine(data)
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
+            raise InputError([Mistake("", f"this is not a {FORMAT} of version {VERSION}.")])
+        return _Reader.of(data).system(data)
+    except InputError as error:
+        mistakes = (
+            Mistake(f"{where} {m.where}".rstrip(), m.what, m.remedy) for m in error.mistakes
+        )
+        raise InputError(mistakes) from error
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        RecursionError,
+        TypeError,
+        ValueError,
+    ) as error:
         what = f"the machine is damaged ({type(error).__name__}: {error})."
         raise InputError([Mistake(where, what)]) from error
 
 
 def load_machine(path: Path) -> System:
-    """Read a system from a file."""
-    return machine_from_json(path.read_text(encoding="utf-8"), where=str(path))
+    """Read a system from a file.
+
+    Raises:
+        InputError: If it cannot be read or is no machine.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+    return machine_from_json(text, where=str(path))
 
 
-def _machine(system: System) -> dict[str, Any]:
-    velocities = system.velocities
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "name": system.name,
-        "coordinates": [
-            {
-                "name": c.name,
-                "topology": c.topology,
-                "unit": c.unit,
-                "limits": [_open(c.lower), _open(c.upper)],
-                "speed": _open(c.speed),
-                "scale": c.scale,
-            }
-            for c in system.coordinates
-        ],
-        "parameters": [
-            {"name": p.name, "default": p.default, "unit": p.unit} for p in system.parameters
-        ],
-        "values": dict(system.values),
-        "velocities": None if velocities is None else [c.name for c in velocities],
-        "gravity": system.gravity
-        and {
-            "down": list(system.gravity.down),
-            "strength": expression_to_tree(system.gravity.strength),
-        },
-        "bodies": [_body(body) for body in system.bodies],
-        "constraints": [
-            {"name": c.name, "velocity": expression_to_tree(c.velocity)} for c in system.constraints
-        ],
-        "inputs": [_input(entry) for entry in system.inputs],
+def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "name": coordinate.name,
+        "speed": _encode(coordinate.speed),
+        "scale": coordinate.scale,
     }
+    if isinstance(coordinate, Attitude):
+        return facts | {"kind": "rotation"}
+    kind = "length" if coordinate.unit == "m" else "angle"
+    return facts | {"kind": kind, "limits": _encode((coordinate.lower, coordinate.upper))}
 
 
-def _open(limit: float) -> float | None:
-    """Write an absent limit as null, for JSON has no infinity."""
-    return limit if abs(limit) < float("inf") else None
+def _encode(value: Any) -> Any:
+    """Return a value as plain data: records by their fields, expressions as trees."""
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, float | int):
+        return value if math.isfinite(value) else None
+    if isinstance(value, tuple):
+        return [_encode(entry) for entry in value]
+    if isinstance(value, Body):
+        return {"body": value.name}
+    if isinstance(value, Attitude):
+        return {"attitude": value.name}
+    if isinstance(value, sympy.Basic):
+        return {"expression": expression_to_tree(value)}
+    entries = {f.name: _encode(getattr(value, f.name)) for f in fields(value) if f.name != "_"}
+    return {"is": type(value).__name__, **entries}
 
 
-def _body(body: Body) -> dict[str, Any]:
-    return {
-        "name": body.name,
-        "frame": _frame(body.frame),
-        "mass": expression_to_tree(body.mass),
-        "inertia": [expression_to_tree(moment) for moment in body.inertia],
-        "shapes": [_shape(shape) for shape in body.shapes],
-        "touches_ground": body.touches_ground,
-        "color": body.color and list(body.color),
-    }
+@dataclass
+class _Reader:
+    """What names mean in one machine file."""
+
+    coordinates: dict[str, Coordinate | Attitude]
+    symbols: dict[str, sympy.Symbol]
+    bodies: dict[str, Body] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> _Reader:
+        """Declare the symbols of a machine."""
+        coordinates = {entry["name"]: _read_coordinate(entry) for entry in data["coordinates"]}
+        if len(coordinates) < len(data["coordinates"]):
+            raise ValueError("two coordinates have the same name")
+        symbols: list[MachineSymbol] = [
+            Parameter(p["name"], p["default"], p["unit"]) for p in data["parameters"]
+        ]
+        for coordinate in coordinates.values():
+            if isinstance(coordinate, Coordinate):
+                symbols += [coordinate, RateSymbol(coordinate)]
+            else:
+                symbols += [*coordinate.quaternion, *coordinate.turn_rate]
+        symbols += [InputSymbol(entry["name"]) for entry in data["inputs"]]
+        symbols += [StateSymbol(entry["name"]) for entry in data["states"]]
+        named = {symbol.name: symbol for symbol in symbols}
+        forces = {c["name"]: ForceSymbol(c["name"]) for c in data["constraints"]}
+        return cls(coordinates, forces | named)
+
+    def system(self, data: Mapping[str, Any]) -> System:
+        """Return the machine."""
+        bodies = [self._body(entry) for entry in data["bodies"]]
+        self.bodies.update({body.name: body for body in bodies})
+        chosen = data["velocities"]
+        velocities: Any = (
+            [self.coordinates[name] for name in chosen] if isinstance(chosen, list) else chosen
+        )
+        content = {name: self.decode(data[name]) for name in CONTENT}
+        check_fields(System, content | {"name": data["name"]})
+        return System(
+            data["name"],
+            bodies=bodies,
+            collisions=[(a, b) for a, b in data["collisions"]],
+            velocities=velocities,
+            coordinates=list(self.coordinates.values()),
+            values=data["values"],
+            **content,
+        )
+
+    def _body(self, data: Mapping[str, Any]) -> Body:
+        values = {name: self.decode(data[name]) for name in BODY}
+        check_fields(Body, values)
+        shapes = values.pop("shapes")
+        return Body(values.pop("name"), values.pop("frame"), shape=shapes, **values)
+
+    def decode(self, data: Any) -> Any:
+        """Return the value of plain data."""
+        if isinstance(data, list):
+            return tuple(self.decode(entry) for entry in data)
+        if not isinstance(data, dict):
+            return data
+        if "is" not in data:
+            return self._reference(data)
+        kind = RECORDS[data["is"]]
+        values = {name: self.decode(entry) for name, entry in data.items() if name != "is"}
+        if kind is State:
+            values["limits"] = _limits(values["limits"])
+        check_fields(kind, values)
+        return kind(**values)
+
+    def _reference(self, data: Mapping[str, Any]) -> Any:
+        """Return an expression, or what a name stands for."""
+        match data:
+            case {"expression": tree}:
+                return tree_to_expression(tree, self.symbols)
+            case {"body": name}:
+                return self.bodies[name]
+            case {"attitude": name}:
+                return self.coordinates[name]
+        raise ValueError(f"{str(data)[:60]} is no record")
 
 
-def _frame(frame: Frame) -> list[list[Any]]:
-    return [_motion(motion) for motion in frame.motions]
+def _read_coordinate(data: Mapping[str, Any]) -> Coordinate | Attitude:
+    speed = math.inf if data["speed"] is None else data["speed"]
+    if data["kind"] == "rotation":
+        return rotation(data["name"], speed=speed, scale=data["scale"])
+    declare = {"length": length, "angle": angle}[data["kind"]]
+    return declare(data["name"], *_limits(data["limits"]), speed=speed, scale=data["scale"])
 
 
-def _motion(motion: Motion) -> list[Any]:
-    if isinstance(motion, Translation):
-        return ["move", *(expression_to_tree(component) for component in motion.by)]
-    return [f"rot_{motion.axis}", expression_to_tree(motion.angle)]
-
-
-def _shape(shape: Shape) -> dict[str, Any]:
-    def plain(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return [plain(entry) for entry in value]
-        return value if isinstance(value, str) else {"value": expression_to_tree(value)}
-
-    fields = {name: plain(value) for name, value in vars(shape).items()}
-    return {"shape": type(shape).__name__, **fields}
-
-
-def _input(entry: Input) -> dict[str, Any]:
-    axis: Axis = getattr(entry, AXIS_OF[type(entry)])
-    return {
-        "input": type(entry).__name__,
-        "name": entry.name,
-        "on": entry.on.name,
-        "axis": {"frame": _frame(axis.frame), "name": axis.name},
-        "reacts_on": entry.reacts_on and entry.reacts_on.name,
-        "limit": list(entry.bounds),
-    }
-
-
-def expression_to_tree(expression: Any) -> Any:
-    """Return an expression as nested lists of names and numbers."""
-    expression = sympy.sympify(expression)
-    if expression.is_Symbol:
-        return expression.name
-    if expression.is_Integer:
-        return int(expression)
-    if expression.is_Float:
-        return float(expression)
-    if expression.is_Rational:
-        return ["ratio", int(expression.p), int(expression.q)]
-    if expression in (sympy.pi, sympy.E):
-        return [str(expression)]
-    for table in (OPERATIONS, FUNCTIONS):
-        for name, kind in table.items():
-            if expression.func is kind:
-                return [name, *(expression_to_tree(argument) for argument in expression.args)]
-    what = f"{expression.func.__name__} cannot be written to a machine file."
-    raise InputError([Mistake(str(expression), what)])
-
-
-def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: int = 0) -> Any:
-    """Return the expression of a tree; unknown names and operations are ValueErrors."""
-    if depth > DEEPEST:
-        raise ValueError("an expression is nested too deeply")
-    if isinstance(tree, bool) or tree is None:
-        raise ValueError(f"{tree!r} is no expression")
-    if isinstance(tree, int):
-        return sympy.Integer(tree)
-    if isinstance(tree, float):
-        return sympy.Float(tree)
-    if isinstance(tree, str):
-        return symbols[tree]
-    name, *rest = tree
-    if name == "ratio":
-        return sympy.Rational(int(rest[0]), int(rest[1]))
-    if name in ("pi", "E"):
-        return getattr(sympy, name)
-    arguments = [tree_to_expression(entry, symbols, depth + 1) for entry in rest]
-    kind = OPERATIONS.get(name) or FUNCTIONS.get(name)
-    if kind is None:
-        raise ValueError(f"unknown operation {name!r}")
-    return kind(*arguments)
-
-
-def _read_machine(data: Mapping[str, Any]) -> System:
-    coordinates = [_read_coordinate(entry) for entry in data["coordinates"]]
-    parameters = [Parameter(p["name"], p["default"], p["unit"]) for p in data["parameters"]]
-    symbols: dict[str, sympy.Symbol] = {s.name: s for s in (*coordinates, *parameters)}
-    symbols |= {f"{c.name}_dot": Rate(c) for c in coordinates}
-    symbols |= {entry["name"]: InputSymbol(entry["name"]) for entry in data["inputs"]}
-
-    def expression(tree: Any) -> Any:
-        return tree_to_expression(tree, symbols)
-
-    bodies = {entry["name"]: _read_body(entry, expression) for entry in data["bodies"]}
-    gravity, velocities = data["gravity"], data["velocities"]
-    return System(
-        data["name"],
-        bodies=list(bodies.values()),
-        constraints=[Constraint(expression(c["velocity"]), c["name"]) for c in data["constraints"]],
-        inputs=[_read_input(entry, bodies, expression) for entry in data["inputs"]],
-        gravity=gravity and Gravity(_triple(gravity["down"]), expression(gravity["strength"])),
-        velocities=None if velocities is None else [symbols[name] for name in velocities],
-        coordinates=coordinates,
-        values=data["values"],
-    )
-
-
-def _triple(values: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
-def _read_coordinate(data: Mapping[str, Any]) -> Coordinate:
-    lower, upper = data["limits"]
-    infinity = float("inf")
-    limits = (-infinity if lower is None else lower, infinity if upper is None else upper)
-    speed = infinity if data["speed"] is None else data["speed"]
-    return Coordinate(data["name"], data["topology"], data["unit"], limits, speed, data["scale"])
-
-
-def _read_frame(data: Sequence[Sequence[Any]], expression: Callable[[Any], Any]) -> Frame:
-    motions: list[Motion] = []
-    for kind, *values in data:
-        if kind == "move":
-            x, y, z = (expression(value) for value in values)
-            motions.append(Translation((x, y, z)))
-        elif kind in ("rot_x", "rot_y", "rot_z"):
-            motions.append(Rotation(kind[-1], expression(values[0])))
-        else:
-            raise ValueError(f"unknown motion {kind!r}")
-    return Frame(tuple(motions))
-
-
-def _read_body(data: Mapping[str, Any], expression: Callable[[Any], Any]) -> Body:
-    x, y, z = (expression(moment) for moment in data["inertia"])
-    color = data["color"]
-    return Body(
-        data["name"],
-        _read_frame(data["frame"], expression),
-        mass=expression(data["mass"]),
-        inertia=(x, y, z),
-        shape=tuple(_read_shape(shape, expression) for shape in data["shapes"]),
-        touches_ground=bool(data["touches_ground"]),
-        color=color and _triple(color),
-    )
-
-
-def _read_shape(data: Mapping[str, Any], expression: Callable[[Any], Any]) -> Shape:
-    def value(entry: Any) -> Any:
-        if isinstance(entry, list):
-            return tuple(value(item) for item in entry)
-        return entry if isinstance(entry, str) else expression(entry["value"])
-
-    fields = {name: value(entry) for name, entry in data.items() if name != "shape"}
-    shape: Shape = SHAPE_NAMES[data["shape"]](**fields)
-    return shape
-
-
-def _read_input(
-    data: Mapping[str, Any], bodies: Mapping[str, Body], expression: Callable[[Any], Any]
-) -> Input:
-    kind = EFFORTS[data["input"]]
-    axis = Axis(_read_frame(data["axis"]["frame"], expression), data["axis"]["name"])
-    lower, upper = data["limit"]
-    made: Input = kind(
-        data["name"],
-        on=bodies[data["on"]],
-        reacts_on=bodies[data["reacts_on"]] if data["reacts_on"] else None,
-        limit=(float(lower), float(upper)),
-        **{AXIS_OF[kind]: axis},
-    )
-    return made
+def _limits(pair: Any) -> tuple[float, float]:
+    """Return limits, absent ones being infinite."""
+    lower, upper = pair
+    if any(isinstance(limit, str) for limit in pair):
+        raise ValueError(f"{pair} are no limits")
+    return (-math.inf if lower is None else lower, math.inf if upper is None else upper)

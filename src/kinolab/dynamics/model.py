@@ -10,11 +10,23 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.dynamics.compilation import compile_ir
-from kinolab.dynamics.derivation import Derivation, derive
-from kinolab.dynamics.emission import METHODS, SINGULAR, emit_module
+from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
+from kinolab.dynamics.cache import cached
+from kinolab.dynamics.compilation import compile_ir, link
+from kinolab.dynamics.derivation import derive
+from kinolab.dynamics.emission import NEED_CHART, SINGULAR, emit_module
+from kinolab.dynamics.inputs import bounds_of
+from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.steppers import METHODS
+from kinolab.dynamics.symbols import Coordinate
 from kinolab.dynamics.system import System
-from kinolab.errors import InputError, Mistake, SingularError, UnknownNameError
+from kinolab.errors import (
+    InputError,
+    Mistake,
+    NoDynamicsError,
+    SingularError,
+    UnknownNameError,
+)
 
 if TYPE_CHECKING:
     from kinolab.dynamics.equations import Equations
@@ -22,47 +34,53 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 
 POSE = 12  # numbers per body: the rows of [R | p]
+FUNCTIONS = ("f", "f_batch", "tangent", *(f"step_{method}" for method in METHODS))
 
 
 class Model:
     """The equations of motion of a machine, compiled.
 
-    A state x is (q, v): the coordinates, and the rates of those coordinates whose rates are
-    independent. Angles are in rad and are not wrapped. Every method takes parameter values by
-    keyword, which override the system's without compiling anything.
+    A state x is (q, v, further states): the configuration with four numbers per attitude, the
+    independent velocities, and what else has a rate. Angles are in rad and are not wrapped. Every
+    method takes parameter values by keyword, which override the system's without compiling
+    anything.
 
     Attributes:
         system: What was derived.
+        independent: Indices, among all velocities, of those that are states.
+        redundant: Names of constraints that follow from the others.
         state_names: Names of the entries of x, shape (nx,).
         control_names: Names of the entries of u, shape (nu,).
-        rate_names: Names of all rates q_dot, shape (nt,).
+        rate_names: Names of all velocities, shape (nt,).
         control_bounds: Lower and upper limit of each input, shape (nu, 2).
         state_bounds: Lower and upper limit of each entry of x, shape (nx, 2).
+        state_scales: What counts as a large difference in each entry of x, shape (nx,); a rate's
+            is its speed limit, or its coordinate's scale per second.
+        circular: Whether each entry of x is an angle on the circle, shape (nx,).
     """
 
     def __init__(self, system: System) -> None:
-        derivation = derive(system)
+        facts, code = cached(machine_to_json(system), lambda: _build(system))
         self.system = system
-        self.independent: tuple[int, ...] = derivation.independent
-        self._library = compile_ir(emit_module(derivation))
-        self._sizes = _sizes(derivation)
-        self.coordinate_names = tuple(c.name for c in system.coordinates)
-        self.rate_names = tuple(f"{name}_dot" for name in self.coordinate_names)
+        self._sizes: dict[str, int] = facts["sizes"]
+        self._library = link(code, [*self._sizes, *FUNCTIONS])
+        self.independent: tuple[int, ...] = tuple(facts["independent"])
+        self.redundant: tuple[str, ...] = tuple(facts["redundant"])
+        configuration = configuration_symbols(system)
+        self.coordinate_names = tuple(symbol.name for symbol in configuration)
+        self.rate_names = tuple(symbol.name for symbol in tangent_symbols(system))
         self.state_names = (
             *self.coordinate_names,
-            *(self.rate_names[i] for i in derivation.independent),
+            *(self.rate_names[i] for i in self.independent),
+            *(entry.name for entry in system.states),
         )
         self.control_names = tuple(entry.name for entry in system.inputs)
         self.control_bounds: Array = np.array(
-            [entry.bounds for entry in system.inputs], dtype=float
+            [bounds_of(entry) for entry in system.inputs], dtype=float
         ).reshape(-1, 2)
-        self.state_bounds: Array = np.array(
-            [(c.lower, c.upper) for c in system.coordinates]
-            + [
-                (-system.coordinates[i].speed, system.coordinates[i].speed)
-                for i in self.independent
-            ]
-        ).reshape(-1, 2)
+        self.state_bounds: Array = _state_bounds(system, self.independent)
+        self.state_scales: Array = _state_scales(system, self.independent)
+        self.circular: NDArray[np.bool_] = _circular(system, self.nx)
         self.parameter_names = tuple(parameter.name for parameter in system.parameters)
         self._defaults = np.array([system.parameter_values[n] for n in self.parameter_names])
 
@@ -78,8 +96,13 @@ class Model:
 
     @property
     def nq(self) -> int:
-        """Number of coordinates."""
+        """Number of entries of a configuration."""
         return len(self.coordinate_names)
+
+    @property
+    def nt(self) -> int:
+        """Number of velocities, the dependent ones included."""
+        return len(self.rate_names)
 
     def address(self, function: str) -> int:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
@@ -119,7 +142,8 @@ class Model:
         pointers = (_pointer(rows), _pointer(controls), _pointer(p), _pointer(out))
         bad = self._batch(len(rows), *pointers, 0)
         if bad >= 0:
-            raise SingularError(_failure(self, SINGULAR, rows[bad]))
+            status = self._single(_pointer(rows[bad]), _pointer(controls[bad]), *pointers[2:], 0)
+            raise SingularError(_failure(self, status, rows[bad]))
         return out.reshape(states.shape)
 
     def step(
@@ -165,36 +189,108 @@ class Model:
         """
         return self._call("point_speed", x, u, parameters)
 
+    def jacobian(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> tuple[Array, Array]:
+        """Return the exact derivatives of f at a state.
+
+        Returns:
+            df/dx of shape (..., nx, nx) and df/du of shape (..., nx, nu).
+        """
+        out = self._call("jacobian", x, u, parameters)
+        columns = out.reshape(*out.shape[:-1], self.nx + self.nu, self.nx)
+        both = np.swapaxes(columns, -1, -2)
+        return both[..., : self.nx].copy(), both[..., self.nx :].copy()
+
     def mass_matrix(self, q: ArrayLike, **parameters: float) -> Array:
         """Return the mass matrix in full coordinates, shape (..., nt, nt).
 
         Args:
-            q: Coordinates, shape (nq,) or (N, nq); a whole state is accepted too.
+            q: Configuration, shape (nq,) or (N, nq); a whole state is accepted too.
+
+        Raises:
+            NoDynamicsError: If the machine is kinematic.
         """
+        self._need_masses("mass matrix")
         values = np.asarray(q, dtype=float)
         if values.shape[-1:] == (self.nq,):
             padding = np.zeros((*values.shape[:-1], self.nx - self.nq))
             values = np.concatenate([values, padding], axis=-1)
         out = self._call("mass_matrix", values, None, parameters)
-        return out.reshape(*out.shape[:-1], self.nq, self.nq)
+        return out.reshape(*out.shape[:-1], self.nt, self.nt)
 
-    def energy(self, x: ArrayLike, **parameters: float) -> tuple[Any, Any]:
-        """Return (kinetic, potential) energy in [J], floats or arrays of shape (N,)."""
-        out = self._call("energy", x, None, parameters)
+    def energy(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> tuple[Any, Any]:
+        """Return (kinetic, potential) energy in [J], floats or arrays of shape (N,).
+
+        Raises:
+            NoDynamicsError: If the machine is kinematic.
+        """
+        self._need_masses("energy")
+        out = self._call("energy", x, u, parameters)
         kinetic, potential = out[..., 0], out[..., 1]
         return (float(kinetic), float(potential)) if out.ndim == 1 else (kinetic, potential)
 
+    def power(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Any:
+        """Return the power in [W] of all forces that are not conservative; shape (...).
+
+        Raises:
+            NoDynamicsError: If the machine is kinematic.
+        """
+        self._need_masses("power")
+        out = self._call("power", x, u, parameters)[..., 0]
+        return float(out) if out.ndim == 0 else out
+
     def constraint_residual(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
-        """Return w(q) q_dot, in [m/s] or [rad/s], shape (..., number of constraints)."""
+        """Return w(q) q_dot of every constraint, then h(q) of those of position; SI units.
+
+        Shape (..., number of constraints + number of position constraints).
+        """
         return self._call("constraint_residual", x, u, parameters)
+
+    def constraint_forces(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+        """Return the multiplier of every constraint and rate input; shape (..., rows).
+
+        A constraint on a velocity in [m/s] has its force in [N], one in [rad/s] in [N m].
+        """
+        return self._call("constraint_forces", x, u, parameters)
+
+    def requirements(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+        """Return the margins that a plan must keep at least zero; shape (..., requirements)."""
+        return self._call("requirements", x, u, parameters)
+
+    def project(self, x: ArrayLike, **parameters: float) -> Array:
+        """Return a state moved onto the constraints, its quaternions of unit length."""
+        states = _array("x", x, self.nx)
+        if not self._sizes["project"]:
+            return states.copy()
+        near = self._call("project", states, None, parameters)
+        return self._call("project", near, None, parameters)
+
+    def rest(self) -> Array:
+        """Return the state in which a machine starts unless told otherwise, shape (nx,).
+
+        Everything is 0, or at the limit nearest to it, and attitudes are not turned.
+        """
+        x = np.clip(np.zeros(self.nx), *self.state_bounds.T)
+        place = 0
+        for c in self.system.coordinates:
+            if not isinstance(c, Coordinate):
+                x[place + 3] = 1.0
+            place += 1 if isinstance(c, Coordinate) else 4
+        return x
 
     def configuration(self, x: ArrayLike) -> Array:
         """Return the coordinates q of a state, shape (..., nq)."""
         return _array("x", x, self.nx)[..., : self.nq].copy()
 
     def velocity(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
-        """Return the rates of all coordinates, the dependent ones included, shape (..., nt)."""
+        """Return all velocities, the dependent ones included, shape (..., nt)."""
         return self._call("velocity", x, u, parameters)
+
+    def _need_masses(self, what: str) -> None:
+        if not self._sizes["energy"]:
+            text = (
+                f"{self.system.name} is kinematic: its inputs are velocities, so it has no {what}."
+            )
+            raise NoDynamicsError(text)
 
     def equations(self) -> Equations:
         """Return the equations of motion for reading, in the author's symbols."""
@@ -212,7 +308,9 @@ class Model:
         inputs = np.atleast_2d(self._inputs(u, states)) if u is not None else rows
         for row, control, result in zip(rows, inputs, out, strict=True):
             extra = (_pointer(control),) if u is not None else ()
-            function(_pointer(row), *extra, p, _pointer(result), 0)
+            status = function(_pointer(row), *extra, p, _pointer(result), 0)
+            if status and name in NEED_CHART:
+                raise SingularError(_failure(self, status, row))
         del keep
         return out.reshape(*states.shape[:-1], size)
 
@@ -225,6 +323,10 @@ class Model:
             what = f"u has shape {values.shape}; the last axis must be {self.nu}."
             names = ", ".join(self.control_names)
             raise InputError([Mistake(f"system {self.system.name!r}", what, f"Inputs: {names}.")])
+        if values.shape not in ((self.nu,), shape):
+            what = f"u has shape {values.shape} where x has {states.shape}."
+            remedy = f"Give one row of {self.nu} for all states, or one per state."
+            raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
         return np.ascontiguousarray(np.broadcast_to(values, shape))
 
     def _function(self, name: str, *, with_inputs: bool) -> Callable[..., int]:
@@ -233,6 +335,10 @@ class Model:
 
     def _prototype(self, name: str, *types: Any) -> Callable[..., int]:
         return ctypes.CFUNCTYPE(ctypes.c_int32, *types)(self.address(name))
+
+    @cached_property
+    def _single(self) -> Callable[..., int]:
+        return self._function("f", with_inputs=True)
 
     @cached_property
     def _batch(self) -> Callable[..., int]:
@@ -246,15 +352,55 @@ class Model:
         return {method: self._prototype(f"step_{method}", *types) for method in METHODS}
 
 
-def _sizes(derivation: Derivation) -> dict[str, int]:
-    return {
-        "velocity": len(derivation.rates),
-        "frames": len(derivation.frames),
-        "point_speed": len(derivation.point_speeds),
-        "energy": 2,
-        "mass_matrix": len(derivation.mass_matrix),
-        "constraint_residual": len(derivation.constraint_residual),
+def _build(system: System) -> tuple[dict[str, Any], bytes]:
+    """Derive and compile a machine; returns what a model must know, and the machine code."""
+    d = derive(system)
+    size = len(d.state)
+    sizes = {
+        "velocity": len(d.velocities),
+        "flow": len(d.flow),
+        "frames": len(d.frames),
+        "point_speed": len(d.point_speeds),
+        "energy": len(d.energy),
+        "power": len(d.power),
+        "mass_matrix": len(d.mass_matrix),
+        "constraint_residual": len(d.constraint_residual),
+        "constraint_forces": len(d.constraint_forces),
+        "requirements": len(d.requirements),
+        "project": len(d.projection),
+        "jacobian": size * (size + len(d.binding.inputs)),
     }
+    facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
+    return facts, compile_ir(emit_module(d))
+
+
+def _state_scales(system: System, independent: tuple[int, ...]) -> Array:
+    positions, speeds = [], []
+    for c in system.coordinates:
+        attitude = not isinstance(c, Coordinate)
+        positions += [c.scale] * (4 if attitude else 1)
+        speeds += [c.speed if np.isfinite(c.speed) else c.scale] * (3 if attitude else 1)
+    further = [entry.scale for entry in system.states]
+    return np.array([*positions, *(speeds[i] for i in independent), *further], dtype=float)
+
+
+def _circular(system: System, size: int) -> NDArray[np.bool_]:
+    symbols = configuration_symbols(system)
+    circles = [isinstance(s, Coordinate) and s.topology == "circle" for s in symbols]
+    return np.array([*circles, *[False] * (size - len(circles))])
+
+
+def _state_bounds(system: System, independent: tuple[int, ...]) -> Array:
+    positions, speeds = [], []
+    for c in system.coordinates:
+        if isinstance(c, Coordinate):
+            positions.append((c.lower, c.upper))
+            speeds.append((-c.speed, c.speed))
+        else:
+            positions += [(-1.0, 1.0)] * 4
+            speeds += [(-c.speed, c.speed)] * 3
+    further = [entry.limits for entry in system.states]
+    return np.array([*positions, *(speeds[i] for i in independent), *further]).reshape(-1, 2)
 
 
 def _array(name: str, values: ArrayLike, size: int) -> Array:
@@ -272,7 +418,7 @@ def _pointer(array: Array) -> int:
 def _failure(model: Model, status: int, x: Array) -> str:
     cause = (
         "a velocity or mass is undetermined (outside the chart of the independent velocities)"
-        if status == SINGULAR
+        if status & SINGULAR
         else "the result is not finite"
     )
     state = ", ".join(f"{n}={v:.6g}" for n, v in zip(model.state_names, x, strict=True))

@@ -8,7 +8,13 @@ import sympy
 from sympy.printing.precedence import PRECEDENCE, precedence
 from sympy.printing.str import StrPrinter
 
-from kinolab.dynamics.symbols import Acceleration, Parameter, Rate
+from kinolab.dynamics.symbols import (
+    Acceleration,
+    Parameter,
+    Rate,
+    TurnAcceleration,
+    TurnRate,
+)
 
 GREEK = (
     *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa"),
@@ -53,6 +59,13 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_Acceleration(self, expression: Acceleration) -> str:
         return _dotted(expression.coordinate.name, DOUBLE_DOT)
 
+    def _print_TurnRate(self, expression: TurnRate) -> str:
+        return f"ω_{expression.attitude.name}{'xyz'[expression.index]}"
+
+    def _print_TurnAcceleration(self, expression: TurnAcceleration) -> str:
+        turn = expression.turn
+        return f"ω{DOT}_{turn.attitude.name}{'xyz'[turn.index]}"
+
     def _print_Pow(self, expression: sympy.Pow, rational: bool = False) -> str:
         base, exponent = expression.args
         if exponent.is_Integer and exponent > 1:
@@ -67,28 +80,41 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         sign = "-" if coefficient.is_negative else ""
         number = "" if abs(coefficient) == 1 else f"{self._print(abs(coefficient))} "
         numerator, denominator = rest.as_numer_denom()
-        text = sign + number + self._factors(numerator)
+        text = f"{sign}{number}{self._factors(numerator)}".strip()
         if denominator == 1:
             return text
-        below = self._factors(denominator)
-        return f"{text}/({below})" if denominator.is_Mul else f"{text}/{below}"
+        below, several = self._factors(denominator), denominator.is_Mul
+        if numerator == 1:  # 2/m and 1/(2 m), not 2 1/m and 1/2 1/m
+            text = f"{sign}{abs(coefficient.p)}"
+            below = below if coefficient.q == 1 else f"{coefficient.q} {below}"
+            several = several or coefficient.q != 1
+        return f"{text}/({below})" if several else f"{text}/{below}"
 
     def _factors(self, product: sympy.Expr) -> str:
         factors = sorted(sympy.Mul.make_args(product), key=_order)
-        return " ".join(self.parenthesize(f, precedence(sympy.Mul(2, f))) for f in factors)
+        return " ".join(self._factor(factor) for factor in factors)
+
+    def _factor(self, factor: sympy.Expr) -> str:
+        if factor.is_number and factor.is_nonnegative and not factor.is_Rational:
+            return str(self._print(factor))
+        if factor == 1:
+            return "1"
+        return str(self.parenthesize(factor, precedence(sympy.Mul(2, factor))))
 
 
 def _dotted(name: str, dots: str) -> str:
-    base, _, index = name.partition("_")
-    return letter(base) + dots + (f"_{index}" if index else "")
+    base = name.partition("_")[0]
+    return letter(base) + dots + letter(name).removeprefix(letter(base))
 
 
 def _order(factor: sympy.Expr) -> tuple[int, str]:
     """Put masses first, then other parameters, functions of coordinates, and rates last."""
     base = factor.as_base_exp()[0]
+    if base.is_number:
+        return -1, ""
     if isinstance(base, Parameter):
         return (0 if base.unit == "kg" else 1), str(base).lower()
-    if isinstance(base, (Rate, Acceleration)):
+    if isinstance(base, Rate | Acceleration | TurnRate | TurnAcceleration):
         return 5, str(base)
     if base.is_Symbol:
         return 2, str(base).lower()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import sympy
 
+from kinolab.dynamics.records import exact, is_zero
 from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Scalar, Shape, Sphere
 
 
@@ -42,7 +43,7 @@ def reach(shape: Shape) -> Reach:
 
 
 def _norm(vector: tuple[Scalar, ...]) -> sympy.Expr:
-    return sympy.sqrt(sum(sympy.sympify(component) ** 2 for component in vector))
+    return sympy.sqrt(sum(exact(component) ** 2 for component in vector))
 
 
 def _axes_through(at: tuple[Scalar, Scalar, Scalar]) -> str:
@@ -50,7 +51,7 @@ def _axes_through(at: tuple[Scalar, Scalar, Scalar]) -> str:
     return "".join(
         axis
         for axis in "xyz"
-        if all(component == 0 for name, component in zip("xyz", at, strict=True) if name != axis)
+        if all(is_zero(c) for name, c in zip("xyz", at, strict=True) if name != axis)
     )
 
 

@@ -1,4 +1,4 @@
-"""The symbols of a machine: coordinates, their rates, and parameters.
+"""The symbols of a machine: coordinates, their rates, inputs, further states and parameters.
 
 They are SymPy symbols, so that a user calculates with them as on paper, and they carry what a
 planner must know: topology, unit, limits and scale.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeAlias
 
 import sympy
@@ -99,6 +100,109 @@ class Coordinate(MachineSymbol):
         return float(self.facts[6])
 
 
+class QuaternionEntry(MachineSymbol):
+    """One of the four numbers of an attitude's unit quaternion, in the order x, y, z, w."""
+
+    __slots__ = ()
+
+    def __new__(cls, attitude: Attitude, index: int) -> QuaternionEntry:
+        """Make an entry; users call ``rotation``."""
+        made: QuaternionEntry = cls._build(f"{attitude.name}_{'xyzw'[index]}", (attitude, index))
+        return made
+
+    @property
+    def attitude(self) -> Attitude:
+        """What the quaternion describes."""
+        attitude: Attitude = self.facts[0]
+        return attitude
+
+    @property
+    def index(self) -> int:
+        """Which entry: 0, 1, 2 of the vector part, 3 of the scalar part."""
+        return int(self.facts[1])
+
+
+class TurnRate(MachineSymbol):
+    """A component of an attitude's angular velocity, in the axes of the frame it turns."""
+
+    __slots__ = ()
+
+    def __new__(cls, attitude: Attitude, index: int) -> TurnRate:
+        """Make a component; users call ``turn_rate``."""
+        made: TurnRate = cls._build(f"{attitude.name}_w{'xyz'[index]}", (attitude, index))
+        return made
+
+    @property
+    def attitude(self) -> Attitude:
+        """What turns."""
+        attitude: Attitude = self.facts[0]
+        return attitude
+
+    @property
+    def index(self) -> int:
+        """Which component: 0, 1 or 2."""
+        return int(self.facts[1])
+
+    def _latex(self, _: Any) -> str:
+        return rf"\omega_{{{self.attitude.name},{'xyz'[self.index]}}}"
+
+
+class TurnAcceleration(MachineSymbol):
+    """The derivative of a turn rate; it occurs in equations only."""
+
+    __slots__ = ()
+
+    def __new__(cls, turn: TurnRate) -> TurnAcceleration:
+        """Make the derivative of a component."""
+        made: TurnAcceleration = cls._build(f"{turn.name}_dot", (turn,))
+        return made
+
+    @property
+    def turn(self) -> TurnRate:
+        """What is differentiated."""
+        turn: TurnRate = self.facts[0]
+        return turn
+
+    def _latex(self, printer: Any) -> str:
+        return rf"\dot{{{printer._print(self.turn)}}}"
+
+
+@dataclass(frozen=True, order=True)
+class Attitude:
+    """A coordinate on SO(3): any rotation, without a singular one.
+
+    Its state is a unit quaternion x, y, z, w and the angular velocity in body axes. Attitudes have
+    an order because SymPy sorts symbols by what they carry.
+
+    Attributes:
+        name: What scenarios, files and equations call it.
+        speed: Largest magnitude of each component of the angular velocity, in [rad/s].
+        scale: What counts as a large turn, in [rad].
+        serial: The order in which coordinates were made.
+    """
+
+    name: str
+    speed: float
+    scale: float
+    serial: int
+
+    unit = "rad"
+
+    @property
+    def quaternion(
+        self,
+    ) -> tuple[QuaternionEntry, QuaternionEntry, QuaternionEntry, QuaternionEntry]:
+        """The symbols of the quaternion's entries x, y, z, w."""
+        x, y, z, w = (QuaternionEntry(self, index) for index in range(4))
+        return x, y, z, w
+
+    @property
+    def turn_rate(self) -> tuple[TurnRate, TurnRate, TurnRate]:
+        """The symbols of the angular velocity's components in body axes."""
+        x, y, z = (TurnRate(self, index) for index in range(3))
+        return x, y, z
+
+
 class TimeDerivative(MachineSymbol):
     """A derivative of a coordinate, named after it and printed with dots."""
 
@@ -168,6 +272,29 @@ class Parameter(MachineSymbol):
         return str(self.facts[1])
 
 
+class StateSymbol(MachineSymbol):
+    """A state beyond positions and velocities, such as a motor's current."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> StateSymbol:
+        """Make the symbol; users call ``state``."""
+        _check_name("state", name)
+        made: StateSymbol = cls._build(name, ())
+        return made
+
+
+class ForceSymbol(MachineSymbol):
+    """The force that holds a constraint, named after it; it occurs in requirements only."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> ForceSymbol:
+        """Make the symbol; users call ``force_of``."""
+        made: ForceSymbol = cls._build(name, ())
+        return made
+
+
 class InputSymbol(MachineSymbol):
     """The value of an input of the machine, in the input's unit."""
 
@@ -223,6 +350,23 @@ def angle(
     limits = (float(lower), float(upper))
     topology: Topology = "circle" if all(map(math.isinf, limits)) else "line"
     return Coordinate(name, topology, "rad", limits, float(speed), float(scale))
+
+
+def rotation(name: str, *, speed: float = math.inf, scale: float = 1.0) -> Attitude:
+    """Declare a coordinate on SO(3), to be used as a frame by ``orient``.
+
+    Args:
+        name: What scenarios, files and equations call it.
+        speed: Largest magnitude of each component of its angular velocity, in [rad/s].
+        scale: What counts as a large turn, in [rad]; distances are divided by it.
+    """
+    _check_coordinate(name, (-math.inf, math.inf), speed, scale)
+    return Attitude(name, float(speed), float(scale), next(_serial))
+
+
+def turn_rate(attitude: Attitude) -> tuple[TurnRate, TurnRate, TurnRate]:
+    """Return the components of an attitude's angular velocity, in body axes, in [rad/s]."""
+    return attitude.turn_rate
 
 
 def parameter(name: str, default: float, unit: str = "") -> Parameter:

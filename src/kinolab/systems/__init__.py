@@ -21,7 +21,8 @@ def get(name: str, **parameters: float) -> System:
     """Return a system by name, with parameter values by keyword: ``get("rolling_disk", R=0.3)``.
 
     Raises:
-        UnknownNameError: If there is no such system or parameter.
+        UnknownNameError: If there is no such system.
+        InputError: If there is no such parameter, or a value is not a number.
     """
     if name not in names():
         raise UnknownNameError("system", name, known=names())

@@ -1,6 +1,17 @@
 """A pendulum with a motor at its pivot."""
 
-from kinolab.dynamics import Body, Sphere, System, Torque, angle, move, parameter, rot_z, toward
+from kinolab.dynamics import (
+    Body,
+    Capsule,
+    Sphere,
+    System,
+    Torque,
+    angle,
+    move,
+    parameter,
+    rot_z,
+    toward,
+)
 
 
 def pendulum() -> System:
@@ -8,7 +19,8 @@ def pendulum() -> System:
     m, l, g = parameter("m", 1.0, "kg"), parameter("l", 1.0, "m"), parameter("g", 9.81, "m/s^2")  # noqa: E741
     theta = angle("theta", speed=10.0)
     rod = rot_z(theta)
-    bob = Body("bob", rod @ move(l), mass=m, shape=Sphere(0.1))
+    shape = (Sphere(0.1), Capsule(0.02, l, axis="x", at=(-l / 2, 0, 0)))
+    bob = Body("bob", rod @ move(l), mass=m, shape=shape)
     return System(
         "pendulum",
         bodies=[bob],

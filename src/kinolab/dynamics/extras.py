@@ -1,0 +1,58 @@
+"""States beyond positions and velocities: currents, lags, whatever has a rate of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import KW_ONLY, dataclass
+
+from kinolab.dynamics.frames import Number
+from kinolab.dynamics.records import exact, sympify_fields
+from kinolab.dynamics.symbols import StateSymbol
+
+
+@dataclass(frozen=True)
+class State:
+    """A further state with its own differential equation.
+
+    Attributes:
+        name: What scenarios and files call it.
+        derivative: Its rate of change, an expression in states, inputs and parameters; ``state``
+            gives the symbol that stands for the state itself.
+        limits: Lower and upper limit in ``unit``.
+        unit: SI unit as text.
+        scale: What counts as a large difference, in ``unit``.
+    """
+
+    name: str
+    derivative: Number
+    _: KW_ONLY
+    limits: tuple[float, float] = (-math.inf, math.inf)
+    unit: str = ""
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "derivative")
+
+    @property
+    def symbol(self) -> StateSymbol:
+        """The symbol of the state's value."""
+        return StateSymbol(self.name)
+
+
+def state(name: str) -> StateSymbol:
+    """Return the symbol of a further state, to write its own derivative with."""
+    return StateSymbol(name)
+
+
+def lag(name: str, signal: Number, time_constant: Number, *, unit: str = "") -> State:
+    """Return a state that follows a signal with a first-order lag, as an actuator does.
+
+    Args:
+        name: Of the state.
+        signal: What it follows, usually an input's symbol.
+        time_constant: In [s].
+        unit: Of the signal and the state.
+    """
+    change = (exact(signal) - StateSymbol(name)) / exact(time_constant)
+    return State(name, change, unit=unit)

@@ -1,0 +1,155 @@
+"""A small builder of LLVM IR text: registers, arrays of doubles, loops and branches."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import count
+from typing import TypeAlias
+
+Register: TypeAlias = str
+Index: TypeAlias = int | Register
+
+
+def literal(value: float) -> str:
+    """Return a double as LLVM's exact hexadecimal constant."""
+    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
+
+
+class Routine:
+    """One function, written line by line.
+
+    Args:
+        name: Of the function.
+        parameters: (type, name) each, such as ("ptr", "x").
+        result: Type of the result.
+        private: Whether only this module calls it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        parameters: list[tuple[str, str]],
+        *,
+        result: str = "i32",
+        private: bool = False,
+    ) -> None:
+        linkage = "internal " if private else ""
+        listing = ", ".join(f"{kind} %{label}" for kind, label in parameters)
+        self._header = f"define {linkage}{result} @{name}({listing}) {{"
+        self._result = result
+        self._entry: list[str] = []
+        self._lines: list[str] = []
+        self._counter = count()
+
+    def text(self) -> str:
+        """Return the function as text."""
+        return "\n".join([self._header, "entry:", *self._entry, *self._lines, "}"])
+
+    def line(self, instruction: str) -> Register:
+        """Add an instruction with a result."""
+        name = f"%v{next(self._counter)}"
+        self._lines.append(f"  {name} = {instruction}")
+        return name
+
+    def do(self, instruction: str) -> None:
+        """Add an instruction without a result."""
+        self._lines.append(f"  {instruction}")
+
+    def array(self, size: int) -> Register:
+        """Reserve doubles on the stack for the whole function."""
+        name = f"%a{next(self._counter)}"
+        self._entry.append(f"  {name} = alloca [{max(size, 1)} x double], align 16")
+        return name
+
+    def cell(self, kind: str, value: str) -> Register:
+        """Reserve one variable of a type on the stack, with a value."""
+        name = f"%c{next(self._counter)}"
+        self._entry.append(f"  {name} = alloca {kind}")
+        self.do(f"store {kind} {value}, ptr {name}")
+        return name
+
+    def get(self, kind: str, cell: Register) -> Register:
+        """Read a variable."""
+        return self.line(f"load {kind}, ptr {cell}")
+
+    def put(self, kind: str, cell: Register, value: str) -> None:
+        """Write a variable."""
+        self.do(f"store {kind} {value}, ptr {cell}")
+
+    def at(self, array: Register, index: Index) -> Register:
+        """Return the address of an entry."""
+        return self.line(f"getelementptr double, ptr {array}, i64 {index}")
+
+    def load(self, array: Register, index: Index) -> Register:
+        """Read an entry."""
+        return self.line(f"load double, ptr {self.at(array, index)}")
+
+    def store(self, array: Register, index: Index, value: str) -> None:
+        """Write an entry."""
+        self.do(f"store double {value}, ptr {self.at(array, index)}")
+
+    def add(self, a: str, b: str) -> Register:
+        """Return a + b of doubles; a product may be fused in."""
+        return self.line(f"fadd contract double {a}, {b}")
+
+    def sub(self, a: str, b: str) -> Register:
+        """Return a - b of doubles."""
+        return self.line(f"fsub contract double {a}, {b}")
+
+    def mul(self, a: str, b: str) -> Register:
+        """Return a * b of doubles."""
+        return self.line(f"fmul contract double {a}, {b}")
+
+    def div(self, a: str, b: str) -> Register:
+        """Return a / b of doubles."""
+        return self.line(f"fdiv double {a}, {b}")
+
+    def integer(self, operation: str, a: Index, b: Index) -> Register:
+        """Return an operation on 64-bit integers, such as ``add`` or ``mul``."""
+        return self.line(f"{operation} i64 {a}, {b}")
+
+    @contextmanager
+    def loop(self, start: Index, end: Index) -> Iterator[Register]:
+        """Repeat what is written inside for start <= i < end; yields i."""
+        mark = next(self._counter)
+        cell = self.cell("i64", str(start))
+        self.do(f"br label %head{mark}")
+        self._lines.append(f"head{mark}:")
+        i = self.get("i64", cell)
+        more = self.line(f"icmp slt i64 {i}, {end}")
+        self.do(f"br i1 {more}, label %body{mark}, label %done{mark}")
+        self._lines.append(f"body{mark}:")
+        yield i
+        self.put("i64", cell, self.integer("add", i, 1))
+        self.do(f"br label %head{mark}")
+        self._lines.append(f"done{mark}:")
+
+    @contextmanager
+    def when(self, condition: Register) -> Iterator[None]:
+        """Do what is written inside where a condition holds."""
+        mark = self.fork(condition)
+        yield
+        self.do(f"br label %after{mark}")
+        self.join(mark)
+
+    def fork(self, condition: Register) -> int:
+        """Begin what is done only where a condition holds and that returns; see ``join``."""
+        mark = next(self._counter)
+        self.do(f"br i1 {condition}, label %then{mark}, label %after{mark}")
+        self._lines.append(f"then{mark}:")
+        return mark
+
+    def join(self, mark: int) -> None:
+        """End what ``fork`` began."""
+        self._lines.append(f"after{mark}:")
+
+    def copy(self, source: Register, target: Register, size: int) -> None:
+        """Copy an array."""
+        with self.loop(0, size) as i:
+            self.store(target, i, self.load(source, i))
+
+    def give(self, value: str) -> None:
+        """Return from the function."""
+        self.do(f"ret {self._result} {value}")

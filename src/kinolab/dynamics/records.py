@@ -1,0 +1,40 @@
+"""Numbers and SymPy expressions as users mix them; text is never evaluated."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import Any
+
+import sympy
+
+from kinolab.errors import InputError, Mistake
+
+
+def exact(value: Any) -> sympy.Expr:
+    """Return a number or an expression as SymPy's.
+
+    Raises:
+        InputError: If it is neither, above all if it is text, which SymPy would run as code.
+    """
+    if isinstance(value, sympy.Expr):
+        return value
+    if isinstance(value, Real) and not isinstance(value, bool):
+        plain = value if isinstance(value, int) else float(value)
+        if math.isfinite(plain):
+            return sympy.sympify(plain)
+    remedy = "Give a finite number or an expression of the machine's symbols."
+    raise InputError([Mistake("", f"{value!r} is neither.", remedy)])
+
+
+def sympify_fields(record: Any, *names: str) -> None:
+    """Turn the numbers in some fields of a frozen dataclass into SymPy's, tuples included."""
+    for name in names:
+        value = getattr(record, name)
+        made = tuple(map(exact, value)) if isinstance(value, tuple) else exact(value)
+        object.__setattr__(record, name, made)
+
+
+def is_zero(value: Any) -> bool:
+    """Whether a number or expression is zero, exactly; SymPy's Float(0.0) does not equal 0."""
+    return bool(exact(value).is_zero)

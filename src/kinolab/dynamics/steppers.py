@@ -1,0 +1,198 @@
+"""Integrator steps as LLVM IR, and the linear algebra that an implicit one needs.
+
+Every step ends by moving the state back onto the constraints and unit quaternions, where the
+machine has any.
+"""
+
+from __future__ import annotations
+
+from kinolab.dynamics.ir import Register, Routine, literal
+
+METHODS = ("rk4", "euler", "rosenbrock")
+
+GAMMA = 1 - 0.5**0.5  # makes the Rosenbrock method L-stable: stiff friction decays at any step
+
+POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
+STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "mode")]
+
+
+def emit_steppers(states: int, inputs: int, *, projects: bool) -> list[str]:
+    """Return one function per integration method."""
+    return [
+        _emit_runge_kutta("euler", states, (0.0,), (1.0,), projects),
+        _emit_runge_kutta(
+            "rk4", states, (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), projects
+        ),
+        _emit_rosenbrock(states, inputs, projects),
+    ]
+
+
+def _emit_runge_kutta(
+    method: str,
+    states: int,
+    fractions: tuple[float, ...],
+    weights: tuple[float, ...],
+    projects: bool,
+) -> str:
+    """Return a step whose stage s starts at x + h a_s k_(s-1).
+
+    Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.1.
+    """
+    routine = Routine(f"step_{method}", STEP)
+    at, k, total = (routine.array(states) for _ in range(3))
+    status = routine.cell("i32", "0")
+    routine.copy("%x", total, states)
+    for stage, (fraction, weight) in enumerate(zip(fractions, weights, strict=True)):
+        source = "%x"
+        if stage:
+            source = at
+            reach = routine.mul("%h", literal(fraction))
+            _axpy(routine, states, reach, k, "%x", at)
+        _call_f(routine, source, k, status)
+        _axpy(routine, states, routine.mul("%h", literal(weight)), k, total, total)
+    _finish(routine, states, total, status, projects)
+    return routine.text()
+
+
+def _emit_rosenbrock(states: int, inputs: int, projects: bool) -> str:
+    """Return a step of the L-stable Rosenbrock method of order 2 with the exact Jacobian J.
+
+    (1 - gamma h J) k1 = f(x), (1 - gamma h J) k2 = f(x + h k1) - 2 k1, x + 3/2 h k1 + 1/2 h k2.
+
+    Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999, equation (3.1).
+    """
+    routine = Routine("step_rosenbrock", STEP)
+    size = states
+    jacobian = routine.array(size * (size + inputs))
+    matrix, pivots = routine.array(size * size), routine.array(size)
+    k1, k2, at, total = (routine.array(size) for _ in range(4))
+    status = routine.cell("i32", "0")
+    call = f"call i32 @jacobian(ptr %x, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
+    routine.put("i32", status, routine.line(call))
+    share = routine.mul("%h", literal(-GAMMA))
+    with routine.loop(0, size) as i, routine.loop(0, size) as j:
+        column = routine.integer("add", routine.integer("mul", j, size), i)
+        row = routine.integer("add", routine.integer("mul", i, size), j)
+        own = routine.line(f"icmp eq i64 {i}, {j}")
+        one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
+        scaled = routine.mul(share, routine.load(jacobian, column))
+        routine.store(matrix, row, routine.add(one, scaled))
+    singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
+    _merge(routine, status, singular)
+    _call_f(routine, "%x", k1, status)
+    routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k1})")
+    _axpy(routine, size, "%h", k1, "%x", at)
+    _call_f(routine, at, k2, status)
+    _axpy(routine, size, literal(-2.0), k1, k2, k2)
+    routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k2})")
+    _axpy(routine, size, routine.mul("%h", literal(1.5)), k1, "%x", total)
+    _axpy(routine, size, routine.mul("%h", literal(0.5)), k2, total, total)
+    _finish(routine, size, total, status, projects)
+    return routine.text()
+
+
+def _axpy(
+    routine: Routine, size: int, factor: str, a: Register, b: Register, target: Register
+) -> None:
+    """Set target to factor * a + b."""
+    with routine.loop(0, size) as i:
+        product = routine.mul(factor, routine.load(a, i))
+        routine.store(target, i, routine.add(routine.load(b, i), product))
+
+
+def _call_f(routine: Routine, x: Register, target: Register, status: Register) -> None:
+    call = f"call i32 @f(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode)"
+    _merge(routine, status, routine.line(call))
+
+
+def _merge(routine: Routine, status: Register, failed: Register) -> None:
+    so_far = routine.get("i32", status)
+    routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
+
+
+def _finish(
+    routine: Routine, states: int, total: Register, status: Register, projects: bool
+) -> None:
+    """Write the result, projected twice: the second Newton step reaches rounding."""
+    if projects:
+        near = routine.array(states)
+        for source, target in ((total, near), (near, "%out")):
+            call = f"call i32 @project(ptr {source}, ptr %p, ptr {target}, i64 %mode)"
+            _merge(routine, status, routine.line(call))
+    else:
+        routine.copy(total, "%out", states)
+    routine.give(routine.get("i32", status))
+
+
+def emit_linear_algebra() -> list[str]:
+    """Return Gaussian elimination with row pivoting, and substitution.
+
+    int lu_factor(double *A, double *pivots, long n), rows of A in place; nonzero if singular.
+    void lu_solve(const double *A, const double *pivots, long n, double *b), b in place.
+
+    Source: Golub, Van Loan, Matrix Computations, 4th ed., algorithm 3.4.1.
+    """
+    return [_emit_lu_factor(), _emit_lu_solve()]
+
+
+def _emit_lu_factor() -> str:
+    r = Routine("lu_factor", [("ptr", "A"), ("ptr", "pivots"), ("i64", "n")], private=True)
+    status = r.cell("i32", "0")
+    best, where = r.cell("double", literal(0.0)), r.cell("i64", "0")
+    with r.loop(0, "%n") as k:
+        r.put("double", best, literal(-1.0))
+        with r.loop(k, "%n") as i:
+            entry = r.load("%A", _entry(r, i, k))
+            size = r.line(f"call double @llvm.fabs.f64(double {entry})")
+            larger = r.line(f"fcmp ogt double {size}, {r.get('double', best)}")
+            with r.when(larger):
+                r.put("double", best, size)
+                r.put("i64", where, i)
+        row = r.get("i64", where)
+        r.store("%pivots", k, r.line(f"sitofp i64 {row} to double"))
+        usable = r.line(f"fcmp ogt double {r.get('double', best)}, {literal(1e-300)}")
+        failed = r.line(f"select i1 {usable}, i32 0, i32 1")
+        _merge(r, status, failed)
+        with r.loop(0, "%n") as j:
+            upper, lower = _entry(r, k, j), _entry(r, row, j)
+            a, b = r.load("%A", upper), r.load("%A", lower)
+            r.store("%A", upper, b)
+            r.store("%A", lower, a)
+        pivot = r.load("%A", _entry(r, k, k))
+        with r.loop(r.integer("add", k, 1), "%n") as i:
+            factor = r.div(r.load("%A", _entry(r, i, k)), pivot)
+            r.store("%A", _entry(r, i, k), factor)
+            with r.loop(r.integer("add", k, 1), "%n") as j:
+                product = r.mul(factor, r.load("%A", _entry(r, k, j)))
+                place = _entry(r, i, j)
+                r.store("%A", place, r.sub(r.load("%A", place), product))
+    r.give(r.get("i32", status))
+    return r.text()
+
+
+def _emit_lu_solve() -> str:
+    parameters = [("ptr", "A"), ("ptr", "pivots"), ("i64", "n"), ("ptr", "b")]
+    r = Routine("lu_solve", parameters, result="void", private=True)
+    with r.loop(0, "%n") as k:  # all swaps first: the factors were swapped as whole rows
+        row = r.line(f"fptosi double {r.load('%pivots', k)} to i64")
+        a, b = r.load("%b", k), r.load("%b", row)
+        r.store("%b", k, b)
+        r.store("%b", row, a)
+    with r.loop(0, "%n") as k, r.loop(r.integer("add", k, 1), "%n") as i:
+        product = r.mul(r.load("%A", _entry(r, i, k)), r.load("%b", k))
+        r.store("%b", i, r.sub(r.load("%b", i), product))
+    with r.loop(0, "%n") as back:
+        last = r.integer("sub", "%n", 1)
+        k = r.integer("sub", last, back)
+        value = r.div(r.load("%b", k), r.load("%A", _entry(r, k, k)))
+        r.store("%b", k, value)
+        with r.loop(0, k) as i:
+            product = r.mul(r.load("%A", _entry(r, i, k)), value)
+            r.store("%b", i, r.sub(r.load("%b", i), product))
+    r.do("ret void")
+    return r.text()
+
+
+def _entry(r: Routine, i: str, j: str) -> Register:
+    """Return the index of entry (i, j) of the n by n matrix."""
+    return r.integer("add", r.integer("mul", i, "%n"), j)
