@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -9,7 +10,7 @@ from ompl import control as oc
 
 from kinolab.bridge import search
 from kinolab.problem import Problem
-from kinolab.search import AbstractPlanner, Budget, SearchResult
+from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
 
 
 @final
@@ -22,9 +23,15 @@ class RRT(AbstractPlanner):
 
     name: ClassVar[str] = "rrt"
 
-    goal_bias: float = 0.05  # probability in [0, 1] of growing toward the goal
-    min_steps: int = 1  # propagation steps for which an input is held at least
-    max_steps: int = 20  # propagation steps for which an input is held at most
+    goal_bias: float = setting(0.05, 0.0, 1.0)  # probability of growing toward the goal
+    min_steps: int = setting(1, 1, 100_000)  # propagation steps for which an input is held at least
+    max_steps: int = setting(20, 1, 100_000)  # propagation steps for which an input is held at most
+
+    def conflicts(self) -> Iterator[tuple[str, str, str]]:
+        """Yield steps that exclude each other."""
+        if self.min_steps > self.max_steps:
+            what = f"{self.min_steps} is more than max_steps, {self.max_steps}."
+            yield "min_steps", what, "Lower it, or raise max_steps."
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinolab.errors import InputError, KinolabError
+from kinolab.errors import InputError, KinolabError, Mistake
 
 if TYPE_CHECKING:
     from kinolab.planning import Plan
@@ -83,8 +83,7 @@ def _scenario(
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
-    from kinolab.loading import load
-    from kinolab.runs import write_run
+    from kinolab.runs import writable, write_run
 
     progress = _Progress(quiet)
     progress("deriving and compiling the machine")
@@ -94,21 +93,42 @@ def _scenario(
         "planner.time_limit": time_limit,
         "planner.max_iterations": max_iterations,
     }
-    given = [f"{key}={value}" for key, value in shortcuts.items() if value is not None]
-    problem = load(scenario, overrides=[*overrides, *given])
-    found = _search(problem, progress)
+    problem = _load(scenario, overrides, shortcuts)
+    for warning in problem.world.warnings:
+        progress(f"warning: {warning}")
     folder = out or Path("runs") / problem.name
-    animation = None
-    if found.trajectory is not None and not no_animation:
+    if not writable(folder):
+        raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
+    found = _search(problem, progress)
+    report = write_run(folder, problem, found)  # before it is drawn: drawing may be interrupted
+    if found.trajectory is not None and found.status != "interrupted" and not no_animation:
         progress("drawing the animation")
-        animation = _animation(problem, found)
-    report = write_run(folder, problem, found, animation=animation)
+        _animate(problem, found, folder)
     progress.close()
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
     else:
         click.echo(_summary(found, folder))
     return found.exit_code
+
+
+def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
+    """Load a scenario; mistakes in options are reported as the options that were typed."""
+    from kinolab.loading import load
+
+    given = {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
+    try:
+        return load(scenario, overrides=[*overrides, *given])
+    except InputError as error:
+        typed = {
+            f"--set {text}": f"--{key.removeprefix('planner.').replace('name', 'planner')}".replace(
+                "_", "-"
+            )
+            for text, key in given.items()
+        }
+        raise InputError(
+            Mistake(typed.get(m.where, m.where), m.what, m.remedy) for m in error.mistakes
+        ) from error
 
 
 def _search(problem: Problem, progress: _Progress) -> Plan:
@@ -144,11 +164,12 @@ def _ending_on_interrupt(budgets: list[Budget]) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _animation(problem: Problem, found: Plan) -> bytes:
+def _animate(problem: Problem, found: Plan, folder: Path) -> None:
     from kinolab.animation import animate
+    from kinolab.runs import write_whole
 
     assert found.trajectory is not None
-    return animate(problem, found.trajectory)
+    write_whole(folder / "animation.gif", animate(problem, found.trajectory))
 
 
 def _summary(found: Plan, folder: Path) -> str:
@@ -171,9 +192,7 @@ def _summary(found: Plan, folder: Path) -> str:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def _check(folders: Sequence[Path], as_json: bool) -> int:
     """Verify finished runs from their files alone."""
-    from dataclasses import asdict
-
-    from kinolab.runs import check_run
+    from kinolab.runs import check_run, check_to_json
 
     certificates = {str(folder): check_run(folder) for folder in folders}
     if as_json:
@@ -181,11 +200,11 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
             {
                 "folder": folder,
                 "passed": certificate.passed,
-                "checks": [asdict(check) for check in certificate.checks],
+                "checks": [check_to_json(check) for check in certificate.checks],
             }
             for folder, certificate in certificates.items()
         ]
-        click.echo(json.dumps({"runs": runs}).replace("Infinity", "null"))
+        click.echo(json.dumps({"runs": runs}, ensure_ascii=False))
     else:
         for folder, certificate in certificates.items():
             click.echo(f"{folder}: {'passed' if certificate.passed else 'FAILED'}")
@@ -233,6 +252,74 @@ def _equations(what: str, latex: bool) -> int:
     return 0
 
 
+@plan.command("simulate")
+@click.argument("what")
+@click.option("--duration", type=float, default=5.0, show_default=True, metavar="SECONDS")
+@click.option("--start", multiple=True, metavar="NAME=VALUE", help="A state at the beginning.")
+@click.option(
+    "--inputs", type=click.Path(path_type=Path), help="CSV with t and inputs; default: none act."
+)
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<name>.")
+@click.option("--no-animation", is_flag=True, help="Leave animation.gif out.")
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+def _simulate(
+    what: str,
+    duration: float,
+    start: tuple[str, ...],
+    inputs: Path | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    no_animation: bool,
+    quiet: bool,
+) -> int:
+    """Let WHAT move by itself: a system, a scenario, or machine.py:function."""
+    from kinolab.loading import build_problem, find_scenario
+    from kinolab.planning import Plan
+    from kinolab.runs import write_run
+    from kinolab.simulation import simulate
+
+    progress = _Progress(quiet)
+    progress("deriving and compiling the machine")
+    given = [*overrides, *(f"start.{entry}" for entry in start)]
+    problem = build_problem(find_scenario(what, overrides=given), planning=False)
+    trajectory = simulate(problem, duration, inputs)
+    distance = problem.goal_distance(trajectory.x[-1])
+    moved = Plan("simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself.")
+    folder = out or Path("runs") / f"{problem.name}_simulated"
+    write_run(folder, problem, moved)
+    if not no_animation:
+        progress("drawing the animation")
+        _animate(problem, moved, folder)
+    progress.close()
+    click.echo(f"simulated: {trajectory.duration:g} s\n  written to {folder}")
+    return moved.exit_code
+
+
+@plan.command("examine")
+@click.argument("what")
+def _examine(what: str) -> int:
+    """Check the laws of mechanics on WHAT and say what is odd."""
+    from kinolab.examination import examine
+    from kinolab.loading import find_machine
+
+    findings = list(examine(find_machine(what)))
+    click.echo("\n".join(map(str, findings)))
+    return 0 if all(finding.holds for finding in findings) else FAILED
+
+
+@plan.command("new")
+@click.argument("name")
+def _new(name: str) -> int:
+    """Write a commented machine NAME.py and a scenario NAME.toml to start from."""
+    from kinolab.starter import write_starter
+
+    for path in write_starter(name, Path()):
+        click.echo(f"written {path}")
+    click.echo(f"next: plan {name}.toml")
+    return 0
+
+
 class _Progress:
     """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
 
@@ -262,13 +349,16 @@ class _Progress:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors become sentences on stderr."""
     try:
-        result = plan.main(arguments, prog_name="plan", standalone_mode=False)
+        given = list(sys.argv[1:] if arguments is None else arguments)
+        with plan.make_context("plan", given) as context:
+            result = plan.invoke(context)
+        sys.stdout.flush()
         return result if isinstance(result, int) else 0
+    except click.exceptions.Exit as leaving:
+        return leaving.exit_code
     except click.ClickException as error:
         error.show(sys.stderr)
         return USAGE
-    except InputError as error:
-        return _explain(error)
     except KinolabError as error:
         return _explain(error)
     except (KeyboardInterrupt, click.Abort):

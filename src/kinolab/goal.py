@@ -45,6 +45,27 @@ class DirectionTarget:
     tolerance: float
 
 
+@dataclass(frozen=True)
+class KeepOutCone:
+    """A cone about a direction of the world that an axis of a body must stay out of.
+
+    Attributes:
+        body: Index of the body.
+        axis: Unit vector in the body's frame.
+        direction: Unit vector in the world.
+        half_angle: Of the cone, in [rad].
+    """
+
+    body: int
+    axis: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    half_angle: float
+
+    def angle(self, frames: Array) -> float:
+        """Return the angle in [rad] between the axis and the direction at poses (bodies, 12)."""
+        return angle_between(self.body, self.axis, self.direction, frames)
+
+
 @dataclass(frozen=True, eq=False)
 class Goal:
     """A box around target values of some states, and targets of points and axes of bodies.
@@ -108,6 +129,16 @@ def _point_error(target: PointTarget, frames: Array) -> float:
 
 
 def _angle(target: DirectionTarget, frames: Array) -> float:
-    pose = frames[target.body].reshape(3, 4)
-    axis, wanted = pose[:, :3] @ np.asarray(target.axis), np.asarray(target.target)
-    return float(np.arctan2(np.linalg.norm(np.cross(axis, wanted)), axis @ wanted))
+    return angle_between(target.body, target.axis, target.target, frames)
+
+
+def angle_between(
+    body: int,
+    axis: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    frames: Array,
+) -> float:
+    """Return the angle in [rad] between an axis of a body and a direction of the world."""
+    turned = frames[body].reshape(3, 4)[:, :3] @ np.asarray(axis)
+    wanted = np.asarray(direction)
+    return float(np.arctan2(np.linalg.norm(np.cross(turned, wanted)), turned @ wanted))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kinolab import planners, systems
-from kinolab.dynamics import Coordinate, Model, System
+from kinolab.dynamics import Model, System
 from kinolab.dynamics.machine_file import load_machine
 from kinolab.errors import (
     InputError,
@@ -22,7 +23,7 @@ from kinolab.errors import (
     UnknownNameError,
     unknown_name,
 )
-from kinolab.goal import DirectionTarget, Goal, PointTarget
+from kinolab.goal import DirectionTarget, Goal, KeepOutCone, PointTarget
 from kinolab.problem import Problem
 from kinolab.scenario import (
     Finding,
@@ -34,6 +35,7 @@ from kinolab.scenario import (
     load_scenario,
     mistake_at,
     read_scenario,
+    scenario_from,
 )
 from kinolab.world import (
     Obstacle,
@@ -45,6 +47,9 @@ from kinolab.world import (
 )
 
 T = TypeVar("T")
+
+LARGEST = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
+SHORTEST_STEP = 1e-6  # [s]
 
 
 def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
@@ -64,8 +69,13 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
     return build_problem(scenario)
 
 
-def build_problem(scenario: Scenario) -> Problem:
+def build_problem(scenario: Scenario, *, planning: bool = True) -> Problem:
     """Build the problem of a scenario.
+
+    Args:
+        scenario: What to build.
+        planning: Whether it will be planned for, which needs limits on everything; a machine that
+            is only simulated needs none.
 
     Raises:
         InputError: With every mistake in the machine, the meshes and the names.
@@ -74,7 +84,7 @@ def build_problem(scenario: Scenario) -> Problem:
     system, obstacles = _parts(scenario, mistakes)
     model = None if system is None else _collect(mistakes, system.model)
     if model is not None:
-        mistakes += _unlimited(scenario, model)
+        mistakes += _ill_posed(scenario, model) if planning else ()
         mistakes += _misplaced(scenario, model)
     if mistakes or system is None or model is None:
         raise InputError(mistakes)
@@ -146,18 +156,30 @@ def system_from_python(path: Path, function: str, where: str) -> System:
         specification.loader.exec_module(module)
     except KinolabError:
         raise
-    except Exception as error:
-        what = f"running {path.name} failed ({type(error).__name__}: {error})."
-        raise InputError([Mistake(where, what)]) from error
+    except (Exception, SystemExit) as error:
+        raise InputError([_user_failure(path.name, error, where)]) from error
     factory = getattr(module, function, None)
     if not callable(factory):
         known = sorted(name for name, value in vars(module).items() if callable(value))
         raise UnknownNameError(f"function of {path.name}", function, known=known, where=where)
-    system = factory()
+    try:
+        system = factory()
+    except KinolabError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise InputError([_user_failure(f"{function}()", error, where)]) from error
     if not isinstance(system, System):
         what = f"{function}() returned {type(system).__name__}, not a System."
         raise InputError([Mistake(where, what)])
     return system
+
+
+def _user_failure(what: str, error: BaseException, where: str) -> Mistake:
+    """Describe an exception in code that the user named."""
+    line = traceback.extract_tb(error.__traceback__)[-1].lineno
+    return Mistake(
+        where, f"running {what} failed on line {line} ({type(error).__name__}: {error})."
+    )
 
 
 def _system_from_file(folder: Path, text: str, where: str) -> System:
@@ -226,15 +248,30 @@ def _planner_mistakes(scenario: Scenario) -> list[Mistake]:
     ]
 
 
-def _unlimited(scenario: Scenario, model: Model) -> Iterator[Mistake]:
-    """Name the states that a planner could not sample because nothing limits them."""
-    bounds = _bounds(scenario, model)
-    circular = _circular(model)
+def _ill_posed(scenario: Scenario, model: Model) -> Iterator[Mistake]:
+    """Name what no planner could work with: no limits, limits that exclude each other, …"""
+    bounds, circular = _bounds(scenario, model), _circular(scenario, model)
     for name, (lower, upper), circle in zip(model.state_names, bounds, circular, strict=True):
-        if not circle and not (np.isfinite(lower) and np.isfinite(upper)):
+        if circle:
+            continue
+        if not lower < upper:
+            what = f"the limits of {name} exclude each other: {lower:g} to {upper:g}."
+            remedy = "Compare [bounds], [world] bounds and the machine's own limits."
+            yield _at(scenario, ("bounds", name), what, remedy)
+        elif not np.isfinite(upper) or not np.isfinite(lower):
             remedy = f"Write {name} = [lower, upper] below [bounds]."
             what = f"nothing limits {name}, so a planner cannot sample it."
             yield _at(scenario, ("bounds",), what, remedy)
+        elif max(abs(lower), abs(upper)) > LARGEST:
+            what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
+            yield _at(scenario, ("bounds", name), what, f"Keep limits below {LARGEST:g}.")
+    weights = _weights(scenario, model)
+    if not weights.any():
+        what = "all weights are 0, so that every state is as near as any other."
+        yield _at(scenario, ("metric",), what, "Leave one positive.")
+    if scenario.integration.step < SHORTEST_STEP:
+        what = f"{scenario.integration.step:g} s is too short a step."
+        yield _at(scenario, ("integration", "step"), what, f"Take {SHORTEST_STEP:g} s or more.")
 
 
 def _misplaced(scenario: Scenario, model: Model) -> Iterator[Mistake]:
@@ -253,20 +290,17 @@ def _misplaced(scenario: Scenario, model: Model) -> Iterator[Mistake]:
 
 
 def _problem(scenario: Scenario, system: System, model: Model, world: World) -> Problem:
-    scales = _scales(model)
-    start = np.zeros(model.nx)
+    scales = model.state_scales
+    start = model.rest()
     for name, value in _scalars(scenario.start).items():
         start[model.state_names.index(name)] = value
-    weights = 1 / scales
-    for name, weight in scenario.metric.items():
-        if name in model.state_names:
-            weights[model.state_names.index(name)] = weight
-    dependent = [i for i in range(model.nq) if i not in model.independent]
-    rate_bounds = np.tile([-np.inf, np.inf], (model.nq, 1))
-    for i in dependent:
-        speed = system.coordinates[i].speed
-        lower, upper = scenario.bounds.get(model.rate_names[i], (-np.inf, np.inf))
-        rate_bounds[i] = max(-speed, lower), min(speed, upper)
+    rate_bounds = np.tile([-np.inf, np.inf], (model.nt, 1))
+    for c in system.coordinates:
+        name = f"{c.name}_dot"
+        if name in model.rate_names and name not in model.state_names:
+            lower, upper = scenario.bounds.get(name, (-np.inf, np.inf))
+            i = model.rate_names.index(name)
+            rate_bounds[i] = max(-c.speed, lower), min(c.speed, upper)
     return Problem(
         scenario=scenario,
         system=system,
@@ -277,8 +311,17 @@ def _problem(scenario: Scenario, system: System, model: Model, world: World) -> 
         bounds=_bounds(scenario, model),
         rate_bounds=rate_bounds,
         scales=scales,
-        weights=weights,
-        circular=_circular(model),
+        weights=_weights(scenario, model),
+        circular=_circular(scenario, model),
+        keep_outs=tuple(
+            KeepOutCone(
+                [body.name for body in system.bodies].index(cone.body),
+                axis_vector(cone.axis),
+                _unit(cone.direction),
+                cone.half_angle,
+            )
+            for cone in scenario.keep_out
+        ),
     )
 
 
@@ -290,35 +333,31 @@ def _scalars(values: Mapping[str, float | tuple[float, ...]]) -> dict[str, float
 def _bounds(scenario: Scenario, model: Model) -> np.ndarray:
     """Intersect the machine's limits with the scenario's and, for positions, the world's."""
     bounds = model.state_bounds.copy()
+    lengths = [c.name for c in model.system.coordinates if c.unit == "m"]
+    workspace: Mapping[str, tuple[float, float]] = dict(scenario.world.bounds)
     for i, name in enumerate(model.state_names):
         given = [scenario.bounds[name]] if name in scenario.bounds else []
-        coordinate = model.system.coordinates[i] if i < model.nq else None
-        if coordinate is not None and coordinate.unit == "m" and name in scenario.world.bounds:
-            given.append(scenario.world.bounds[name])
+        if name in lengths and name in workspace:
+            given.append(workspace[name])
         for lower, upper in given:
             bounds[i] = max(bounds[i, 0], lower), min(bounds[i, 1], upper)
     return bounds
 
 
-def _state_coordinates(model: Model) -> list[Coordinate]:
-    """Return the coordinate that each entry of the state belongs to."""
-    coordinates = model.system.coordinates
-    return [*coordinates, *(coordinates[i] for i in model.independent)]
+def _weights(scenario: Scenario, model: Model) -> np.ndarray:
+    """Return what differences are multiplied by: [metric], else one over the scale."""
+    weights = 1 / model.state_scales
+    for name, weight in scenario.metric.items():
+        if name in model.state_names:
+            weights[model.state_names.index(name)] = weight
+    return weights
 
 
-def _circular(model: Model) -> np.ndarray:
-    coordinates = _state_coordinates(model)
-    return np.array([i < model.nq and c.topology == "circle" for i, c in enumerate(coordinates)])
-
-
-def _scales(model: Model) -> np.ndarray:
-    """Return the scale of each state; a rate's is its speed limit, or its coordinate's per s."""
-    return np.array(
-        [
-            c.speed if i >= model.nq and np.isfinite(c.speed) else c.scale
-            for i, c in enumerate(_state_coordinates(model))
-        ]
-    )
+def _circular(scenario: Scenario, model: Model) -> np.ndarray:
+    """Say which states wrap; an angle that the scenario limits does not."""
+    limited = np.array([name in scenario.bounds for name in model.state_names])
+    free: np.ndarray = model.circular & ~limited
+    return free
 
 
 def _goal(scenario: Scenario, model: Model) -> Goal:
@@ -333,7 +372,7 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
         indices=indices,
         targets=np.array(list(values.values()), dtype=float),
         tolerances=np.array([section.tolerance_of(name) for name in values]),
-        circular=_circular(model)[list(indices)],
+        circular=_circular(scenario, model)[list(indices)],
         points=tuple(
             PointTarget(bodies.index(p.body), p.at, p.position, p.tolerance) for p in section.point
         ),
@@ -347,6 +386,24 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
 def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
     x, y, z = np.asarray(vector) / np.linalg.norm(vector)
     return float(x), float(y), float(z)
+
+
+def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
+    """Return the scenario that a text names, or an empty world for the machine that it names.
+
+    Args:
+        what: A scenario (name or path), a system's name, or ``machine.py:function``.
+        overrides: ``KEY=VALUE`` texts that replace keys.
+
+    Raises:
+        InputError: If nothing has this name, or it has mistakes.
+    """
+    if what.endswith(".toml") or what in builtin_scenarios():
+        return load_scenario(what, overrides=overrides)
+    system = find_machine(what)  # says what exists, where nothing has this name
+    source = {"name": what} if what in systems.names() else {"file": what}
+    document = {"schema": 1, "title": f"{system.name} by itself", "system": source}
+    return scenario_from(document, Path(f"{system.name}.toml"), overrides=overrides)
 
 
 def find_machine(what: str) -> System:

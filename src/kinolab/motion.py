@@ -5,6 +5,7 @@ Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -15,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 from kinolab.dynamics import Model
 from kinolab.errors import KinolabError
+from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
@@ -73,15 +75,17 @@ def interval(
 ) -> Any:
     """Integrate over one interval; returns SciPy's dense output."""
     try:
-        result = solve_ivp(
-            lambda _, x: model.f(x, held),
-            span,
-            start,
-            method="DOP853",
-            rtol=RTOL,
-            atol=ATOL * scales,
-            dense_output=True,
-        )
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # what diverges is reported below
+            result = solve_ivp(
+                lambda _, x: model.f(x, held),
+                span,
+                start,
+                method="DOP853",
+                rtol=RTOL,
+                atol=ATOL * scales,
+                dense_output=True,
+            )
     except KinolabError as error:
         raise DivergedError(span[0], str(error)) from error
     if not result.success or not np.isfinite(result.y[:, -1]).all():
@@ -89,7 +93,63 @@ def interval(
     return result.sol
 
 
-def resimulate(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Trajectory:
-    """Return the true motion from a start under given inputs, as a trajectory."""
-    motion = follow(model, start, t, u, scales)
+def follow_map(model: Model, start: Array, t: Array, u: Array, method: str) -> Motion:
+    """Apply the integrator's own step as the truth; between knots the state is interpolated.
+
+    Raises:
+        DivergedError: If a step fails.
+    """
+    states, pieces = [np.asarray(start, dtype=float)], []
+    for k, held in enumerate(u):
+        try:
+            states.append(model.step(states[-1], held, float(t[k + 1] - t[k]), method=method))
+        except KinolabError as error:
+            raise DivergedError(float(t[k]), str(error)) from error
+        pieces.append(Chord((float(t[k]), float(t[k + 1])), states[-2], states[-1]))
+    return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
+
+
+@dataclass(frozen=True, eq=False)
+class Chord:
+    """A straight way between two states, with the interface of SciPy's dense output."""
+
+    span: tuple[float, float]
+    begin: Array
+    end: Array
+
+    @property
+    def ts(self) -> Array:
+        """Times at which it begins and ends."""
+        return np.array(self.span)
+
+    def __call__(self, times: float | Array) -> Array:
+        """Return the state at a time, shape (nx,), or the states at times, shape (nx, times)."""
+        share = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
+        way = self.end - self.begin
+        states: Array = (self.begin[:, None] + way[:, None] * np.atleast_1d(share)).squeeze()
+        return states if np.ndim(times) == 0 else states.reshape(len(self.begin), -1)
+
+
+def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
+    """Return the motion that counts: the differential equation's, or the integrator's own map.
+
+    Args:
+        problem: Says which, below [integration].
+        start: State at t[0], shape (nx,).
+        t: Times of the knots in [s], shape (N+1,).
+        u: Inputs per interval, shape (N, nu).
+
+    Raises:
+        DivergedError: If the motion cannot be followed to its end.
+    """
+    settings = problem.scenario.integration
+    if settings.truth == "discrete":
+        return follow_map(problem.model, start, t, u, settings.method)
+    return follow(problem.model, start, t, u, problem.scales)
+
+
+def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
+    """Return the true motion from the problem's start under given inputs, as a trajectory."""
+    motion = true_motion(problem, problem.start, t, u)
+    model = problem.model
     return Trajectory(motion.t, motion.x, np.asarray(u), model.state_names, model.control_names)

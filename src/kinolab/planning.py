@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
-
-import numpy as np
 
 from kinolab import planners
 from kinolab.motion import DivergedError, resimulate
@@ -18,6 +17,7 @@ from kinolab.verification import Certificate, verify
 
 EXIT_CODES = {
     "solved": 0,
+    "simulated": 0,
     "not_found": 3,
     "approximate": 4,
     "verification_failed": 7,
@@ -133,33 +133,40 @@ def _judge(
         "timings": timings,
         "statistics": dict(result.statistics),
     }
-    if not len(result.u):
-        status = "interrupted" if result.outcome is Outcome.INTERRUPTED else "not_found"
-        if result.outcome is not Outcome.SOLVED:
-            distance = problem.goal_distance(problem.start)
-            return Plan(
-                status, None, None, goal_distance=distance, message=result.outcome.value, **common
-            )
     begun = time.perf_counter()
     try:
-        trajectory = resimulate(problem.model, problem.start, result.t, result.u, problem.scales)
+        trajectory = resimulate(problem, result.t, result.u)
     except DivergedError as error:
-        distance = float(np.nan)
-        return Plan(
-            "verification_failed", None, None, goal_distance=distance, message=str(error), **common
-        )
-    certificate = verify(problem, trajectory)
-    timings["verify"] = time.perf_counter() - begun
-    status = {
-        Outcome.APPROXIMATE: "approximate",
-        Outcome.INTERRUPTED: "interrupted",
-        Outcome.NOT_FOUND: "not_found",
-    }.get(result.outcome, "solved" if certificate.passed else "verification_failed")
+        common |= {"goal_distance": math.nan, "message": str(error)}
+        return Plan("verification_failed", None, None, **common)
+    timings["simulate"] = time.perf_counter() - begun
+    outcome = _outcome(problem, result.outcome, trajectory)
+    found = outcome is not Outcome.NOT_FOUND and len(trajectory.u) > 0
+    certificate = None
+    if outcome is Outcome.SOLVED or (found and outcome is not Outcome.INTERRUPTED):
+        begun = time.perf_counter()
+        certificate = verify(problem, trajectory)
+        timings["verify"] = time.perf_counter() - begun
     return Plan(
-        status,
-        trajectory,
+        _status(outcome, certificate),
+        trajectory if found or outcome is Outcome.SOLVED else None,
         certificate,
         goal_distance=problem.goal_distance(trajectory.x[-1]),
-        message=result.outcome.value,
+        message=outcome.value,
         **common,
     )
+
+
+def _outcome(problem: Problem, claimed: Outcome, trajectory: Trajectory) -> Outcome:
+    """Return how the search ended; an approach that comes no nearer than the start is none."""
+    if claimed is Outcome.APPROXIMATE:
+        begin, end = (problem.goal_distance(x) for x in (trajectory.x[0], trajectory.x[-1]))
+        return claimed if end < begin else Outcome.NOT_FOUND
+    return claimed
+
+
+def _status(outcome: Outcome, certificate: Certificate | None) -> str:
+    if outcome is Outcome.SOLVED:
+        passed = certificate is not None and certificate.passed
+        return "solved" if passed else "verification_failed"
+    return outcome.name.lower()

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.system import resolved_shapes
 from kinolab.errors import EndpointError, Mistake
-from kinolab.goal import Goal
+from kinolab.goal import Goal, KeepOutCone
 from kinolab.scenario import Scenario
 from kinolab.world import BodyGeometry, CollisionChecker, World
 
@@ -43,6 +42,7 @@ class Problem:
         scales: What counts as a large difference, per entry of the state, shape (nx,).
         weights: What a planner multiplies differences by, shape (nx,).
         circular: Which entries of the state are angles on the circle, shape (nx,).
+        keep_outs: Cones that axes of bodies must stay out of.
     """
 
     scenario: Scenario
@@ -56,6 +56,7 @@ class Problem:
     scales: Array
     weights: Array
     circular: NDArray[np.bool_]
+    keep_outs: tuple[KeepOutCone, ...] = ()
 
     @property
     def name(self) -> str:
@@ -72,14 +73,16 @@ class Problem:
         """The bodies' shapes in numbers."""
         return tuple(
             BodyGeometry(
-                body.name, resolved_shapes(self.system, body), body.touches_ground, body.color
+                body.name, self.system.resolved_shapes(body), body.touches_ground, body.color
             )
             for body in self.system.bodies
         )
 
     def checker(self, margin: float = 0.0) -> CollisionChecker:
         """Return a new collision checker, the bodies inflated by a margin in [m]."""
-        return CollisionChecker(self.bodies, self.world, margin=margin)
+        return CollisionChecker(
+            self.bodies, self.world, margin=margin, self_pairs=self.system.collisions
+        )
 
     def frames(self, x: Array) -> Array:
         """Return the bodies' poses at a state, shape (bodies, 12)."""
@@ -102,11 +105,15 @@ class Problem:
             for name, value, (lower, upper) in zip(names, values, bounds, strict=True):
                 if not lower - ROUNDING <= value <= upper + ROUNDING:
                     yield name, float(value), float(lower), float(upper)
-        yield from self._outside_world(x)
+        yield from self._outside_world(self.frames(x))
 
-    def _outside_world(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
-        """Yield the bodies whose origin is outside the workspace."""
-        for body, pose in zip(self.bodies, self.frames(x), strict=True):
+    def _outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
+        """Yield the bodies whose origin is outside the workspace, and axes in forbidden cones."""
+        for cone in self.keep_outs:
+            angle = cone.angle(frames)
+            if not angle >= cone.half_angle - ROUNDING:
+                yield f"the axis of {self.bodies[cone.body].name}", angle, cone.half_angle, np.pi
+        for body, pose in zip(self.bodies, frames, strict=True):
             for axis, (lower, upper) in self.world.bounds.items():
                 value = float(pose["xyz".index(axis) * 4 + 3])
                 if not lower - ROUNDING <= value <= upper + ROUNDING:
@@ -153,18 +160,30 @@ class Problem:
         yield Mistake(where, what)
 
     def _goal_limits(self) -> Iterator[str]:
-        goal = self.goal
-        for i, value in zip(goal.indices, goal.targets, strict=True):
-            lower, upper = self.bounds[i]
-            if not lower - ROUNDING <= value <= upper + ROUNDING:
-                name = self.model.state_names[i]
+        """Yield the states whose limits the goal's tolerance does not reach."""
+        for i, lowest, highest in zip(self.goal.indices, *self._goal_box(), strict=True):
+            if not lowest <= highest:
+                name, (lower, upper) = self.model.state_names[i], self.bounds[i]
+                value = self.goal.targets[self.goal.indices.index(i)]
                 yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
 
+    def _goal_box(self) -> tuple[Array, Array]:
+        """Return the lowest and highest values of the goal's states, within tolerance and limits.
+
+        The limits give way by rounding, as they do wherever they are checked.
+        """
+        entries, goal = list(self.goal.indices), self.goal
+        lower, upper = self.bounds[entries].T if entries else np.zeros((2, 0))
+        return (
+            np.maximum(goal.targets - goal.tolerances, lower - ROUNDING),
+            np.minimum(goal.targets + goal.tolerances, upper + ROUNDING),
+        )
+
     def sample_goal(self, generator: np.random.Generator) -> Array:
-        """Return a state with the goal's target values, everything else drawn at random."""
+        """Return a state within the goal's tolerances, everything else drawn at random."""
         lower, upper = self.sampling_bounds.T
         x: Array = generator.uniform(lower, upper)
-        x[list(self.goal.indices)] = self.goal.targets
+        x[list(self.goal.indices)] = generator.uniform(*self._goal_box())
         return x
 
     @cached_property

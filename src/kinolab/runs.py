@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import platform
 import secrets
 from collections.abc import Mapping
@@ -17,17 +18,18 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from kinolab import __version__
 from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.errors import InputError, Mistake
-from kinolab.loading import load
+from kinolab.loading import build_problem
 from kinolab.planning import Plan
 from kinolab.problem import Problem
-from kinolab.scenario import Origin, Scenario, write_scenario
+from kinolab.scenario import Origin, Scenario, load_scenario, write_scenario
 from kinolab.trajectory import Trajectory, read_csv
 from kinolab.verification import Certificate, Check, verify
 
 SCHEMA_VERSION = 1
-RECORDED = ("kinolab", "numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
+RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
 OPTIONAL = ("trajectory.csv", "trajectory.npz", "animation.gif")
 
 
@@ -41,10 +43,8 @@ class Run:
     trajectory: Trajectory
 
 
-def write_run(
-    folder: Path, problem: Problem, plan: Plan, *, animation: bytes | None = None
-) -> dict[str, Any]:
-    """Write all files of a run and return its report.
+def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
+    """Write all files of a run but its animation, and return its report.
 
     Files of an earlier run in the same folder are replaced; what this run does not have is
     removed, so that the folder never mixes two runs.
@@ -56,17 +56,32 @@ def write_run(
     if plan.trajectory is not None:
         files["trajectory.csv"] = plan.trajectory.to_csv().encode()
         files["trajectory.npz"] = plan.trajectory.to_npz()
-    if animation is not None:
-        files["animation.gif"] = animation
     files["report.json"] = (json.dumps(report, indent=1, ensure_ascii=False) + "\n").encode()
+    stale = {*OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)
     (folder / "report.json").unlink(missing_ok=True)  # a report vouches for the files beside it
-    for name in OPTIONAL:
-        if name not in files:
-            (folder / name).unlink(missing_ok=True)
+    for name in stale:
+        (folder / name).unlink(missing_ok=True)
     for name, content in files.items():
-        _write_whole(folder / name, content)
+        write_whole(folder / name, content)
     return report
+
+
+def _recorded_assets(folder: Path) -> set[str]:
+    """Return the assets of an earlier run, as its report lists them."""
+    try:
+        recorded = json.loads((folder / "report.json").read_text(encoding="utf-8"))["assets"]
+        return {f"assets/{Path(name).name}" for name in recorded}
+    except (OSError, LookupError, RecursionError, TypeError, ValueError):
+        return set()
+
+
+def writable(folder: Path) -> bool:
+    """Whether a folder can be written, or made, before hours of search end in its refusal."""
+    place = folder.absolute()
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
 
 
 def read_run(folder: Path) -> Run:
@@ -86,10 +101,15 @@ def read_run(folder: Path) -> Run:
         report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         if not isinstance(report, dict):
             raise ValueError("it is not an object")
-    except ValueError as error:
+    except (RecursionError, ValueError) as error:
         what = f"the report is damaged ({error})."
         raise InputError([Mistake(str(folder / "report.json"), what)]) from error
-    problem = load(folder / "scenario.toml")
+    scenario = load_scenario(folder / "scenario.toml")
+    if not (scenario.system.file or "").endswith(".json"):
+        where = str(folder / "scenario.toml [system] file")
+        what = "a finished run carries its machine as data, in assets/machine.json."
+        raise InputError([Mistake(where, what, "Nothing was run.")])
+    problem = build_problem(scenario)
     model = problem.model
     trajectory = read_csv(folder / "trajectory.csv", model.state_names, model.control_names)
     return Run(folder, problem, report, trajectory)
@@ -107,17 +127,21 @@ def check_run(folder: Path) -> Certificate:
 
 
 def _intact(run: Run) -> Check:
-    """Compare the assets with the hashes in the report."""
+    """Compare the machine and the meshes that the scenario uses with the hashes in the report."""
     recorded = run.report.get("assets")
-    changed = []
-    for name, digest in recorded.items() if isinstance(recorded, Mapping) else ():
-        path = run.folder / "assets" / name
-        if not path.is_file() or _digest(path.read_bytes()) != digest:
-            changed.append(name)
-    if not recorded:
-        changed.append("the list of assets is missing")
-    detail = f"changed since the run: {', '.join(changed)}" if changed else ""
+    hashes = recorded if isinstance(recorded, dict) else {}
+    used = {"machine.json", *(path.name for path in _meshes(run.problem.scenario).values())}
+    changed = [
+        name
+        for name in sorted(used | set(hashes))
+        if _digest_of(run.folder / "assets" / Path(name).name) != hashes.get(name)
+    ]
+    detail = f"changed since the run, or not listed: {', '.join(changed)}" if changed else ""
     return Check("assets", float(len(changed)), 0.0, not changed, detail)
+
+
+def _digest_of(path: Path) -> str | None:
+    return _digest(path.read_bytes()) if path.is_file() else None
 
 
 def _assets(problem: Problem) -> dict[str, bytes]:
@@ -177,17 +201,22 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
         "timings": plan.timings,
         "statistics": plan.statistics,
         "verification": [
-            {**asdict(check), "value": _finite(check.value)}
-            for check in (certificate.checks if certificate else ())
+            check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
+        "warnings": list(problem.world.warnings),
         "diagnosis": {},
         "assets": {name: _digest(content) for name, content in assets.items()},
         "versions": _versions(),
     }
 
 
+def check_to_json(check: Check) -> dict[str, Any]:
+    """Return a check as plain data; what is not finite becomes null."""
+    return {**asdict(check), "value": _finite(check.value)}
+
+
 def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version()}
+    found = {"python": platform.python_version(), "kinolab": __version__}
     for package in RECORDED:
         try:
             found[package] = version(package)
@@ -205,7 +234,8 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _write_whole(path: Path, content: bytes) -> None:
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it appears under its name only once it is complete."""
     draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
         draft.write_bytes(content)

@@ -68,15 +68,21 @@ class Budget:
     started: float = field(default_factory=time.monotonic)
     _next_report: float = 0.25
 
+    def restart(self) -> None:
+        """Begin to count the time now, when a planner has everything it needs."""
+        self.started = time.monotonic()
+
     def spent(self) -> bool:
-        """Count one iteration and say whether the search must end."""
-        self.iterations += 1
+        """Say whether the search must end, and count one more iteration if not."""
         elapsed = time.monotonic() - self.started
+        too_many = self.max_iterations is not None and self.iterations >= self.max_iterations
+        if self.interrupted or too_many or elapsed > self.time_limit:
+            return True
+        self.iterations += 1
         if self.progress and elapsed > self._next_report:
             self._next_report = elapsed + 0.25
             self.progress(self.iterations, elapsed)
-        too_many = self.max_iterations is not None and self.iterations > self.max_iterations
-        return self.interrupted or too_many or elapsed > self.time_limit
+        return False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,6 +119,7 @@ class AbstractPlanner(ABC):
     def misfits(cls, settings: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         """Yield (key, what is wrong, what would work) of settings that do not fit."""
         defaults = {f.name: f.default for f in fields(cls)}
+        ranges = {f.name: f.metadata.get("range", (None, None)) for f in fields(cls)}
         for key, value in settings.items():
             if key not in defaults:
                 unknown = unknown_name(f"setting of {cls.name}", key, known=sorted(defaults))
@@ -120,6 +127,25 @@ class AbstractPlanner(ABC):
             elif not _fits(value, defaults[key]):
                 remedy = f"Give a {_kind(defaults[key])}, such as the default {defaults[key]!r}."
                 yield key, f"{value!r} does not fit.", remedy
+            elif not _within(value, *ranges[key]):
+                lowest, highest = ranges[key]
+                wanted = f"at least {lowest}" + ("" if highest is None else f", at most {highest}")
+                yield key, f"{value!r} is out of range.", f"Give {wanted}."
+        sound = {k: v for k, v in settings.items() if k in defaults and _fits(v, defaults[k])}
+        yield from cls(**sound).conflicts()
+
+    def conflicts(self) -> Iterator[tuple[str, str, str]]:
+        """Yield (key, what is wrong, what would work) of settings that contradict each other."""
+        yield from ()
+
+
+def setting(default: Any, lowest: float | None = None, highest: float | None = None) -> Any:
+    """Declare a setting of a planner with its default and range."""
+    return field(default=default, metadata={"range": (lowest, highest)})
+
+
+def _within(value: Any, lowest: float | None, highest: float | None) -> bool:
+    return (lowest is None or value >= lowest) and (highest is None or value <= highest)
 
 
 def _fits(value: Any, default: Any) -> bool:

@@ -9,14 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.motion import DivergedError, Motion, follow, interval
+from kinolab.motion import DivergedError, Motion, true_motion
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
+from kinolab.world import CollisionChecker, half_thickness
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -26,7 +28,11 @@ EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding on
 SPACING = 0.01  # [m] of motion between two collision checks, at most
 GROWTH = 1e6  # a motion that amplifies errors more than this needs a stored feedback law
 NUDGE = 1e-6  # of a state's scale: the disturbance whose growth is measured
-MOST_SAMPLES = 100_000  # of one interval; a machine faster than that is not checked but failed
+MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
+DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
+MOST_SAMPLES = 100_000  # of one integrator step; a faster motion is not checked but failed
+PROBES = 5  # of the speed within one integrator step
+CAUTION = 1.2  # factor on the fastest probe
 
 
 @dataclass(frozen=True)
@@ -72,45 +78,55 @@ class Certificate:
 
 def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions."""
+    sound = _soundness(trajectory)
+    if not all(check.passed for check in sound):
+        return Certificate(sound)  # nothing can be integrated
     feasible = dynamics_checks(problem, trajectory)
     try:
-        motion = _whole(problem, trajectory)
+        motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
     except DivergedError as error:
         return Certificate((*feasible, Check("motion", math.inf, 0.0, False, str(error))))
-    return Certificate(
-        (
-            *feasible,
-            _drift(problem, trajectory, motion, feasible[-1].value),
-            *_limits(problem, trajectory, motion),
-            _goal(problem, motion),
-            _collision(problem, trajectory, motion),
-        )
-    )
+    limits, collision = _along_the_way(problem, trajectory, motion)
+    drift = _drift(problem, trajectory, motion, feasible[-1].value)
+    return Certificate((*feasible, drift, limits, _goal(problem, motion), collision))
 
 
 def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
-    """Check start, time, defects, constraints, inputs and the growth of errors."""
+    """Check start, time, defects, constraints, inputs, requirements and the growth of errors."""
+    sound = _soundness(trajectory)
+    if not all(check.passed for check in sound):
+        return sound
     return (
+        *sound,
         _start(problem, trajectory),
-        _time(trajectory),
         _defects(problem, trajectory),
         _constraints(problem, trajectory),
         _inputs(problem, trajectory),
+        *_requirements(problem, trajectory),
         _error_growth(problem, trajectory),
     )
 
 
 def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
     """Check that the re-simulated motion touches nothing."""
+    unsound = [check for check in _soundness(trajectory) if not check.passed]
+    if unsound:
+        return unsound[0]
     try:
-        motion = _whole(problem, trajectory)
+        motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
     except DivergedError as error:
         return Check("collision", math.inf, 0.0, False, str(error))
-    return _collision(problem, trajectory, motion)
+    return _along_the_way(problem, trajectory, motion)[1]
 
 
-def _whole(problem: Problem, trajectory: Trajectory) -> Motion:
-    return follow(problem.model, trajectory.x[0], trajectory.t, trajectory.u, problem.scales)
+def _soundness(trajectory: Trajectory) -> tuple[Check, Check]:
+    """Check that all numbers are finite and that time begins at 0 and increases."""
+    tables = {"t": trajectory.t, "x": trajectory.x, "u": trajectory.u}
+    broken = [name for name, table in tables.items() if not np.isfinite(table).all()]
+    count = sum(int((~np.isfinite(table)).sum()) for table in tables.values())
+    detail = f"not finite: {', '.join(broken)}" if broken else ""
+    finite = _check("numbers", float(count), 0.0, detail)
+    return finite, _time(trajectory)
 
 
 def _difference(problem: Problem, a: Array, b: Array) -> Array:
@@ -141,21 +157,23 @@ def _time(trajectory: Trajectory) -> Check:
 
 
 def _defects(problem: Problem, trajectory: Trajectory) -> Check:
-    """Integrate from every stored knot to the next and compare."""
+    """Follow the truth from every stored knot to the next and compare."""
+    discrete = problem.scenario.integration.truth == "discrete"
+    limit = DISCRETE_DEFECT if discrete else DEFECT
     worst, detail = 0.0, ""
-    for k, held in enumerate(trajectory.u):
-        span = (float(trajectory.t[k]), float(trajectory.t[k + 1]))
+    for k in range(len(trajectory.u)):
+        span = trajectory.t[k : k + 2]
         try:
-            piece = interval(problem.model, trajectory.x[k], span, held, problem.scales)
-        except (DivergedError, ValueError) as error:
-            return Check("dynamics", math.inf, DEFECT, False, f"at t = {span[0]:.6g} s: {error}")
-        errors = np.abs(_difference(problem, trajectory.x[k + 1], piece(span[1])))
+            reached = true_motion(problem, trajectory.x[k], span, trajectory.u[k : k + 1]).x[-1]
+        except DivergedError as error:
+            return Check("dynamics", math.inf, limit, False, str(error))
+        errors = np.abs(_difference(problem, trajectory.x[k + 1], reached))
         i = int(errors.argmax())
-        if not errors[i] <= worst:
+        if errors[i] > worst:
             worst = float(errors[i])
-            named = _named(problem, i, trajectory.x[k + 1, i], piece(span[1])[i])
+            named = _named(problem, i, trajectory.x[k + 1, i], reached[i])
             detail = f"at t = {span[1]:.6g} s {named}"
-    return _check("dynamics", worst, DEFECT, detail if worst > DEFECT else "")
+    return _check("dynamics", worst, limit, detail if worst > limit else "")
 
 
 def _constraints(problem: Problem, trajectory: Trajectory) -> Check:
@@ -185,13 +203,25 @@ def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
     return _check("inputs", worst, EXCESS, detail if worst > EXCESS else "")
 
 
+def _requirements(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
+    """Check what the machine demands of plans, at every knot under the inputs that follow it."""
+    named = problem.system.requirements
+    if not named or not len(trajectory.u):
+        return
+    margins = problem.model.requirements(trajectory.x[:-1], trajectory.u)
+    k, i = np.unravel_index(int(margins.argmin()), margins.shape)
+    worst = max(-float(margins[k, i]), 0.0)
+    detail = f"at t = {trajectory.t[k]:.6g} s {named[int(i)].name}: short by {worst:.4g}"
+    yield _check("requirements", worst, EXCESS, detail if worst > EXCESS else "")
+
+
 def _error_growth(problem: Problem, trajectory: Trajectory) -> Check:
     """Nudge the start and see how much farther apart the two motions end."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
     nudge *= NUDGE / np.linalg.norm(nudge)
     try:
         near, far = (
-            follow(problem.model, start, trajectory.t, trajectory.u, problem.scales)
+            true_motion(problem, start, trajectory.t, trajectory.u)
             for start in (trajectory.x[0], trajectory.x[0] + nudge * problem.scales)
         )
     except DivergedError as error:
@@ -210,22 +240,9 @@ def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, growth: flo
     errors = np.abs(_difference(problem, trajectory.x, motion.x))
     worst = float(errors.max())
     k = int(errors.max(axis=1).argmax())
-    limit = DEFECT * len(trajectory.t) * max(growth, 1.0)
+    limit = min(DEFECT * len(trajectory.t) * max(growth, 1.0), MOST_DRIFT)
     detail = f"largest at t = {trajectory.t[k]:.6g} s" if worst > limit else ""
     return _check("drift", worst, limit, detail)
-
-
-def _limits(problem: Problem, trajectory: Trajectory, motion: Motion) -> Iterator[Check]:
-    """Check the limits of states, rates and workspace on the re-simulated curve."""
-    worst, detail = 0.0, ""
-    for time, x, _ in _samples(problem, trajectory, motion):
-        for name, value, lower, upper in problem.limit_violations(x):
-            excess = max(value - upper, lower - value)
-            if excess > worst:
-                worst = excess
-                detail = f"at t = {time:.6g} s {name} is {value:.9g}, "
-                detail += f"outside {lower:g} to {upper:g}"
-    yield _check("limits", worst, EXCESS, detail)
 
 
 def _goal(problem: Problem, motion: Motion) -> Check:
@@ -243,39 +260,66 @@ def _goal(problem: Problem, motion: Motion) -> Check:
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 
 
-def _collision(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
-    """Ask FCL along the curve, at no more than SPACING of motion of any point in between."""
+def _along_the_way(problem: Problem, trajectory: Trajectory, motion: Motion) -> tuple[Check, Check]:
+    """Check limits and, by FCL, collisions, at no more than SPACING of motion in between."""
     checker = problem.checker()
-    hits, detail = 0, ""
-    for time, x, _ in _samples(problem, trajectory, motion):
-        poses = problem.frames(x)
-        if checker.collides(poses):
-            hits += 1
-            if not detail:
-                contact = checker.contacts(poses)[0]
-                detail = f"at t = {time:.6g} s {contact.body} {contact.kind} {contact.obstacle}"
-    return _check("collision", float(hits), 0.0, detail)
+    worst, limit_detail = 0.0, ""
+    hits, collision_detail = 0, ""
+    try:
+        for time, x in _samples(problem, trajectory, motion):
+            for name, value, lower, upper in problem.limit_violations(x):
+                if max(value - upper, lower - value) > worst:
+                    worst = max(value - upper, lower - value)
+                    limit_detail = f"at t = {time:.6g} s {name} is {value:.9g}, "
+                    limit_detail += f"outside {lower:g} to {upper:g}"
+            poses = problem.frames(x)
+            if checker.collides(poses):
+                hits += 1
+                collision_detail = collision_detail or _described(checker, poses, time)
+    except _TooFastError as error:
+        hits, collision_detail = hits + 1, str(error)
+    return (
+        _check("limits", worst, EXCESS, limit_detail),
+        _check("collision", float(hits), 0.0, collision_detail),
+    )
+
+
+def _described(checker: CollisionChecker, poses: Array, time: float) -> str:
+    contact = checker.contacts(poses)[0]
+    return f"at t = {time:.6g} s {contact.body} {contact.kind} {contact.obstacle}"
+
+
+class _TooFastError(Exception):
+    """A motion that cannot be sampled finely enough to be judged."""
 
 
 def _samples(
     problem: Problem, trajectory: Trajectory, motion: Motion
-) -> Iterator[tuple[float, Array, Array]]:
-    """Yield (time, state, inputs) so densely that no point moves more than SPACING in between."""
+) -> Iterator[tuple[float, Array]]:
+    """Yield (time, state) so densely that no point moves more than the spacing in between.
+
+    The speed is probed between the integrator's own steps, which are short wherever the motion
+    changes: a motion that rests at the knots is not taken for one that rests.
+    """
+    spacing = _spacing(problem)
     for k, held in enumerate(trajectory.u):
-        span = float(motion.t[k + 1] - motion.t[k])
-        probes = motion.between(k, np.linspace(motion.t[k], motion.t[k + 1], 5))
-        fastest = _fastest(problem, probes, held)
-        count = min(math.ceil(1.2 * fastest * span / SPACING) + 1, MOST_SAMPLES)
-        times = np.linspace(motion.t[k], motion.t[k + 1], count, endpoint=False)
-        for time, x in zip(times, motion.between(k, times), strict=True):
-            yield float(time), x, held
-    last = trajectory.u[-1] if len(trajectory.u) else np.zeros(problem.model.nu)
-    yield float(motion.t[-1]), motion.x[-1], last
+        for begin, end in pairwise(motion.pieces[k].ts):
+            probes = motion.between(k, np.linspace(begin, end, PROBES))
+            speeds: Any = problem.model.point_speed(probes, held)
+            fastest = float(np.max(speeds, initial=0.0))
+            count = math.ceil(CAUTION * fastest * (end - begin) / spacing) + 1
+            if count > MOST_SAMPLES:
+                what = f"from t = {begin:.6g} s the motion is too fast to be checked: "
+                raise _TooFastError(f"{what}{fastest:.3g} m/s for {end - begin:.3g} s")
+            times = np.linspace(begin, end, count, endpoint=False)
+            yield from zip(map(float, times), motion.between(k, times), strict=True)
+    yield float(motion.t[-1]), motion.x[-1]
 
 
-def _fastest(problem: Problem, states: Array, held: Array) -> float:
-    speeds: Any = problem.model.point_speed(states, held)
-    return float(np.max(speeds, initial=0.0))
+def _spacing(problem: Problem) -> float:
+    """Return SPACING, or less for bodies so small that they could step over a thin wall."""
+    halves = [half_thickness(shape) for body in problem.bodies for shape in body.shapes]
+    return min([SPACING, *halves])
 
 
 def _check(name: str, value: float, limit: float, detail: str) -> Check:

@@ -13,15 +13,16 @@ from kinolab.bridge.spaces import States
 from kinolab.problem import Problem
 
 RESOLUTION = 0.01  # [m] of motion between two collision checks inside a step
+FINEST = 1e-4  # [m] of the same where the start is close to an obstacle
 CAUTION = 1.1  # factor on the speeds at both ends of a step, for those in between
 
 
 class Propagation:
     """Moves the machine by one step and judges the motion.
 
-    Bodies are inflated by half of RESOLUTION and checked so often that their points move less than
-    that between checks, so that what is accepted is free in between too, as far as the bound on
-    the speed of their points holds. It is a filter: the verifier alone decides.
+    Bodies are inflated by half of a resolution and checked so often that their points move less
+    than that between checks, so that what is accepted is free in between too, as far as the bound
+    on the speed of their points holds. It is a filter: the verifier alone decides.
 
     Attributes:
         rejections: How many motions were refused, by cause.
@@ -29,18 +30,25 @@ class Propagation:
 
     def __init__(self, problem: Problem, states: States) -> None:
         self._problem, self._states = problem, states
-        self._checker = problem.checker(margin=RESOLUTION / 2)
+        self._resolution = _resolution(problem)
+        self._checker = problem.checker(margin=self._resolution / 2)
         self._calls = _Calls(problem)
         self._limits = [
             (i, float(lower), float(upper))
             for i, (lower, upper) in enumerate(problem.bounds)
             if np.isfinite(lower) or np.isfinite(upper)
         ]
-        self._has_rate_limits = bool(np.isfinite(problem.rate_bounds).any())
+        # These are checked in Python; most machines have none of them.
+        self._has_rare_limits = bool(
+            np.isfinite(problem.rate_bounds).any()
+            or problem.keep_outs
+            or problem.system.requirements
+        )
         self._workspace = [
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
         ]
+        self._checker.collides(problem.frames(problem.start))  # compiles what is compiled on demand
         self._last: tuple[list[float], bool] = ([], False)
         self.rejections = {"limit": 0, "collision": 0, "equations": 0}
 
@@ -72,7 +80,7 @@ class Propagation:
         if not self._within_limits():
             self.rejections["limit"] += 1
             return False
-        checks = max(1, math.ceil(CAUTION * calls.fastest() * duration / RESOLUTION))
+        checks = max(1, math.ceil(CAUTION * calls.fastest() * duration / self._resolution))
         for k in range(checks, 0, -1):
             if k < checks:
                 calls.step(duration * k / checks)
@@ -94,9 +102,17 @@ class Propagation:
         for i, lower, upper in self._limits:
             if not lower <= values[i] <= upper:
                 return False
-        if self._has_rate_limits:
-            return not any(self._problem.limit_violations(np.array(values)))
-        return True
+        return not self._has_rare_limits or self._within_rare_limits(np.array(values))
+
+    def _within_rare_limits(self, x: np.ndarray) -> bool:
+        requirements = self._problem.model.requirements(x, np.array(self._calls.u))
+        return bool((requirements >= 0).all()) and not any(self._problem.limit_violations(x))
+
+
+def _resolution(problem: Problem) -> float:
+    """Return the spacing of checks: fine enough that the start has room for half of it."""
+    room = problem.checker().clearance(problem.frames(problem.start))
+    return float(np.clip(room, FINEST, RESOLUTION))
 
 
 class _Calls:

@@ -28,11 +28,12 @@ def search(
     The random numbers are seeded before the planner exists, which is what makes OMPL's paths
     repeatable.
     """
-    ou.RNG.setSeed(seed)
+    ou.RNG.setSeed(_seed(seed))
     bridge = Bridge(problem, min_steps=min_steps, max_steps=max_steps)
     planner = make(bridge.space_information)
     planner.setProblemDefinition(bridge.problem_definition)
     planner.setup()
+    budget.restart()  # code for this machine was compiled and loaded until here
     planner.solve(ob.PlannerTerminationCondition(budget.spent))
     definition = bridge.problem_definition
     durations, controls = _path(definition)
@@ -40,6 +41,12 @@ def search(
     t, u = _rows(problem, durations, controls)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.items()}
     return SearchResult(outcome, t, u, budget.iterations, statistics)
+
+
+def _seed(seed: int) -> int:
+    """Return a seed for OMPL, which takes 32 bits and ignores 0."""
+    mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
+    return mixed or 1
 
 
 def _outcome(definition: Any, segments: int, budget: Budget) -> Outcome:

@@ -1,7 +1,7 @@
 """What a scenario file says: its schema, how it is read, checked and written."""
 
 from kinolab.scenario.findings import Finding, Origin
-from kinolab.scenario.load import builtin_scenarios, load_scenario, read_scenario
+from kinolab.scenario.load import builtin_scenarios, load_scenario, read_scenario, scenario_from
 from kinolab.scenario.names import check_names, check_settings
 from kinolab.scenario.places import mistake_at
 from kinolab.scenario.schema import (
@@ -41,5 +41,6 @@ __all__ = [
     "load_scenario",
     "mistake_at",
     "read_scenario",
+    "scenario_from",
     "write_scenario",
 ]

@@ -74,6 +74,26 @@ def read_scenario(
     return _checked(document, Origin(path, applied), mistakes)
 
 
+def scenario_from(
+    document: dict[str, Any], path: Path, *, overrides: Sequence[str] = ()
+) -> Scenario:
+    """Return the scenario of keys that were never in a file.
+
+    Args:
+        document: Keys and values as TOML would have them.
+        path: Where relative paths start, and what mistakes are reported for.
+        overrides: As for ``load_scenario``.
+
+    Raises:
+        InputError: If anything in it is wrong.
+    """
+    applied, mistakes = apply_overrides(document, overrides)
+    scenario, mistakes = _checked(document, Origin(path, applied), mistakes)
+    if mistakes or scenario is None:
+        raise InputError(mistakes)
+    return scenario
+
+
 def _checked(
     document: dict[str, Any], origin: Origin, mistakes: list[Mistake]
 ) -> tuple[Scenario | None, list[Mistake]]:

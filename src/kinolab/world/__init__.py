@@ -1,7 +1,7 @@
 """The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
 
 from kinolab.world.collision import CollisionChecker, Contact
-from kinolab.world.geometry import BodyGeometry, Reach, lowest_z, reach, triangles
+from kinolab.world.geometry import BodyGeometry, Reach, half_thickness, lowest_z, reach, triangles
 from kinolab.world.mesh import Mesh, load_mesh
 from kinolab.world.obstacle import (
     Obstacle,
@@ -22,6 +22,7 @@ __all__ = [
     "World",
     "box_obstacle",
     "cylinder_obstacle",
+    "half_thickness",
     "load_mesh",
     "lowest_z",
     "mesh_obstacle",

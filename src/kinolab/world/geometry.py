@@ -147,3 +147,15 @@ def _own_triangles(shape: Shape) -> trimesh.Trimesh:
     capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[32, 32])
     capsule.apply_translation(-capsule.bounds.mean(axis=0))
     return capsule
+
+
+def half_thickness(shape: Shape) -> float:
+    """Return half of a shape's smallest extent, in [m]: the radius of a ball that fits in it."""
+    kind, halves = sizes(shape)
+    radius, _, half_length = (float(value) for value in halves)
+    match kind:
+        case Kind.BOX:
+            return float(min(halves))
+        case Kind.CYLINDER:
+            return min(radius, half_length)
+    return radius
