@@ -1,0 +1,128 @@
+"""Plans that many tests look at, made once."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol
+
+import pytest
+
+import kinolab
+from kinolab.planning import Plan
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+from tests.support import OPEN, plan, problem_of
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A problem, its plan and the plan's trajectory."""
+
+    problem: Problem
+    plan: Plan
+    trajectory: Trajectory
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run of the command line and the folder it wrote."""
+
+    folder: Path
+    report: dict[str, Any]
+    stdout: str
+    stderr: str
+    code: int
+
+
+class Solver(Protocol):
+    """Solves a built-in scenario, each only once."""
+
+    def __call__(self, name: str) -> Solved: ...
+
+
+@pytest.fixture(scope="session")
+def solved() -> Solver:
+    @cache
+    def solve(name: str) -> Solved:
+        problem = kinolab.load(name)
+        return _solved(problem, problem.solve())
+
+    return solve
+
+
+@pytest.fixture(scope="session")
+def table(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """A coin in the open, a few iterations from its goal."""
+    return problem_of(tmp_path_factory.mktemp("table"), OPEN)
+
+
+@pytest.fixture(scope="session")
+def short(table: Problem) -> Solved:
+    """The table's plan: about a second of motion."""
+    return _solved(table, table.solve(seed=1, max_iterations=20_000))
+
+
+@pytest.fixture(scope="session")
+def maze_run(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The maze, planned and drawn by the command line in a process of its own."""
+    return _finished(tmp_path_factory.mktemp("maze"), "rolling_disk_maze", "--json")
+
+
+@pytest.fixture(scope="session")
+def table_run(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The table with a mesh on it, planned by the command line without a picture."""
+    home = tmp_path_factory.mktemp("table_run")
+    (home / "meshes").mkdir()
+    (home / "meshes" / "post.off").write_text(POST)
+    post = '\n[[world.obstacle]]\nmesh = "meshes/post.off"\nposition = [3.0, 3.0, 0.0]\n'
+    (home / "table.toml").write_text(OPEN + post)
+    return _finished(home, "table.toml", "--no-animation", "--json")
+
+
+@pytest.fixture
+def run_copy(table_run: Finished, tmp_path: Path) -> Path:
+    """A finished run that a test may damage."""
+    return Path(shutil.copytree(table_run.folder, tmp_path / "copy"))
+
+
+def _solved(problem: Problem, found: Plan) -> Solved:
+    assert found.trajectory is not None, found.message
+    return Solved(problem, found, found.trajectory)
+
+
+def _finished(home: Path, *arguments: str) -> Finished:
+    done = plan(*arguments, cwd=home)
+    folders = list((home / "runs").glob("*"))
+    assert len(folders) == 1, done.stderr
+    report = json.loads((folders[0] / "report.json").read_text(encoding="utf-8"))
+    return Finished(folders[0], report, done.stdout, done.stderr, done.returncode)
+
+
+POST = """\
+OFF
+8 12 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+3 0 2 1
+3 0 3 2
+3 4 5 6
+3 4 6 7
+3 0 1 5
+3 0 5 4
+3 1 2 6
+3 1 6 5
+3 2 3 7
+3 2 7 6
+3 3 0 4
+3 3 4 7
+"""

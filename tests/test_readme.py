@@ -1,0 +1,62 @@
+"""What the README shows is what happens."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from unicodedata import normalize
+
+import pytest
+
+import kinolab.dynamics
+from kinolab import systems
+from kinolab.cli import run
+from kinolab.dynamics.machine_file import machine_to_json
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> Iterator[str]:
+    """Yield the README's code blocks of a language."""
+    return iter(re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL))
+
+
+def test_the_machine_in_the_readme_is_the_built_in_one() -> None:
+    names: dict[str, Any] = vars(kinolab.dynamics) | {}
+    exec(next(blocks("python")), names)
+    assert machine_to_json(names["rolling_disk"]()) == machine_to_json(systems.get("rolling_disk"))
+
+
+def test_the_equations_in_the_readme_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["equations", "rolling_disk"]) == 0
+    printed = normalize("NFC", capsys.readouterr().out)
+    assert printed in [normalize("NFC", block) for block in blocks("text")]
+
+
+def test_the_readme_shows_the_true_output_of_its_command(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All but the seconds, which differ between machines."""
+    monkeypatch.chdir(tmp_path)
+    assert run(["rolling_disk_maze", "--no-animation", "--quiet"]) == 0
+    seconds = re.compile(r"in [0-9.]+ s")
+    shown = [seconds.sub("in … s", block) for block in blocks("text")]
+    assert seconds.sub("in … s", capsys.readouterr().out) in shown
+
+
+def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    _, *examples = blocks("python")
+    names: dict[str, Any] = {}
+    for example in examples:
+        exec(example, names)
+    assert capsys.readouterr().out.startswith("solved ")
+
+
+def test_every_folder_in_the_readme_exists() -> None:
+    root = Path(__file__).parents[1]
+    rows = re.findall(r"^\| `([a-z/]+)` \|", README, flags=re.MULTILINE)
+    folders = [row for row in rows if not row.startswith("plan")]
+    assert len(folders) > 5
+    assert all((root / folder).is_dir() for folder in folders)
