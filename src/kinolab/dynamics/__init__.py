@@ -50,6 +50,7 @@ from kinolab.dynamics.symbols import (
     turn_rate,
 )
 from kinolab.dynamics.system import System
+from kinolab.dynamics.variational import VariationalIntegrator
 
 __all__ = [
     "WORLD",
@@ -82,6 +83,7 @@ __all__ = [
     "State",
     "System",
     "Torque",
+    "VariationalIntegrator",
     "Viscous",
     "Wrench",
     "angle",
