@@ -20,7 +20,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from kinolab.dynamics import Axis, Body, Force, Frame, System, rate
+from kinolab.dynamics import Axis, Body, Coordinate, Force, Frame, System, Torque, rate
+from kinolab.dynamics.constraints import VelocityConstraint
 from kinolab.dynamics.frames import Rotation, Translation
 
 Array = NDArray[Any]
@@ -74,7 +75,7 @@ class Reference:
 
     def _function(self, expression: Any, *, rates: bool = False) -> Callable[[Array], Array]:
         if (expression, rates) not in self._known:
-            coordinates = list(self.system.coordinates)
+            coordinates = [c for c in self.system.coordinates if isinstance(c, Coordinate)]
             symbols = coordinates + ([rate(c) for c in coordinates] if rates else [])
             named = {p: sp.Float(self.values[p.name], 17) for p in self.system.parameters}
             bound = sp.sympify(expression).xreplace(named)
@@ -170,14 +171,17 @@ class Reference:
 
         def point(at: Array) -> Array:
             turned, origin = self.pose(body.frame, at)
-            return origin + turned @ local
+            moved: Array = origin + turned @ local
+            return moved
 
-        return taylor(point, q, along)[1]
+        speed: Array = taylor(point, q, along)[1]
+        return speed
 
     def unit_powers(self, q: Array, along: Array) -> Array:
         """The power of each input at the value 1 in a motion, shape (nu,)."""
         powers = []
         for entry in self.system.inputs:
+            assert isinstance(entry, Torque | Force)
             axis = entry.along if isinstance(entry, Force) else entry.about
             total = self._unit_power(entry.on, entry, axis, q, along)
             if entry.reacts_on is not None:
@@ -193,9 +197,10 @@ class Reference:
     def covectors(self, q: Array) -> Array:
         """w(q), shape (..., constraints, nq), from the constraints' own expressions."""
         columns = []
+        stated = [c.velocity for c in self.system.constraints if isinstance(c, VelocityConstraint)]
         for unit in np.eye(self.size):
             both = np.concatenate([q, np.broadcast_to(unit, q.shape)], axis=-1)
-            rows = [self._function(c.velocity, rates=True)(both) for c in self.system.constraints]
+            rows = [self._function(velocity, rates=True)(both) for velocity in stated]
             columns.append(np.stack(rows, axis=-1))
         return np.stack(columns, axis=-1)
 

@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import kinolab.systems
 from kinolab.dynamics import System
 from kinolab.dynamics import model as model_module
 from kinolab.dynamics.cache import MAGIC, folder
+from kinolab.dynamics.derivation import derive
 from kinolab.dynamics.machine_file import machine_from_json, machine_to_json
 from tests.machines import submarine
 
@@ -31,7 +33,6 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the machines that are derived while a test runs."""
     seen: list[str] = []
-    derive = model_module.derive
 
     def counted(system: System) -> Any:
         seen.append(system.name)
@@ -67,7 +68,7 @@ def test_another_value_of_a_parameter_is_another_entry_but_the_same_motion(home:
     assert list(home.iterdir())
 
 
-DAMAGES = {
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "empty": lambda _: b"",
     "truncated": lambda content: content[: len(content) // 2],
     "without its last byte": lambda content: content[:-1],

@@ -14,7 +14,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import kinolab.systems
-from kinolab.dynamics import WORLD, Body, Cylinder, Force, System, length, move, parameter
+from kinolab.dynamics import (
+    WORLD,
+    Body,
+    Coordinate,
+    Cylinder,
+    Force,
+    System,
+    length,
+    move,
+    parameter,
+)
 from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.machine_file import load_machine, machine_from_json, machine_to_json
 from kinolab.errors import InputError
@@ -62,6 +72,7 @@ def test_facts_and_parameter_values_come_back() -> None:
     system = System("s", bodies=[body], inputs=[push], values={"m": 5.0}, velocities=[x])
     back = machine_from_json(machine_to_json(system))
     c = back.coordinates[0]
+    assert isinstance(c, Coordinate)
     assert (c.name, c.lower, c.upper, c.speed, c.scale) == ("x", -1.0, float("inf"), 2.0, 0.5)
     assert back.parameter_values == {"m": 5.0}
     assert back.parameters == (m,)
@@ -234,6 +245,7 @@ DAMAGED = {
     "an imaginary offset": with_bob(frame=moved(["pow", -1, ["ratio", 1, 2]])),
     "an offset that is no number": with_bob(frame=moved(float("nan"))),
     "an infinite offset": with_bob(frame=moved(float("inf"))),
+    "a product beyond floating point": with_bob(mass=tree(["mul", 1e300, 1e300])),
     "an empty operation": with_bob(mass=tree([])),
     "an operation that is a list": with_bob(mass=tree([["add"], 1])),
     "an unknown record": with_bob(frame=record("Teapot")),

@@ -13,6 +13,7 @@ from kinolab.dynamics import (
     WORLD,
     Body,
     Force,
+    Pull,
     Sphere,
     System,
     Torque,
@@ -333,6 +334,23 @@ def test_a_redundant_constraint_is_left_out_and_named() -> None:
     both = [zero(rate(X) - rate(Y), "a"), zero(rate(Y) - rate(TH), "b")]
     assert redundant(*both, zero(rate(X) - rate(TH), "c")) == ("c",)
     assert redundant(*both) == ()
+
+
+def test_a_rope_between_two_frames_with_one_origin_has_no_direction() -> None:
+    body = ball()
+    rope = Pull("rope", between=(BLADE, body.frame), limit=1)
+    with pytest.raises(InputError) as caught:
+        System("sledge", bodies=[body], inputs=[rope]).model()
+    assert str(caught.value) == (
+        "system 'sledge': it is singular everywhere: an expression divides by zero."
+    )
+
+
+def test_a_pole_of_the_coordinates_at_rest_is_no_missing_mass() -> None:
+    """A spherical pendulum that hangs straight down has no mass about its own axis."""
+    swing, turn = angle("swing"), angle("turn")
+    bob = Body("bob", rot_z(turn) @ rot_x(swing) @ move(0, 0, -1), mass=1.0)
+    assert System("s", bodies=[bob]).model().nx == 4
 
 
 def test_a_direction_without_mass() -> None:

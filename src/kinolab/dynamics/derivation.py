@@ -35,6 +35,7 @@ from kinolab.dynamics.linear import Guards, solve_definite, solve_square
 from kinolab.dynamics.lowering import Lowering
 from kinolab.dynamics.mechanics import Mechanics
 from kinolab.dynamics.reach import reach
+from kinolab.dynamics.records import is_zero
 from kinolab.dynamics.symbols import Attitude, ForceSymbol
 from kinolab.dynamics.system import System
 from kinolab.dynamics.tape import Node
@@ -95,15 +96,21 @@ def derive(system: System) -> Derivation:
 
     Raises:
         InputError: If a constraint is not linear in the rates or never bites, if an input reaches
-            nothing, or if a direction of motion has no mass.
+            nothing, if a direction of motion has no mass, or if something divides by zero.
     """
-    return _Deriving(system).result()
+    try:
+        return _Deriving(system).result()
+    except ZeroDivisionError as error:
+        where = f"system {system.name!r}"
+        raise InputError([Mistake(where, f"it is singular everywhere: {error}.")]) from error
 
 
 def is_kinematic(system: System) -> bool:
     """Whether velocities are inputs and nothing has mass to accelerate."""
-    return any(isinstance(entry, Rate) for entry in system.inputs) and not any(
-        body.mass != 0 for body in system.bodies
+    return any(isinstance(entry, Rate) for entry in system.inputs) and all(
+        is_zero(value)
+        for body in system.bodies
+        for value in (body.mass, *body.inertia, *(e for row in body.added_mass for e in row))
     )
 
 
@@ -410,6 +417,8 @@ class _Deriving:
                 matrix = np.reshape(self.tape.evaluate(flat, values), (len(free), len(free)))
             except (ArithmeticError, ValueError):
                 continue  # the machine has no mass matrix there because it has no pose there
+            if not np.isfinite(matrix).all():
+                continue
             moved = _massless_motion(matrix)
             if not moved:
                 return

@@ -90,9 +90,10 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
 
 
 def _real(made: Any) -> Any:
-    """Refuse what is no real number: 1/0, the root of -1, NaN."""
-    if made.is_number and (made is sympy.nan or made.is_finite is False or made.is_real is False):
-        raise ValueError(f"{made} is no real number")
+    """Refuse what is no real number, or none that a double can hold: 1/0, the root of -1, NaN."""
+    unreal = made is sympy.nan or made.is_finite is False or made.is_real is False
+    if made.is_number and (unreal or (made.is_Float and not math.isfinite(float(made)))):
+        raise ValueError(f"{made} is no finite real number")
     return made
 
 

@@ -155,7 +155,7 @@ class Model:
             x: State, shape (nx,), or states, shape (N, nx).
             u: Inputs, shape (nu,), or one row per state.
             dt: Step length in [s].
-            method: ``rk4`` or ``euler``.
+            method: ``rk4``, ``euler``, or ``rosenbrock`` for stiff friction.
 
         Raises:
             SingularError: Where the equations have no unique solution along the step.

@@ -27,6 +27,9 @@ UNARY: dict[str, Callable[[float], float]] = {
 }
 
 
+LARGEST_PRODUCT = 64  # exponent up to which a power is a product
+
+
 @dataclass(frozen=True)
 class Operation:
     """What one node computes: an operator and its operands."""
@@ -173,9 +176,9 @@ class Tape:
         """Return a to a constant power: products, roots and reciprocals where they suffice."""
         if exponent < 0:
             return self.div(self.one, self.power(a, -exponent))
-        if exponent == int(exponent):
+        if exponent == int(exponent) and exponent <= LARGEST_PRODUCT:
             return self._integer_power(a, int(exponent))
-        if 2 * exponent == int(2 * exponent):
+        if 2 * exponent == int(2 * exponent) and exponent <= LARGEST_PRODUCT:
             whole = self._integer_power(a, int(exponent))
             return self.mul(whole, self.unary("sqrt", a))
         return self.unary("exp", self.mul(self.constant(exponent), self.unary("log", a)))
