@@ -20,7 +20,7 @@ def animate(problem: Problem, trajectory: Trajectory) -> bytes:
         path = Path(folder) / "animation.gif"
         write_gif(
             path,
-            picture(problem, poses),
+            picture(problem, poses, problem.model.cables(trajectory.x)),
             trajectory.t,
             poses,
             size=settings.size,
@@ -30,8 +30,14 @@ def animate(problem: Problem, trajectory: Trajectory) -> bytes:
         return path.read_bytes()
 
 
-def picture(problem: Problem, poses: np.ndarray) -> Picture:
-    """Return what is drawn around bodies that take these poses, shape (times, bodies, 12)."""
+def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:
+    """Return what is drawn around bodies and cables that move.
+
+    Args:
+        problem: Where they move.
+        poses: Of the bodies, shape (times, bodies, 12).
+        cables: Their ends, shape (times, cables, 2, 3).
+    """
     gravity = problem.system.gravity
     up = np.array([0.0, 0.0, 1.0]) if gravity is None else -np.array(gravity.down)
     return Picture(
@@ -43,6 +49,7 @@ def picture(problem: Problem, poses: np.ndarray) -> Picture:
         view=problem.scenario.render.view,
         path=poses[:, 0, 3::4],
         start=Ghost(poses[0]),
+        lines=cables if cables.size else None,
         goal=_goal(problem),
     )
 

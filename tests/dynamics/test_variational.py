@@ -58,6 +58,7 @@ REFUSED = {
     "crane": (InputError, "the drive 'trolley_drive'"),
     "sprung_cart": (InputError, "the further state 'thrust'"),
     "kinematic_car": (NoDynamicsError, "it has no energy"),
+    "two_cranes": (InputError, "the drive 'travel_a'"),
 }
 SERVED = [name for name in MAKERS if name not in REFUSED]
 

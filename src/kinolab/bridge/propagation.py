@@ -77,7 +77,7 @@ class Propagation:
     def _free_on_the_way(self, duration: float) -> bool:
         """Check the step just made, its end first."""
         calls = self._calls
-        if not self._within_limits():
+        if not (self._within_limits() and self._turns_within_limits(duration)):
             self.rejections["limit"] += 1
             return False
         checks = max(1, math.ceil(CAUTION * calls.fastest() * duration / self._resolution))
@@ -103,6 +103,22 @@ class Propagation:
             if not lower <= values[i] <= upper:
                 return False
         return not self._has_rare_limits or self._within_rare_limits(np.array(values))
+
+    def _turns_within_limits(self, duration: float) -> bool:
+        """Check the limits of states that turn back within the step, whose extreme lies inside it.
+
+        With slopes of opposite sign a and b at the ends of a step h, the extreme passes the ends
+        by about h/2 |a b| / (|a| + |b|), at most h/2 of the smaller slope.
+        """
+        before, after = self._calls.slopes()
+        for i, lower, upper in self._limits:
+            a, b = before[i], after[i]
+            if a * b < 0:
+                overshoot = CAUTION * 0.5 * duration * min(abs(a), abs(b))
+                ends = self._calls.x[i], self._calls.next[i]
+                if min(ends) - overshoot < lower or max(ends) + overshoot > upper:
+                    return False
+        return True
 
     def _within_rare_limits(self, x: np.ndarray) -> bool:
         requirements = self._problem.model.requirements(x, np.array(self._calls.u))
@@ -144,6 +160,10 @@ class _Calls:
         self._before_step, self._after_step = (x, u, p), (after, 0)
         self._poses_at = (after, p, poses, 0)
         self._speeds_at = ((x, u, p, speeds, 0), (after, u, p, speeds, 0))
+        self._f = self._function("f", pointer, pointer, pointer, pointer)
+        self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
+        outs = map(ctypes.addressof, self._slopes)
+        self._slopes_at = [(at, u, p, out, 0) for at, out in zip((x, after), outs, strict=True)]
 
     def _function(self, name: str, *types: Any) -> Callable[..., int]:
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)
@@ -156,6 +176,12 @@ class _Calls:
     def frames(self) -> None:
         """Set ``poses`` from ``next``."""
         self._frames(*self._poses_at)
+
+    def slopes(self) -> Any:
+        """Return the state's derivative at ``x`` and at ``next``."""
+        for arguments in self._slopes_at:
+            self._f(*arguments)
+        return self._slopes
 
     def fastest(self) -> float:
         """Return a bound on the speed of the bodies' points at ``x`` and at ``next``, in [m/s]."""

@@ -6,7 +6,7 @@ independent velocities v, taken once, makes the others follow: nu = S(q) v + U(q
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
@@ -107,6 +107,24 @@ def find_chart(system: System, binding: Binding, guards: Guards) -> Chart:
     dependent = _choose(system, binding, rows)
     independent = tuple(i for i in range(len(binding.tangent)) if i not in dependent)
     return _solve(system, binding, guards, rows, redundant, dependent, independent)
+
+
+def condition_number(system: System, values: Mapping[str, float]) -> float:
+    """Return how badly the constraints determine the dependent velocities at a state.
+
+    Args:
+        system: The machine.
+        values: Of the configuration and the parameters, by name.
+    """
+    binding = Binding.of(system)
+    chart = find_chart(system, binding, Guards())
+    block = [[row.covector[i] for i in chart.dependent] for row in chart.rows]
+    flat = [entry for row in block for entry in row]
+    matrix = np.reshape(binding.tape.evaluate(flat, dict(values)), (len(block), -1))
+    whole = [entry for row in chart.rows for entry in row.covector]
+    size = np.linalg.norm(binding.tape.evaluate(whole, dict(values)))
+    smallest = np.linalg.svd(matrix, compute_uv=False)[-1]
+    return float(size / max(smallest, 1e-300))
 
 
 def unconstrained_chart(binding: Binding) -> Chart:

@@ -60,6 +60,7 @@ class Derivation:
         flow: q_dot, length nq.
         projection: The state moved onto the constraints and unit quaternions, or nothing.
         frames: Rows of [R | p], 12 per body.
+        cables: Both ends of every cable in the world, 6 per cable.
         point_speeds: One bound per body on the speed of its points, in [m/s].
         energy: Kinetic and potential, in [J]; nothing for a kinematic machine.
         power: Of all forces that are not conservative, in [W].
@@ -80,6 +81,7 @@ class Derivation:
     flow: tuple[Node, ...]
     projection: tuple[Node, ...]
     frames: tuple[Node, ...]
+    cables: tuple[Node, ...]
     point_speeds: tuple[Node, ...]
     energy: tuple[Node, ...]
     power: tuple[Node, ...]
@@ -164,6 +166,12 @@ class _Deriving:
             flow=flow,
             projection=self._projection(),
             frames=tuple(node for pose in poses for node in _rows_of(pose)),
+            cables=tuple(
+                node
+                for pair in self.system.cables
+                for frame in pair
+                for node in kinetics.kinematics(frame).position
+            ),
             point_speeds=tuple(
                 _point_speed(binding, body.shapes, pose)
                 for body, pose in zip(self.system.bodies, poses, strict=True)

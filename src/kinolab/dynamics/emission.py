@@ -26,7 +26,7 @@ BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 SINGULAR, NOT_FINITE = 1, 2
 
 NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
-STATE_ONLY = ("frames", "mass_matrix", "project")
+STATE_ONLY = ("frames", "cables", "mass_matrix", "project")
 
 
 def emit_module(derivation: Derivation) -> str:
@@ -37,6 +37,7 @@ def emit_module(derivation: Derivation) -> str:
         "velocity": d.velocities,
         "flow": d.flow,
         "frames": d.frames,
+        "cables": d.cables,
         "point_speed": d.point_speeds,
         "energy": d.energy,
         "power": d.power,

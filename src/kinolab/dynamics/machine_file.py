@@ -56,7 +56,7 @@ RECORDS: dict[str, type] = {
         *SHAPES,
     )
 }
-CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements")
+CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
 BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
 

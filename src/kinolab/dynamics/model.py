@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
 from kinolab.dynamics.cache import cached
+from kinolab.dynamics.chart import condition_number
 from kinolab.dynamics.compilation import compile_ir, link
 from kinolab.dynamics.derivation import derive
 from kinolab.dynamics.emission import NEED_CHART, SINGULAR, emit_module
@@ -181,6 +182,11 @@ class Model:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
         out = self._call("frames", x, None, parameters)
         return out.reshape(*out.shape[:-1], -1, POSE)
+
+    def cables(self, x: ArrayLike, **parameters: float) -> Array:
+        """Return both ends of every cable in the world, in [m], shape (..., cables, 2, 3)."""
+        out = self._call("cables", x, None, parameters)
+        return out.reshape(*out.shape[:-1], -1, 2, 3)
 
     def point_speed(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
         """Return a bound on the speed of each body's points in [m/s], shape (..., bodies).
@@ -360,6 +366,7 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
         "velocity": len(d.velocities),
         "flow": len(d.flow),
         "frames": len(d.frames),
+        "cables": len(d.cables),
         "point_speed": len(d.point_speeds),
         "energy": len(d.energy),
         "power": len(d.power),
@@ -416,10 +423,20 @@ def _pointer(array: Array) -> int:
 
 
 def _failure(model: Model, status: int, x: Array) -> str:
-    cause = (
-        "a velocity or mass is undetermined (outside the chart of the independent velocities)"
-        if status & SINGULAR
-        else "the result is not finite"
-    )
+    cause = "the result is not finite"
+    if status & SINGULAR:
+        cause = f"a velocity or mass is undetermined{_chart_left(model, x)}"
     state = ", ".join(f"{n}={v:.6g}" for n, v in zip(model.state_names, x, strict=True))
     return f"{model.system.name}: the equations of motion cannot be solved at {state}: {cause}."
+
+
+def _chart_left(model: Model, x: Array) -> str:
+    """Say how far outside the chart of the independent velocities a state is."""
+    if not model.system.constraints or model.system.velocities == "all":
+        return ""
+    values = dict(zip(model.state_names, map(float, x), strict=True))
+    try:
+        number = condition_number(model.system, values | model.system.parameter_values)
+    except (ArithmeticError, ValueError):
+        return " (outside the chart of the independent velocities)"
+    return f" (outside the chart of the independent velocities: condition number {number:.3g})"

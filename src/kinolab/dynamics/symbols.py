@@ -379,6 +379,11 @@ def rate(coordinate: Coordinate) -> Rate:
     return Rate(coordinate)
 
 
+def acceleration(coordinate: Coordinate) -> Acceleration:
+    """Return the symbol of the coordinate's second time derivative, for equations by hand."""
+    return Acceleration(coordinate)
+
+
 def _check_name(kind: str, name: str) -> None:
     if not name.isidentifier():
         remedy = "Use letters, digits and underscores, beginning with a letter."

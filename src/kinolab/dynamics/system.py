@@ -12,6 +12,7 @@ from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.constraints import Constraint, Requirement
 from kinolab.dynamics.efforts import Effort, Gravity
 from kinolab.dynamics.extras import State
+from kinolab.dynamics.frames import Frame
 from kinolab.dynamics.inputs import Input
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import (
@@ -25,6 +26,7 @@ from kinolab.dynamics.symbols import (
 from kinolab.errors import InputError
 
 if TYPE_CHECKING:
+    from kinolab.dynamics.agreement import Agreement
     from kinolab.dynamics.equations import Equations
     from kinolab.dynamics.model import Model
 
@@ -45,6 +47,7 @@ class System:
         states: Further states with differential equations of their own.
         requirements: What plans must keep: ``require(margin, name)``.
         collisions: Pairs of bodies that may not touch each other.
+        cables: Pairs of frames between whose origins a rope or string is drawn.
         velocities: The coordinates whose rates describe the motion. Left out, kinolab chooses
             them where constraints leave a choice. ``"all"`` keeps every rate as a state and finds
             the constraints' forces as multipliers, where no fixed choice serves everywhere.
@@ -64,6 +67,7 @@ class System:
     states: tuple[State, ...]
     requirements: tuple[Requirement, ...]
     collisions: tuple[tuple[str, str], ...]
+    cables: tuple[tuple[Frame, Frame], ...]
     velocities: tuple[AnyCoordinate, ...] | Literal["all"] | None
     coordinates: tuple[AnyCoordinate, ...]
     parameters: tuple[Parameter, ...]
@@ -81,6 +85,7 @@ class System:
         states: Sequence[State] = (),
         requirements: Sequence[Requirement] = (),
         collisions: Sequence[tuple[str, str]] = (),
+        cables: Sequence[tuple[Frame, Frame]] = (),
         velocities: Sequence[AnyCoordinate] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
         values: Mapping[str, float] | None = None,
@@ -95,6 +100,7 @@ class System:
             "gravity": gravity,
             "states": tuple(states),
             "requirements": tuple(requirements),
+            "cables": tuple((a, b) for a, b in cables),
         }
         atoms = set(atoms_of(tuple(content.values())))
         used = {a for a in map(_coordinate_of, atoms) if a is not None}
@@ -162,6 +168,21 @@ class System:
         from kinolab.dynamics.equations import equations_of
 
         return equations_of(self)
+
+    def agrees_with(self, equations: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
+        """Hold a hand derivation against kinolab's own and name the terms that differ.
+
+        Args:
+            equations: Equations of motion in the machine's symbols, with ``acceleration(x)`` for
+                second derivatives and input symbols for inputs, in any order and each up to a
+                factor; with multipliers lambda_1, … or without.
+
+        Returns:
+            True or False, with ``.verdicts`` in words.
+        """
+        from kinolab.dynamics.agreement import compare
+
+        return compare(self.equations(), equations)
 
     def _repr_latex_(self) -> str:
         return self.equations().latex()
