@@ -100,9 +100,11 @@ def test_a_new_machine_runs_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(tmp_path)
     assert run(["new", "my_puck"]) == 0
     assert run(["examine", "my_puck.py:my_puck"]) == 0
+    assert run(["examine", "my_puck.py"]) == 0
+    assert run(["equations", "my_puck.py", "--latex"]) == 0
     assert run(["my_puck.toml", "--quiet", "--no-animation"]) == 0
     assert run(["check", "runs/my_puck"]) == 0
-    assert run(["simulate", "my_puck.py:my_puck", "--quiet", "--no-animation"]) == 0
+    assert run(["simulate", "my_puck.py", "--quiet", "--no-animation"]) == 0
 
 
 def test_a_new_machine_never_overwrites_and_needs_a_usable_name(tmp_path: Path) -> None:

@@ -401,7 +401,8 @@ def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
     if what.endswith(".toml") or what in builtin_scenarios():
         return load_scenario(what, overrides=overrides)
     system = find_machine(what)  # says what exists, where nothing has this name
-    source = {"name": what} if what in systems.names() else {"file": what}
+    file = f"{what}:{Path(what).stem}" if what.endswith(".py") else what
+    source = {"name": what} if what in systems.names() else {"file": file}
     document = {"schema": 1, "title": f"{system.name} by itself", "system": source}
     return scenario_from(document, Path(f"{system.name}.toml"), overrides=overrides)
 
@@ -410,7 +411,8 @@ def find_machine(what: str) -> System:
     """Return the machine that a text names.
 
     Args:
-        what: A system's name, a scenario (name or path), or ``machine.py:function``.
+        what: A system's name, a scenario (name or path), or ``machine.py:function``, the function
+            being named like the file where it is left out.
 
     Raises:
         InputError: If nothing has this name, naming the systems and scenarios there are.
@@ -418,6 +420,8 @@ def find_machine(what: str) -> System:
     if what in systems.names():
         return systems.get(what)
     file, _, function = what.rpartition(":")
+    if what.endswith(".py"):
+        return system_from_python(Path(what), Path(what).stem, what)
     if file.endswith(".py"):
         return system_from_python(Path(file), function, what)
     if what.endswith(".json"):

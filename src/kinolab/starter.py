@@ -8,13 +8,14 @@ from kinolab.errors import InputError, Mistake
 
 MACHINE = '''"""A machine of one's own: a puck on an air table, pushed by two fans.
 
-Look at it:   plan equations {name}.py:{name}
-Let it move:  plan simulate {name}.py:{name} --start x_dot=0.5
-Examine it:   plan examine {name}.py:{name}
+Look at it:   plan equations {name}.py
+Let it move:  plan simulate {name}.py --start x_dot=0.5
+Examine it:   plan examine {name}.py
 Plan for it:  plan {name}.toml
 """
 
 from kinolab.dynamics import (
+    WORLD,
     Body,
     Cylinder,
     Force,
@@ -25,7 +26,6 @@ from kinolab.dynamics import (
     parameter,
     rate,
 )
-from kinolab.dynamics import WORLD
 
 
 def {name}() -> System:

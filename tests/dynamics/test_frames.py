@@ -6,7 +6,20 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from kinolab.dynamics import WORLD, angle, length, move, rate, rot_x, rot_y, rot_z, velocity
+from kinolab.dynamics import (
+    WORLD,
+    angle,
+    hat,
+    homogeneous,
+    length,
+    move,
+    rate,
+    rot_x,
+    rot_y,
+    rot_z,
+    unhat,
+    velocity,
+)
 from kinolab.dynamics.frames import Frame, pose, time_derivative
 from tests.dynamics.machines import random_machine
 from tests.dynamics.reference import Array, Reference, taylor
@@ -103,3 +116,28 @@ def test_a_velocity_can_be_compiled_where_its_frame_can(name: str) -> None:
     system = System("s", bodies=[body], constraints=[zero(V.y - 2 * V.x, "slope")], velocities=[x])
     model = system.model()
     np.testing.assert_allclose(model.velocity([-1.0, 0.0, 3.0]), [3.0, -6.0], atol=ROUNDING)
+
+
+def test_body_velocity_is_unhat_of_the_inverse_frame_times_its_rate() -> None:
+    """By definition, g^-1 g_dot; the library never forms it but follows the motions outward."""
+    x, y, th, q = length("x"), length("y"), angle("th"), angle("q")
+    frame = move(x, y, 0.2) @ rot_z(th) @ move(0.3, 0, sp.sin(q)) @ rot_x(q) @ rot_y(2 * th)
+    g = homogeneous(frame)
+    expected = unhat(g.inv() * g.applyfunc(time_derivative))
+    found = velocity(frame)
+    generator = np.random.default_rng(0)
+    symbols = sorted(g.free_symbols | {rate(c) for c in (x, y, th, q)}, key=str)
+    for _ in range(5):
+        point = dict(zip(symbols, generator.normal(size=len(symbols)), strict=True))
+        for name in ("x", "y", "z", "wx", "wy", "wz"):
+            difference = getattr(expected, name) - getattr(found, name)
+            assert abs(float(difference.subs(point))) < 1e-12
+
+
+def test_hat_and_unhat_undo_each_other() -> None:
+    twist = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    back = unhat(hat(twist))
+    assert (back.x, back.y, back.z, back.wx, back.wy, back.wz) == twist
+    arm = sp.Matrix([0.3, -0.2, 0.5])
+    spin = sp.Matrix(twist[3:])
+    assert (hat(twist)[:3, :3] * arm - spin.cross(arm)).norm() < 1e-15

@@ -28,11 +28,14 @@ from kinolab.dynamics.frames import (
     Axis,
     BodyVelocity,
     Frame,
+    hat,
+    homogeneous,
     move,
     orient,
     rot_x,
     rot_y,
     rot_z,
+    unhat,
     velocity,
 )
 from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
@@ -91,6 +94,8 @@ __all__ = [
     "angle",
     "closed",
     "force_of",
+    "hat",
+    "homogeneous",
     "lag",
     "length",
     "move",
@@ -105,6 +110,7 @@ __all__ = [
     "state",
     "toward",
     "turn_rate",
+    "unhat",
     "velocity",
     "zero",
 ]

@@ -6,6 +6,7 @@ an axis keeps its identity: the coin's axle is the fork's y axis, whatever the c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
@@ -124,6 +125,27 @@ class BodyVelocity:
     def angular(self) -> sympy.Matrix:
         """Angular velocity, a column of 3, in [rad/s]."""
         return sympy.Matrix([self.wx, self.wy, self.wz])
+
+
+def hat(twist: Sequence[Number]) -> sympy.Matrix:
+    """Return a twist (vx, vy, vz, wx, wy, wz) as the 4x4 matrix of se(3).
+
+    Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.3.
+    """
+    vx, vy, vz, wx, wy, wz = twist
+    return sympy.Matrix([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0]])
+
+
+def unhat(matrix: sympy.Matrix) -> BodyVelocity:
+    """Return the twist of a 4x4 matrix of se(3), such as g^-1 g_dot."""
+    vx, vy, vz = (matrix[i, 3] for i in range(3))
+    return BodyVelocity(vx, vy, vz, matrix[2, 1], matrix[0, 2], matrix[1, 0])
+
+
+def homogeneous(frame: Frame) -> sympy.Matrix:
+    """Return a frame as a 4x4 matrix; one of move(x, y) and rot_z alone is in SE(2)."""
+    R, p = pose(frame)
+    return sympy.Matrix.vstack(sympy.Matrix.hstack(R, p), sympy.Matrix([[0, 0, 0, 1]]))
 
 
 WORLD = Frame()
