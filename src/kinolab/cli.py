@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Iterator, Sequence
@@ -320,6 +321,38 @@ def _new(name: str) -> int:
     return 0
 
 
+class _Interrupts:
+    """Remembers Ctrl-C: some libraries swallow the exception while they import or compile."""
+
+    seen = False
+
+    @classmethod
+    def arrive(cls, *_: Any) -> None:
+        """Handle the signal."""
+        cls.seen = True
+        raise KeyboardInterrupt
+
+    @classmethod
+    def raise_if_seen(cls) -> None:
+        """Raise again what was swallowed; called between the stages of a command."""
+        if cls.seen:
+            raise KeyboardInterrupt
+
+    @classmethod
+    @contextmanager
+    def watched(cls) -> Iterator[None]:
+        """Handle Ctrl-C inside, where Python lets this thread do so."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        cls.seen = False
+        before = signal.signal(signal.SIGINT, cls.arrive)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+
 class _Progress:
     """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
 
@@ -330,6 +363,7 @@ class _Progress:
 
     def __call__(self, text: str, *, passing: bool = False) -> None:
         """Say what is happening; a passing line may be left out."""
+        _Interrupts.raise_if_seen()
         if self._quiet or (passing and not self._terminal and time.monotonic() < self._last + 5):
             return
         self._last = time.monotonic()
@@ -342,6 +376,7 @@ class _Progress:
 
     def close(self) -> None:
         """Clear the line on a terminal."""
+        _Interrupts.raise_if_seen()
         if self._terminal and not self._quiet:
             print("\r\033[K", end="", file=sys.stderr, flush=True)
 
@@ -350,7 +385,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors become sentences on stderr."""
     try:
         given = list(sys.argv[1:] if arguments is None else arguments)
-        with plan.make_context("plan", given) as context:
+        with _Interrupts.watched(), plan.make_context("plan", given) as context:
             result = plan.invoke(context)
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
