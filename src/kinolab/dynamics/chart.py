@@ -275,10 +275,6 @@ def _choose(system: System, binding: Binding, rows: list[Row]) -> tuple[int, ...
     return candidates[best]
 
 
-def _worst_and_usual(margins: np.ndarray) -> tuple[float, float]:
-    return float(margins.min()), float(np.median(margins))
-
-
 def _candidates(
     system: System, samples: np.ndarray, named: list[int] | None
 ) -> list[tuple[int, ...]]:
