@@ -26,6 +26,7 @@ class RRT(AbstractPlanner):
     goal_bias: float = setting(0.05, 0.0, 1.0)  # probability of growing toward the goal
     min_steps: int = setting(1, 1, 100_000)  # propagation steps for which an input is held at least
     max_steps: int = setting(20, 1, 100_000)  # propagation steps for which an input is held at most
+    intermediate_states: bool = setting(False)  # whether every propagation step becomes a node
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
         """Yield steps that exclude each other."""
@@ -39,6 +40,7 @@ class RRT(AbstractPlanner):
         def make(space_information: object) -> object:
             planner = oc.RRT(space_information)
             planner.setGoalBias(self.goal_bias)
+            planner.setIntermediateStates(self.intermediate_states)
             return planner
 
         return search(

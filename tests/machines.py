@@ -117,7 +117,7 @@ def floating_satellite() -> System:
     )
 
 
-def submarine() -> System:
+def finned_hull() -> System:
     """A bottom-heavy ellipsoid in an ideal fluid, with drag and a rudder's wrench."""
     x, y, z, R = length("x"), length("y"), length("z"), rotation("R")
     hull = move(x, y, z) @ orient(R)
@@ -147,7 +147,7 @@ def submarine() -> System:
     )
     wx, wy, wz = turn_rate(R)
     return System(
-        "submarine",
+        "finned_hull",
         bodies=[body],
         gravity=toward("-z", 9.81),
         inputs=[thrust, rudder, elevator],
@@ -202,7 +202,7 @@ def four_bar_by_multipliers() -> System:
     )
 
 
-def crane() -> System:
+def driven_crane() -> System:
     """A trolley that is driven, a hoist that is pulled, a load on a rope; sway is damped."""
     x, l = length("x", 0, 10, speed=1.5), length("l", 0.5, 4.5, speed=1.0)  # noqa: E741
     sway = angle("sway", -1.0, 1.0, speed=2.0)
@@ -213,7 +213,7 @@ def crane() -> System:
     cart = Body("trolley", trolley, mass=10.0, shape=Box(0.5, 0.5, 0.2))
     hoist = Pull("hoist", between=(trolley, load.frame), limit=80.0)
     return System(
-        "crane",
+        "driven_crane",
         bodies=[cart, load],
         gravity=toward("-z", g),
         inputs=[Drive("trolley_drive", on=x, limit=0.5), hoist],
@@ -238,7 +238,7 @@ def kinematic_car() -> System:
     )
 
 
-def snakeboard() -> System:
+def loose_snakeboard() -> System:
     """A rider's rotor and two steered wheel pairs on a board."""
     x, y, th = length("x"), length("y"), angle("th")
     psi, back, front = angle("psi"), angle("phi_b", -1.2, 1.2), angle("phi_f", -1.2, 1.2)
@@ -255,7 +255,7 @@ def snakeboard() -> System:
         Body("front", front_axle, inertia=(Jw, Jw, Jw)),
     ]
     return System(
-        "snakeboard",
+        "loose_snakeboard",
         bodies=bodies,
         constraints=[
             zero(velocity(back_axle).y, "back wheels"),
@@ -333,12 +333,12 @@ MACHINES: dict[str, Callable[[], System]] = {
         arm,
         satellite,
         floating_satellite,
-        submarine,
+        finned_hull,
         four_bar,
         four_bar_by_multipliers,
-        crane,
+        driven_crane,
         kinematic_car,
-        snakeboard,
+        loose_snakeboard,
         trident_snake,
         sprung_cart,
         rope_pendulum,

@@ -8,6 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.attitude import turn_between
+
 Array: TypeAlias = NDArray[np.float64]
 
 
@@ -66,6 +68,27 @@ class KeepOutCone:
         return angle_between(self.body, self.axis, self.direction, frames)
 
 
+@dataclass(frozen=True)
+class AttitudeTarget:
+    """An attitude that a coordinate on SO(3) must come near.
+
+    Attributes:
+        name: Of the coordinate.
+        index: Where its quaternion begins in the state.
+        target: Unit quaternion x, y, z, w.
+        tolerance: Largest turn away from it, in [rad].
+    """
+
+    name: str
+    index: int
+    target: tuple[float, float, float, float]
+    tolerance: float
+
+    def turn(self, x: Array) -> float:
+        """Return the angle in [rad] between a state's attitude and the target."""
+        return turn_between(x[self.index : self.index + 4], self.target)
+
+
 @dataclass(frozen=True, eq=False)
 class Goal:
     """A box around target values of some states, and targets of points and axes of bodies.
@@ -77,6 +100,7 @@ class Goal:
         circular: Whether each is an angle on the circle.
         points: Targets of points.
         directions: Targets of axes.
+        attitudes: Targets of coordinates on SO(3).
     """
 
     indices: tuple[int, ...]
@@ -85,6 +109,7 @@ class Goal:
     circular: NDArray[np.bool_]
     points: tuple[PointTarget, ...] = ()
     directions: tuple[DirectionTarget, ...] = ()
+    attitudes: tuple[AttitudeTarget, ...] = ()
 
     @property
     def needs_frames(self) -> bool:
@@ -106,6 +131,8 @@ class Goal:
         """
         shares = np.abs(self.deviations(x)) / self.tolerances
         largest = float(shares.max(initial=0.0))
+        for attitude in self.attitudes:
+            largest = max(largest, attitude.turn(x) / attitude.tolerance)
         if frames is not None:
             for point in self.points:
                 largest = max(largest, _point_error(point, frames) / point.tolerance)
@@ -116,6 +143,7 @@ class Goal:
     def distance(self, x: Array, frames: Array | None = None) -> float:
         """Return the Euclidean norm of all deviations in SI units; 0 exactly at the goal."""
         errors = list(self.deviations(x))
+        errors += [attitude.turn(x) for attitude in self.attitudes]
         if frames is not None:
             errors += [_point_error(point, frames) for point in self.points]
             errors += [_angle(direction, frames) for direction in self.directions]

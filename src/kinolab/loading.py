@@ -13,8 +13,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kinolab import planners, systems
+from kinolab.attitude import unit
 from kinolab.dynamics import Model, System
+from kinolab.dynamics.binding import tangent_symbols
 from kinolab.dynamics.machine_file import load_machine
+from kinolab.dynamics.symbols import Rate
 from kinolab.errors import (
     InputError,
     KinolabError,
@@ -23,7 +26,7 @@ from kinolab.errors import (
     UnknownNameError,
     unknown_name,
 )
-from kinolab.goal import DirectionTarget, Goal, KeepOutCone, PointTarget
+from kinolab.goal import AttitudeTarget, DirectionTarget, Goal, KeepOutCone, PointTarget
 from kinolab.problem import Problem
 from kinolab.scenario import (
     Finding,
@@ -222,11 +225,10 @@ def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
 
 
 def _name_mistakes(scenario: Scenario, system: System) -> list[Mistake]:
-    coordinates = [coordinate.name for coordinate in system.coordinates]
     return check_names(
         scenario,
-        coordinates,
-        [f"{name}_dot" for name in coordinates],
+        [coordinate.name for coordinate in system.coordinates],
+        [rate.name for rate in tangent_symbols(system)] + [state.name for state in system.states],
         [parameter.name for parameter in system.parameters],
         [body.name for body in system.bodies],
     )
@@ -250,9 +252,11 @@ def _planner_mistakes(scenario: Scenario) -> list[Mistake]:
 
 def _ill_posed(scenario: Scenario, model: Model) -> Iterator[Mistake]:
     """Name what no planner could work with: no limits, limits that exclude each other, …"""
-    bounds, circular = _bounds(scenario, model), _circular(scenario, model)
-    for name, (lower, upper), circle in zip(model.state_names, bounds, circular, strict=True):
-        if circle:
+    bounds, unlimited = _bounds(scenario, model), _circular(scenario, model)
+    for first in model.attitudes.values():
+        unlimited[first : first + 4] = True
+    for name, (lower, upper), free in zip(model.state_names, bounds, unlimited, strict=True):
+        if free:
             continue
         if not lower < upper:
             what = f"the limits of {name} exclude each other: {lower:g} to {upper:g}."
@@ -276,13 +280,21 @@ def _ill_posed(scenario: Scenario, model: Model) -> Iterator[Mistake]:
 
 def _misplaced(scenario: Scenario, model: Model) -> Iterator[Mistake]:
     """Name values in start and goal that are not free: dependent rates, and wrong kinds."""
+    for name in model.attitudes:
+        if name in scenario.bounds:
+            what = f"{name} is a rotation, which has no limits."
+            yield _at(scenario, ("bounds", name), what, "Limit its rates, or use [[keep_out]].")
     free = ", ".join(name for name in model.state_names if name in model.rate_names)
     sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
     for section, values in sections.items():
         for name, value in values.items():
-            if isinstance(value, tuple):
+            if isinstance(value, tuple) and name not in model.attitudes:
                 what = f"{name} is a single number, not a rotation."
                 yield _at(scenario, (section, name), what, "Give one number.")
+            elif not isinstance(value, tuple) and name in model.attitudes:
+                what = f"{name} is a rotation, not a single number."
+                remedy = "Give its quaternion [x, y, z, w]; [0, 0, 0, 1] is not turned."
+                yield _at(scenario, (section, name), what, remedy)
             elif name in model.rate_names and name not in model.state_names:
                 what = f"{name} follows from the other rates by the constraints."
                 remedy = f"Give one of {free} instead."
@@ -294,13 +306,15 @@ def _problem(scenario: Scenario, system: System, model: Model, world: World) -> 
     start = model.rest()
     for name, value in _scalars(scenario.start).items():
         start[model.state_names.index(name)] = value
+    for name, quaternion in _rotations(scenario.start).items():
+        first = model.attitudes[name]
+        start[first : first + 4] = unit(quaternion)
     rate_bounds = np.tile([-np.inf, np.inf], (model.nt, 1))
-    for c in system.coordinates:
-        name = f"{c.name}_dot"
-        if name in model.rate_names and name not in model.state_names:
-            lower, upper = scenario.bounds.get(name, (-np.inf, np.inf))
-            i = model.rate_names.index(name)
-            rate_bounds[i] = max(-c.speed, lower), min(c.speed, upper)
+    for i, rate in enumerate(tangent_symbols(system)):
+        if rate.name not in model.state_names:
+            speed = (rate.coordinate if isinstance(rate, Rate) else rate.attitude).speed
+            lower, upper = scenario.bounds.get(rate.name, (-np.inf, np.inf))
+            rate_bounds[i] = max(-speed, lower), min(speed, upper)
     return Problem(
         scenario=scenario,
         system=system,
@@ -326,13 +340,25 @@ def _problem(scenario: Scenario, system: System, model: Model, world: World) -> 
 
 
 def _scalars(values: Mapping[str, float | tuple[float, ...]]) -> dict[str, float]:
-    """Return the values of coordinates on lines and circles; there are no others yet."""
+    """Return the values of coordinates on lines and circles, and of rates."""
     return {name: value for name, value in values.items() if not isinstance(value, tuple)}
 
 
+def _rotations(
+    values: Mapping[str, float | tuple[float, ...]],
+) -> dict[str, tuple[float, ...]]:
+    """Return the quaternions of coordinates on SO(3)."""
+    return {name: value for name, value in values.items() if isinstance(value, tuple)}
+
+
 def _bounds(scenario: Scenario, model: Model) -> np.ndarray:
-    """Intersect the machine's limits with the scenario's and, for positions, the world's."""
+    """Intersect the machine's limits with the scenario's and, for positions, the world's.
+
+    Quaternions have none: their length is 1 but for rounding.
+    """
     bounds = model.state_bounds.copy()
+    for first in model.attitudes.values():
+        bounds[first : first + 4] = -np.inf, np.inf
     lengths = [c.name for c in model.system.coordinates if c.unit == "m"]
     workspace: Mapping[str, tuple[float, float]] = dict(scenario.world.bounds)
     for i, name in enumerate(model.state_names):
@@ -350,6 +376,8 @@ def _weights(scenario: Scenario, model: Model) -> np.ndarray:
     for name, weight in scenario.metric.items():
         if name in model.state_names:
             weights[model.state_names.index(name)] = weight
+        elif name in model.attitudes:
+            weights[model.attitudes[name] : model.attitudes[name] + 4] = weight
     return weights
 
 
@@ -380,7 +408,18 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
             DirectionTarget(bodies.index(d.body), axis_vector(d.axis), _unit(d.target), d.tolerance)
             for d in section.direction
         ),
+        attitudes=tuple(
+            _attitude_target(name, model.attitudes[name], value, section.tolerance_of(name))
+            for name, value in _rotations(section.values).items()
+        ),
     )
+
+
+def _attitude_target(
+    name: str, index: int, quaternion: tuple[float, ...], tolerance: float
+) -> AttitudeTarget:
+    x, y, z, w = unit(quaternion).tolist()
+    return AttitudeTarget(name, index, (x, y, z, w), tolerance)
 
 
 def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.attitude import random_attitude, turned_at_random
 from kinolab.dynamics import Model, System
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone
@@ -183,6 +184,11 @@ class Problem:
         """Return a state within the goal's tolerances, everything else drawn at random."""
         lower, upper = self.sampling_bounds.T
         x: Array = generator.uniform(lower, upper)
+        for first in self.model.attitudes.values():
+            x[first : first + 4] = random_attitude(generator)
+        for goal in self.goal.attitudes:
+            near = turned_at_random(np.array(goal.target), goal.tolerance, generator)
+            x[goal.index : goal.index + 4] = near
         x[list(self.goal.indices)] = generator.uniform(*self._goal_box())
         return x
 
@@ -191,6 +197,8 @@ class Problem:
         """Finite limits of each entry of the state, shape (nx, 2); the full turn for circles."""
         bounds = self.bounds.copy()
         bounds[self.circular] = -np.pi, np.pi
+        for first in self.model.attitudes.values():
+            bounds[first : first + 4] = -1.0, 1.0
         return bounds
 
     def solve(

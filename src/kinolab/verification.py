@@ -256,6 +256,11 @@ def _goal(problem: Problem, motion: Motion) -> Check:
         )
         if not abs(deviation) <= tolerance
     ]
+    parts += [
+        f"{attitude.name} is off by {attitude.turn(final):.4g} rad"
+        for attitude in problem.goal.attitudes
+        if not attitude.turn(final) <= attitude.tolerance
+    ]
     detail = "; ".join(parts) or "a point or an axis misses its target"
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 

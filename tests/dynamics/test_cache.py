@@ -18,7 +18,7 @@ from kinolab.dynamics import model as model_module
 from kinolab.dynamics.cache import MAGIC, folder
 from kinolab.dynamics.derivation import derive
 from kinolab.dynamics.machine_file import machine_from_json, machine_to_json
-from tests.machines import submarine
+from tests.machines import finned_hull
 
 STATE = [0.4, -0.7]
 
@@ -154,7 +154,7 @@ def work(text: str, pickled: bytes, x: list[float], u: list[float]) -> list[byte
 @pytest.mark.usefixtures("home")
 def test_a_spawned_worker_gets_a_machine_as_json_and_as_a_pickle() -> None:
     """Spawn shares nothing with its parent: no symbols, no serial numbers, no code."""
-    system = submarine()
+    system = finned_hull()
     x, u = [0.1, 0.2, 0.3, 0.0, 0.6, 0.0, 0.8, *[0.2] * 6], [1.0, 0.1, -0.1]
     with get_context("spawn").Pool(1) as pool:
         made = pool.apply(work, (machine_to_json(system), pickle.dumps(system), x, u))

@@ -47,9 +47,14 @@ MAKERS |= {name: partial(kinolab.systems.get, name) for name in kinolab.systems.
 
 # Where a chart ends: the snakeboard's with parallel wheels, and heading along y.
 INSIDE = {
-    "snakeboard": {"th": 0.3, "phi_b": 0.5, "phi_f": -0.4, "phi_b_dot": 0.1, "phi_f_dot": 0.1}
+    "loose_snakeboard": {"th": 0.3, "phi_b": 0.5, "phi_f": -0.4, "phi_b_dot": 0.1, "phi_f_dot": 0.1}
 }
-GENTLE = {"snakeboard": 1e-3}  # share of the limits; its light wheels turn by 150 rad/s^2 else
+GENTLE = {
+    "loose_snakeboard": 1e-3
+}  # share of the limits; its light wheels turn by 150 rad/s^2 else
+
+# What takes away drag that is quadratic in the velocity.
+LINEAR = {"submarine": {"d_uu": 0.0, "d_vv": 0.0, "d_qq": 0.0}}
 
 
 @cache
@@ -257,7 +262,7 @@ def test_velocity_terms_are_quadratic_and_linear(name: str) -> None:
     def at(x: Array, share: float) -> Array:
         moved = x.copy()
         moved[part] *= share
-        return made.f(moved, u)[part]
+        return made.f(moved, u, **LINEAR.get(name, {}))[part]
 
     for x in states(name, 3):
         rest, once, back = at(x, 0), at(x, 1), at(x, -1)
@@ -459,7 +464,7 @@ def by_multipliers(machine: System) -> System:
 
 
 STARTS: dict[str, tuple[Callable[[], System], dict[str, float], dict[str, float]]] = {
-    "snakeboard": (
+    "loose_snakeboard": (
         snakeboard_by_turning,
         {"phi_b": 0.5, "phi_f": -0.5, "psi_dot": 1.0, "th_dot": 0.3},
         {"tau_psi": 0.01},

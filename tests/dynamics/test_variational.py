@@ -42,8 +42,8 @@ def drifting_hull() -> System:
     """A bottom-heavy hull in an ideal fluid without drag: added mass and buoyancy on SE(3)."""
     x, y, z, R = length("x"), length("y"), length("z"), rotation("R")
     hull = move(x, y, z) @ orient(R)
-    (submarine,) = machines.submarine().bodies
-    body = Body("hull", hull, mass=10.0, inertia=(0.3, 1.2, 1.3), added_mass=submarine.added_mass)
+    (hull_body,) = machines.finned_hull().bodies
+    body = Body("hull", hull, mass=10.0, inertia=(0.3, 1.2, 1.3), added_mass=hull_body.added_mass)
     lift = Buoyancy(on=body, lift=98.1, at=(0, 0, 0.05))
     return System("drifting_hull", bodies=[body], gravity=toward("-z", 9.81), efforts=[lift])
 
@@ -54,11 +54,16 @@ for _name in kinolab.systems.names():
     MAKERS[_name] = partial(kinolab.systems.get, _name)
 
 REFUSED = {
-    "submarine": (InputError, "a wrench"),
-    "crane": (InputError, "the drive 'trolley_drive'"),
+    "finned_hull": (InputError, "a wrench"),
+    "driven_crane": (InputError, "the drive 'trolley_drive'"),
     "sprung_cart": (InputError, "the further state 'thrust'"),
     "kinematic_car": (NoDynamicsError, "it has no energy"),
     "two_cranes": (InputError, "the drive 'travel_a'"),
+    "car": (InputError, "friction"),
+    "crane": (InputError, "friction"),
+    "diff_drive": (InputError, "friction"),
+    "snakeboard": (InputError, "friction"),
+    "submarine": (InputError, "a wrench"),
 }
 SERVED = [name for name in MAKERS if name not in REFUSED]
 
@@ -67,7 +72,7 @@ STARTS = {
     "four_bar": {"a": 0.7, "b": 0.5, "c": 1.5},
     "four_bar_by_multipliers": {"a": 0.7, "b": 0.5, "c": 1.5},
     "rope_pendulum": {"x": 0.3, "y": -0.9},
-    "snakeboard": {"th": 0.3, "phi_b": 0.5, "phi_f": -0.4},
+    "loose_snakeboard": {"th": 0.3, "phi_b": 0.5, "phi_f": -0.4},
 }
 DURATION = 0.4  # [s]
 
@@ -90,7 +95,7 @@ def start_of(name: str) -> Array:
 
 def held_inputs(name: str) -> Array:
     bounds = integrator(name).model.control_bounds
-    share = 1e-3 if name == "snakeboard" else 0.1  # its light wheels turn by 150 rad/s^2 else
+    share = 1e-3 if name == "loose_snakeboard" else 0.1  # its light wheels turn by 150 rad/s^2 else
     pushes: Array = share * bounds[:, 1]
     return pushes
 
@@ -169,7 +174,7 @@ def test_a_pendulum_keeps_areas_of_phase_space() -> None:
     assert np.linalg.det(np.array(ends) / (2 * d)) == pytest.approx(1.0, abs=1e-7)
 
 
-@pytest.mark.parametrize("name", ["double_pendulum_3d", "snakeboard", "heavy_top"])
+@pytest.mark.parametrize("name", ["double_pendulum_3d", "loose_snakeboard", "heavy_top"])
 def test_a_run_is_its_steps(name: str) -> None:
     """A step begins from the state alone; a run carries momenta along, which rounds otherwise."""
     moves, x = integrator(name), start_of(name)
@@ -316,7 +321,7 @@ def board_slip(q: dict[str, Array], rates: dict[str, Array]) -> Array:
     return np.array(slips)
 
 
-SLIPS = {"rolling_disk": coin_slip, "snakeboard": board_slip}
+SLIPS = {"rolling_disk": coin_slip, "loose_snakeboard": board_slip}
 
 
 @pytest.mark.parametrize("name", SLIPS)
@@ -342,7 +347,7 @@ def test_the_slip_of_the_path_at_its_states_is_of_second_order(name: str) -> Non
     np.testing.assert_allclose(np.divide(slips[:-1], slips[1:]), 4.0, rtol=0.05)
 
 
-@pytest.mark.parametrize("name", ["rolling_disk", "snakeboard", "trident_snake"])
+@pytest.mark.parametrize("name", ["rolling_disk", "loose_snakeboard", "trident_snake"])
 def test_the_velocities_of_states_do_not_slip(name: str) -> None:
     moves = integrator(name)
     travel = moves.run(start_of(name), 0.01, 200)
@@ -361,11 +366,11 @@ def test_a_machine_that_is_not_conservative_is_refused(name: str) -> None:
 
 def test_the_refusal_names_everything_and_says_what_would_work() -> None:
     with pytest.raises(InputError) as caught:
-        VariationalIntegrator(machines.crane())
+        VariationalIntegrator(machines.driven_crane())
     assert str(caught.value) == (
-        "system 'crane': a variational integrator does not serve friction."
+        "system 'driven_crane': a variational integrator does not serve friction."
         " Leave it out, or use Model.step.\n"
-        "system 'crane': a variational integrator does not serve the drive 'trolley_drive'."
+        "system 'driven_crane': a variational integrator does not serve the drive 'trolley_drive'."
         " Leave it out, or use Model.step."
     )
 

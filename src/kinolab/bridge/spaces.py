@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
 from itertools import groupby
 from typing import Any
 
@@ -13,40 +15,69 @@ from ompl import control as oc
 from kinolab.problem import Problem
 
 
+class Kind(Enum):
+    """What a subspace is."""
+
+    LINE = auto()
+    CIRCLE = auto()
+    ATTITUDE = auto()
+
+
+@dataclass(frozen=True)
+class Part:
+    """A subspace, and the entries of the state that live in it."""
+
+    kind: Kind
+    entries: tuple[int, ...]
+
+
 class States:
     """The compound state space of a problem, and the way into and out of its states.
 
     Attributes:
-        space: One subspace per circle, and one per run of neighbours on the line of one weight.
+        space: One subspace per circle, one per attitude, and one per run of neighbours on the line
+            of one weight.
     """
 
     def __init__(self, problem: Problem) -> None:
         self._size = problem.model.nx
-        self._parts = _runs(problem)
-        self._order = [(entry, circle) for entries, circle in self._parts for entry in entries]
+        self._parts = _parts(problem)
+        self._order = [entry for part in self._parts for entry in part.entries]
+        self._circles = [p.entries[0] for p in self._parts if p.kind is Kind.CIRCLE]
+        self._attitudes = [p.entries[0] for p in self._parts if p.kind is Kind.ATTITUDE]
         self.space = ob.CompoundStateSpace()
-        for entries, circle in self._parts:
-            weight = float(problem.weights[entries[0]])
-            self.space.addSubspace(_subspace(problem, entries, circle), weight)
+        for part in self._parts:
+            self.space.addSubspace(_subspace(problem, part), _weight(problem, part))
         self.space.lock()
         self.space.setup()
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""
         values = [0.0] * self._size
-        for part, (entries, circle) in enumerate(self._parts):
-            substate = state[part]
-            if circle:
-                values[entries[0]] = substate.value
+        for k, part in enumerate(self._parts):
+            substate, first = state[k], part.entries[0]
+            if part.kind is Kind.CIRCLE:
+                values[first] = substate.value
+            elif part.kind is Kind.ATTITUDE:
+                values[first : first + 4] = substate.x, substate.y, substate.z, substate.w
             else:
-                for k, entry in enumerate(entries):
-                    values[entry] = substate[k]
+                for i, entry in enumerate(part.entries):
+                    values[entry] = substate[i]
         return values
 
     def write(self, state: Any, values: Sequence[float]) -> None:
-        """Set an OMPL state from entries in the machine's order; angles are wrapped."""
-        reals = [_wrap(values[entry]) if circle else values[entry] for entry, circle in self._order]
-        self.space.copyFromReals(state, reals)
+        """Set an OMPL state from entries in the machine's order.
+
+        Angles are wrapped and quaternions made unit.
+        """
+        whole = list(values)
+        for entry in self._circles:
+            whole[entry] = _wrap(whole[entry])
+        for first in self._attitudes:
+            quaternion = whole[first : first + 4]
+            length = math.sqrt(sum(q * q for q in quaternion))
+            whole[first : first + 4] = [q / length for q in quaternion]
+        self.space.copyFromReals(state, [whole[entry] for entry in self._order])
 
 
 def control_space(problem: Problem, states: States) -> Any:
@@ -60,24 +91,38 @@ def control_space(problem: Problem, states: States) -> Any:
     return space
 
 
-def _runs(problem: Problem) -> list[tuple[list[int], bool]]:
+def _parts(problem: Problem) -> list[Part]:
     """Group neighbouring entries of the state: circles alone, lines by equal weight."""
+    owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
 
-    def kind(i: int) -> tuple[int, float]:
-        return (i if problem.circular[i] else -1, float(problem.weights[i]))
+    def key(i: int) -> tuple[Kind, object]:
+        if i in owner:
+            return Kind.ATTITUDE, owner[i]
+        return (Kind.CIRCLE, i) if problem.circular[i] else (Kind.LINE, float(problem.weights[i]))
 
-    groups = groupby(range(problem.model.nx), kind)
-    return [(list(entries), circle >= 0) for (circle, _), entries in groups]
+    groups = groupby(range(problem.model.nx), key)
+    return [Part(kind, tuple(entries)) for (kind, _), entries in groups]
 
 
-def _subspace(problem: Problem, entries: list[int], circle: bool) -> Any:
-    if circle:
+def _weight(problem: Problem, part: Part) -> float:
+    """Return what OMPL multiplies distances in a subspace by.
+
+    OMPL's distance of two attitudes is half of the angle between them.
+    """
+    weight = float(problem.weights[part.entries[0]])
+    return 2 * weight if part.kind is Kind.ATTITUDE else weight
+
+
+def _subspace(problem: Problem, part: Part) -> Any:
+    if part.kind is Kind.CIRCLE:
         return ob.SO2StateSpace()
-    bounds = ob.RealVectorBounds(len(entries))
-    for k, entry in enumerate(entries):
+    if part.kind is Kind.ATTITUDE:
+        return ob.SO3StateSpace()
+    bounds = ob.RealVectorBounds(len(part.entries))
+    for k, entry in enumerate(part.entries):
         bounds.setLow(k, float(problem.bounds[entry, 0]))
         bounds.setHigh(k, float(problem.bounds[entry, 1]))
-    space = ob.RealVectorStateSpace(len(entries))
+    space = ob.RealVectorStateSpace(len(part.entries))
     space.setBounds(bounds)
     return space
 

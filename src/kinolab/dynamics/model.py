@@ -95,6 +95,15 @@ class Model:
         """Number of inputs."""
         return len(self.control_names)
 
+    @cached_property
+    def attitudes(self) -> dict[str, int]:
+        """Where in a state the quaternion of each attitude begins, by the attitude's name."""
+        return {
+            c.name: self.state_names.index(c.quaternion[0].name)
+            for c in self.system.coordinates
+            if not isinstance(c, Coordinate)
+        }
+
     @property
     def nq(self) -> int:
         """Number of entries of a configuration."""

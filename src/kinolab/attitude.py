@@ -1,0 +1,42 @@
+"""Unit quaternions x, y, z, w, as states hold them: q and -q are the same attitude."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def unit(quaternion: ArrayLike) -> Array:
+    """Return a quaternion of unit length, shape (4,)."""
+    q = np.asarray(quaternion, dtype=float)
+    scaled = q / np.abs(q).max()  # keeps the length from overflowing
+    turned: Array = scaled / np.linalg.norm(scaled)
+    return turned
+
+
+def turn_between(a: ArrayLike, b: ArrayLike) -> float:
+    """Return the angle in [rad], 0 to pi, by which one attitude is turned from another."""
+    p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    apart, together = np.linalg.norm(p - q), np.linalg.norm(p + q)
+    return float(4 * np.arctan2(min(apart, together), max(apart, together)))
+
+
+def random_attitude(generator: np.random.Generator) -> Array:
+    """Return an attitude from the uniform distribution on SO(3), shape (4,)."""
+    return unit(generator.normal(size=4))
+
+
+def turned_at_random(quaternion: Array, angle: float, generator: np.random.Generator) -> Array:
+    """Return an attitude turned by at most an angle in [rad] about an axis of any direction."""
+    axis, half = unit(generator.normal(size=3)), generator.uniform(0, angle) / 2
+    return multiply(quaternion, np.array([*(np.sin(half) * axis), np.cos(half)]))
+
+
+def multiply(a: Array, b: Array) -> Array:
+    """Return the attitude a turned by b in its own axes, shape (4,)."""
+    v, w, s, t = a[:3], b[:3], a[3], b[3]
+    return np.array([*(s * w + t * v + np.cross(v, w)), s * t - v @ w])
