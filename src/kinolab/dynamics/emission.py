@@ -110,6 +110,8 @@ def _compute(
             case "fmax":
                 pair = ", ".join(f"double {operand}" for operand in operands)
                 registers[node] = routine.line(f"call double @llvm.maxnum.f64({pair})")
+            case "sign":
+                registers[node] = _sign(routine, operands[0])
             case name if name in BINARY:
                 text = f"{BINARY[name]} contract double {operands[0]}, {operands[1]}"
                 registers[node] = routine.line(text)
@@ -117,6 +119,16 @@ def _compute(
                 text = f"call double @{_symbol(name)}(double {operands[0]})"
                 registers[node] = routine.line(text)
     return registers
+
+
+def _sign(routine: Routine, value: Register) -> Register:
+    """Emit 1, 0 or -1."""
+    zero = literal(0.0)
+    above, below = (
+        routine.line(f"uitofp i1 {routine.line(f'fcmp {order} double {value}, {zero}')} to double")
+        for order in ("ogt", "olt")
+    )
+    return routine.line(f"fsub double {above}, {below}")
 
 
 def _status(routine: Routine, results: Sequence[str], guards: Sequence[str]) -> Register:

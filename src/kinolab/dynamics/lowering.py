@@ -18,6 +18,7 @@ FUNCTIONS: dict[type, str] = {
     sympy.tanh: "tanh",
     sympy.atan: "atan",
     sympy.Abs: "fabs",
+    sympy.sign: "sign",
 }
 
 
@@ -54,9 +55,6 @@ class Lowering:
             return self._product(expression)
         if isinstance(expression, sympy.Pow):
             return self._power(expression)
-        if isinstance(expression, sympy.sign):
-            argument = self(expression.args[0])
-            return tape.div(argument, tape.unary("fabs", argument))
         name = FUNCTIONS.get(expression.func)
         if name is None:
             known = ", ".join(sorted(function.__name__ for function in FUNCTIONS))

@@ -24,6 +24,7 @@ UNARY: dict[str, Callable[[float], float]] = {
     "tanh": math.tanh,
     "atan": math.atan,
     "fabs": math.fabs,
+    "sign": lambda value: float((value > 0) - (value < 0)),
 }
 
 
@@ -159,7 +160,7 @@ class Tape:
             return self.constant(UNARY[name](x))
         negated = self._negated(a)
         if negated is not None:
-            if name in ("sin", "tan", "tanh", "atan"):
+            if name in ("sin", "tan", "tanh", "atan", "sign"):
                 return self.neg(self.unary(name, negated))
             if name in ("cos", "fabs"):
                 return self.unary(name, negated)
@@ -346,7 +347,9 @@ class Tape:
             case "atan":
                 return self.div(da, self.add(self.one, self.mul(a, a)))
             case "fabs":
-                return self.mul(self.div(a, node), da)
+                return self.mul(self.unary("sign", a), da)  # 0 at the kink, between both slopes
+            case "sign":
+                return self.zero
         raise ArithmeticError(f"{name} has no derivative")
 
 
