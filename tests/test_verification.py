@@ -16,6 +16,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import ellipk
 
+from kinolab.dynamics import Body, Drive, Sphere, System, length, move
+from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.motion import resimulate
 from kinolab.problem import Problem
@@ -281,6 +283,40 @@ def test_a_coin_pushed_through_a_wall_between_two_knots_fails(
     assert failed(certificate) == {"collision"}
     expected = (-0.5 - thickness / 2 - COIN.R) - (-1.0)  # [s] at 1 m/s
     assert expected - 1e-4 <= time_in(detail(certificate, "collision")) <= expected + 2 * SPACING
+
+
+@pytest.mark.parametrize(("dip", "passes"), [(2e-6, False), (0.5e-6, True)])
+def test_a_foot_that_sinks_between_two_knots_only_fails(
+    tmp_path: Path, dip: float, passes: bool
+) -> None:
+    """Down and up again within one interval of 2 s: z = 0.1 + v (t^2/2 - t), v = 2 dip."""
+    x, z = length("x", -2, 2, speed=2.0), length("z", -1, 1, speed=2.0)
+    foot = Body("foot", move(x, 0, z), mass=1.0, shape=Sphere(0.1), touches_ground=True)
+    drives = [Drive("walk", on=x, limit=1.0), Drive("step", on=z, limit=1.0)]
+    (tmp_path / "foot.json").write_text(
+        machine_to_json(System("foot", bodies=[foot], inputs=drives))
+    )
+    text = """
+schema = 1
+title = "A foot"
+[system]
+file = "foot.json"
+[world]
+ground = "plane"
+[goal]
+x = 1.0
+tolerance = 0.1
+"""
+    problem = problem_of(tmp_path, text, f"start={{ z=0.1, x_dot=0.5, z_dot={-2 * dip} }}")
+    end = problem.start + np.array([1.0, 0.0, 0.0, 4 * dip])
+    motion = Trajectory(
+        np.array([0.0, 2.0]), np.array([problem.start, end]), np.array([[0.0, 2 * dip]]),
+        *_names(problem),
+    )  # fmt: skip
+    certificate = verify(problem, motion)
+    assert failed(certificate) == (set() if passes else {"collision"})
+    if not passes:
+        assert "foot sinks ground" in detail(certificate, "collision")
 
 
 def test_a_turn_on_the_spot_into_a_post_fails(tmp_path: Path) -> None:

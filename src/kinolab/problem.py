@@ -15,7 +15,7 @@ from kinolab.dynamics import Model, System
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone
 from kinolab.scenario import Scenario
-from kinolab.world import BodyGeometry, CollisionChecker, World
+from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 
 if TYPE_CHECKING:
     from kinolab.bridge import Bridge
@@ -79,15 +79,31 @@ class Problem:
             for body in self.system.bodies
         )
 
+    @cached_property
+    def cables(self) -> tuple[CableGeometry, ...]:
+        """The cables in numbers."""
+        return tuple(
+            CableGeometry(cable.name, self.system.number(cable.radius), cable.collides)
+            for cable in self.system.cables
+        )
+
     def checker(self, margin: float = 0.0) -> CollisionChecker:
-        """Return a new collision checker, the bodies inflated by a margin in [m]."""
+        """Return a new collision checker, bodies and cables inflated by a margin in [m].
+
+        It judges a state x by ``checker.collides(*problem.placement(x))``.
+        """
+        pairs = self.system.collisions
         return CollisionChecker(
-            self.bodies, self.world, margin=margin, self_pairs=self.system.collisions
+            self.bodies, self.world, cables=self.cables, margin=margin, self_pairs=pairs
         )
 
     def frames(self, x: Array) -> Array:
         """Return the bodies' poses at a state, shape (bodies, 12)."""
         return self.model.frames(x)
+
+    def placement(self, x: Array) -> tuple[Array, Array]:
+        """Return the bodies' poses, shape (bodies, 12), and the cables' ends, (cables, 2, 3)."""
+        return self.model.frames(x), self.model.cables(x) if self.cables else NO_ENDS
 
     def goal_excess(self, x: Array) -> float:
         """Return how far outside the goal a state is: at most 1 inside."""
@@ -140,7 +156,7 @@ class Problem:
     def _faults(self, x: Array) -> Iterator[str]:
         for name, value, lower, upper in self.limit_violations(x):
             yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
-        for contact in self.checker().contacts(self.frames(x)):
+        for contact in self.checker().contacts(*self.placement(x)):
             yield _contact_sentence(contact)
 
     def _goal_mistakes(self) -> Iterator[Mistake]:

@@ -7,10 +7,10 @@ collisions are judged on that curve, and every stored knot must follow from the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +18,20 @@ from numpy.typing import NDArray
 from kinolab.motion import DivergedError, Motion, true_motion
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.world import CollisionChecker, half_thickness
+from kinolab.world import NO_ENDS, CollisionChecker, World
 
 Array: TypeAlias = NDArray[np.float64]
 
 DEFECT = 1e-6  # of a state's scale: how far a knot may lie from where the one before leads
 CONSTRAINT = 1e-9  # [m/s] or [rad/s]; constraints hold by construction, so only rounding remains
 EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
-SPACING = 0.01  # [m] of motion between two collision checks, at most
+SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
+FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
 GROWTH = 1e6  # a motion that amplifies errors more than this needs a stored feedback law
 NUDGE = 1e-6  # of a state's scale: the disturbance whose growth is measured
 MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
 DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
-MOST_SAMPLES = 100_000  # of one integrator step; a faster motion is not checked but failed
+MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
 PROBES = 5  # of the speed within one integrator step
 CAUTION = 1.2  # factor on the fastest probe
 
@@ -81,14 +82,23 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     sound = _soundness(trajectory)
     if not all(check.passed for check in sound):
         return Certificate(sound)  # nothing can be integrated
-    feasible = dynamics_checks(problem, trajectory)
+    feasible = (*sound, *_knot_checks(problem, trajectory))
     try:
-        motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
+        motion = _motion_of(problem, trajectory)
     except DivergedError as error:
-        return Certificate((*feasible, Check("motion", math.inf, 0.0, False, str(error))))
-    limits, collision = _along_the_way(problem, trajectory, motion)
-    drift = _drift(problem, trajectory, motion, feasible[-1].value)
-    return Certificate((*feasible, drift, limits, _goal(problem, motion), collision))
+        return Certificate((*feasible, *_diverged(error)))
+    growth = _error_growth(problem, trajectory, motion)
+    return Certificate(
+        (
+            *feasible,
+            *_requirements(problem, trajectory, motion),
+            growth,
+            _drift(problem, trajectory, motion, growth.value),
+            _limits(problem, trajectory, motion),
+            _goal(problem, motion),
+            _collision(problem, trajectory, motion),
+        )
+    )
 
 
 def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
@@ -96,15 +106,13 @@ def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ..
     sound = _soundness(trajectory)
     if not all(check.passed for check in sound):
         return sound
-    return (
-        *sound,
-        _start(problem, trajectory),
-        _defects(problem, trajectory),
-        _constraints(problem, trajectory),
-        _inputs(problem, trajectory),
-        *_requirements(problem, trajectory),
-        _error_growth(problem, trajectory),
-    )
+    feasible = (*sound, *_knot_checks(problem, trajectory))
+    try:
+        motion = _motion_of(problem, trajectory)
+    except DivergedError as error:
+        return (*feasible, *_diverged(error))
+    required = _requirements(problem, trajectory, motion)
+    return (*feasible, *required, _error_growth(problem, trajectory, motion))
 
 
 def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
@@ -113,10 +121,29 @@ def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
     if unsound:
         return unsound[0]
     try:
-        motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
+        motion = _motion_of(problem, trajectory)
     except DivergedError as error:
         return Check("collision", math.inf, 0.0, False, str(error))
-    return _along_the_way(problem, trajectory, motion)[1]
+    return _collision(problem, trajectory, motion)
+
+
+def _motion_of(problem: Problem, trajectory: Trajectory) -> Motion:
+    return true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
+
+
+def _diverged(error: DivergedError) -> tuple[Check, Check]:
+    growth = Check("error growth", math.inf, GROWTH, False, str(error))
+    return growth, Check("motion", math.inf, 0.0, False, str(error))
+
+
+def _knot_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
+    """Check what concerns the stored knots alone."""
+    return (
+        _start(problem, trajectory),
+        _defects(problem, trajectory),
+        _constraints(problem, trajectory),
+        _inputs(problem, trajectory),
+    )
 
 
 def _soundness(trajectory: Trajectory) -> tuple[Check, Check]:
@@ -203,30 +230,35 @@ def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
     return _check("inputs", worst, EXCESS, detail if worst > EXCESS else "")
 
 
-def _requirements(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
-    """Check what the machine demands of plans, at every knot under the inputs that follow it."""
+def _requirements(problem: Problem, trajectory: Trajectory, motion: Motion) -> Iterator[Check]:
+    """Check what the machine demands of plans, along the motion under the inputs held in it."""
     named = problem.system.requirements
     if not named or not len(trajectory.u):
         return
-    margins = problem.model.requirements(trajectory.x[:-1], trajectory.u)
-    k, i = np.unravel_index(int(margins.argmin()), margins.shape)
-    worst = max(-float(margins[k, i]), 0.0)
-    detail = f"at t = {trajectory.t[k]:.6g} s {named[int(i)].name}: short by {worst:.4g}"
+    worst, detail = 0.0, ""
+    try:
+        for times, states, held in _samples(problem, trajectory, motion):
+            margins = problem.model.requirements(states, held)
+            short = np.where(np.isfinite(margins), -margins, np.inf)
+            k, i = np.unravel_index(int(short.argmax()), short.shape)
+            if short[k, i] > worst:
+                worst = float(short[k, i])
+                detail = f"at t = {times[k]:.6g} s {named[int(i)].name}: short by {worst:.4g}"
+    except _TooFastError as error:
+        worst, detail = math.inf, str(error)
     yield _check("requirements", worst, EXCESS, detail if worst > EXCESS else "")
 
 
-def _error_growth(problem: Problem, trajectory: Trajectory) -> Check:
-    """Nudge the start and see how much farther apart the two motions end."""
+def _error_growth(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
+    """Nudge the start and see how much farther from the motion the other one ends."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
     nudge *= NUDGE / np.linalg.norm(nudge)
+    start = trajectory.x[0] + nudge * problem.scales
     try:
-        near, far = (
-            true_motion(problem, start, trajectory.t, trajectory.u)
-            for start in (trajectory.x[0], trajectory.x[0] + nudge * problem.scales)
-        )
+        far = true_motion(problem, start, trajectory.t, trajectory.u)
     except DivergedError as error:
         return Check("error growth", math.inf, GROWTH, False, str(error))
-    apart = (far.x - near.x) / problem.scales
+    apart = (far.x - motion.x) / problem.scales
     growth = float(np.linalg.norm(apart, axis=1).max() / NUDGE)
     detail = "too sensitive to be replayed without feedback" if growth > GROWTH else ""
     return _check("error growth", growth, GROWTH, detail)
@@ -265,66 +297,137 @@ def _goal(problem: Problem, motion: Motion) -> Check:
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 
 
-def _along_the_way(problem: Problem, trajectory: Trajectory, motion: Motion) -> tuple[Check, Check]:
-    """Check limits and, by FCL, collisions, at no more than SPACING of motion in between."""
-    checker = problem.checker()
-    worst, limit_detail = 0.0, ""
-    hits, collision_detail = 0, ""
+def _limits(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
+    """Check limits at no more than SPACING of motion in between."""
+    worst, detail = 0.0, ""
     try:
-        for time, x in _samples(problem, trajectory, motion):
+        for time, x in _states(problem, trajectory, motion):
             for name, value, lower, upper in problem.limit_violations(x):
                 if max(value - upper, lower - value) > worst:
                     worst = max(value - upper, lower - value)
-                    limit_detail = f"at t = {time:.6g} s {name} is {value:.9g}, "
-                    limit_detail += f"outside {lower:g} to {upper:g}"
-            poses = problem.frames(x)
-            if checker.collides(poses):
-                hits += 1
-                collision_detail = collision_detail or _described(checker, poses, time)
+                    detail = f"at t = {time:.6g} s {name} is {value:.9g}, "
+                    detail += f"outside {lower:g} to {upper:g}"
     except _TooFastError as error:
-        hits, collision_detail = hits + 1, str(error)
-    return (
-        _check("limits", worst, EXCESS, limit_detail),
-        _check("collision", float(hits), 0.0, collision_detail),
-    )
+        worst, detail = math.inf, str(error)
+    return _check("limits", worst, EXCESS, detail)
 
 
-def _described(checker: CollisionChecker, poses: Array, time: float) -> str:
-    contact = checker.contacts(poses)[0]
+def _collision(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
+    """Show the first contact, or that there is none as far as the bound on the speed holds."""
+    try:
+        contact = _first_contact(problem, trajectory, motion) or _sinking(
+            problem, trajectory, motion
+        )
+    except _TooFastError as error:
+        contact = str(error)
+    return _check("collision", float(bool(contact)), 0.0, contact)
+
+
+def _first_contact(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
+    """Walk along the motion in steps that no point can use up the room in; empty where it is free.
+
+    From a state with some room left, nothing can be touched before a point has moved that far.
+    Room that is left over at the end of an integrator step serves the next one.
+
+    Source: Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative
+    advancement).
+    """
+    look = _look_of(problem)
+    room, contact = look(float(motion.t[0]), motion.x[0])
+    for k, begin, end, speed in _steps(problem, trajectory, motion):
+        time, looks = begin, 0
+        while not contact and room < speed * (end - time):
+            time, looks = time + room / speed, looks + 1
+            if looks > MOST_SAMPLES:
+                raise _TooFastError(begin, end, speed)
+            room, contact = look(time, motion.between(k, np.array([time]))[0])
+        room -= speed * (end - time)
+        if contact:
+            return contact
+    return contact or look(float(motion.t[-1]), motion.x[-1])[1]
+
+
+def _look_of(problem: Problem) -> Callable[[float, Array], tuple[float, str]]:
+    """Return the question how far every point may move from a state, and what it touches."""
+    checker = problem.checker()
+
+    def look(time: float, x: Array) -> tuple[float, str]:
+        placement = problem.placement(x)
+        room = checker.clearance(*placement)
+        if room == 0.0 and checker.collides(*placement):
+            return 0.0, _described(checker, placement, time)
+        return max(room, FINEST), ""
+
+    return look
+
+
+def _sinking(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
+    """Look for wheels and feet in the ground, for which clearance leaves the ground out."""
+    rest = any(body.touches_ground for body in problem.bodies)
+    if not (rest and problem.world.ground):
+        return ""
+    checker = CollisionChecker(problem.bodies, World(ground=True))
+    for times, states, _ in _samples(problem, trajectory, motion):
+        for time, poses in zip(times, problem.model.frames(states), strict=True):
+            if checker.collides(poses):
+                return _described(checker, (poses, NO_ENDS), time)
+    return ""
+
+
+def _described(checker: CollisionChecker, placement: tuple[Array, Array], time: float) -> str:
+    contact = checker.contacts(*placement)[0]
     return f"at t = {time:.6g} s {contact.body} {contact.kind} {contact.obstacle}"
 
 
 class _TooFastError(Exception):
     """A motion that cannot be sampled finely enough to be judged."""
 
+    def __init__(self, begin: float, end: float, speed: float) -> None:
+        what = "the motion is too fast, or too close to something, to be checked"
+        super().__init__(f"from t = {begin:.6g} s {what}: {speed:.3g} m/s for {end - begin:.3g} s")
+
+
+def _steps(
+    problem: Problem, trajectory: Trajectory, motion: Motion
+) -> Iterator[tuple[int, float, float, float]]:
+    """Yield (knot, begin, end, speed) of the integrator's own steps, with a bound on the speed.
+
+    Those are short wherever the motion changes, so that probes within them find the fastest point:
+    a motion that rests at the knots is not taken for one that rests.
+    """
+    model = problem.model
+    for k, held in enumerate(trajectory.u):
+        for begin, end in pairwise(map(float, motion.pieces[k].ts)):
+            probes = motion.between(k, np.linspace(begin, end, PROBES))
+            fastest = np.max(model.point_speed(probes, held), initial=0.0)
+            if problem.cables:
+                fastest = np.max(model.cable_speed(probes, held), initial=fastest)
+            speed = CAUTION * float(fastest)
+            if not speed * (end - begin) <= MOST_SAMPLES * SPACING:
+                raise _TooFastError(begin, end, speed)
+            yield k, begin, end, speed
+
 
 def _samples(
     problem: Problem, trajectory: Trajectory, motion: Motion
-) -> Iterator[tuple[float, Array]]:
-    """Yield (time, state) so densely that no point moves more than the spacing in between.
+) -> Iterator[tuple[Array, Array, Array]]:
+    """Yield (times, states, inputs held) step by step, the ends of each step included.
 
-    The speed is probed between the integrator's own steps, which are short wherever the motion
-    changes: a motion that rests at the knots is not taken for one that rests.
+    They are so dense that no point moves more than SPACING in between.
     """
-    spacing = _spacing(problem)
-    for k, held in enumerate(trajectory.u):
-        for begin, end in pairwise(motion.pieces[k].ts):
-            probes = motion.between(k, np.linspace(begin, end, PROBES))
-            speeds: Any = problem.model.point_speed(probes, held)
-            fastest = float(np.max(speeds, initial=0.0))
-            count = math.ceil(CAUTION * fastest * (end - begin) / spacing) + 1
-            if count > MOST_SAMPLES:
-                what = f"from t = {begin:.6g} s the motion is too fast to be checked: "
-                raise _TooFastError(f"{what}{fastest:.3g} m/s for {end - begin:.3g} s")
-            times = np.linspace(begin, end, count, endpoint=False)
-            yield from zip(map(float, times), motion.between(k, times), strict=True)
+    for k, begin, end, speed in _steps(problem, trajectory, motion):
+        count = math.ceil(speed * (end - begin) / SPACING) + 1
+        times = np.linspace(begin, end, count + 1)
+        yield times, motion.between(k, times), trajectory.u[k]
+
+
+def _states(
+    problem: Problem, trajectory: Trajectory, motion: Motion
+) -> Iterator[tuple[float, Array]]:
+    """Yield (time, state) of all samples, each once."""
+    for times, states, _ in _samples(problem, trajectory, motion):
+        yield from zip(map(float, times[:-1]), states[:-1], strict=True)
     yield float(motion.t[-1]), motion.x[-1]
-
-
-def _spacing(problem: Problem) -> float:
-    """Return SPACING, or less for bodies so small that they could step over a thin wall."""
-    halves = [half_thickness(shape) for body in problem.bodies for shape in body.shapes]
-    return min([SPACING, *halves])
 
 
 def _check(name: str, value: float, limit: float, detail: str) -> Check:

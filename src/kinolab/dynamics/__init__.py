@@ -4,6 +4,7 @@ The names exported here are the vocabulary for machines of one's own.
 """
 
 from kinolab.dynamics.bodies import Body
+from kinolab.dynamics.cables import Cable
 from kinolab.dynamics.constraints import (
     Constraint,
     Requirement,
@@ -64,6 +65,7 @@ __all__ = [
     "BodyVelocity",
     "Box",
     "Buoyancy",
+    "Cable",
     "Capsule",
     "Constraint",
     "Control",

@@ -62,6 +62,7 @@ class Derivation:
         frames: Rows of [R | p], 12 per body.
         cables: Both ends of every cable in the world, 6 per cable.
         point_speeds: One bound per body on the speed of its points, in [m/s].
+        cable_speeds: The same per cable.
         energy: Kinetic and potential, in [J]; nothing for a kinematic machine.
         power: Of all forces that are not conservative, in [W].
         mass_matrix: In full coordinates, row by row, nt * nt; nothing for a kinematic machine.
@@ -83,6 +84,7 @@ class Derivation:
     frames: tuple[Node, ...]
     cables: tuple[Node, ...]
     point_speeds: tuple[Node, ...]
+    cable_speeds: tuple[Node, ...]
     energy: tuple[Node, ...]
     power: tuple[Node, ...]
     mass_matrix: tuple[Node, ...]
@@ -155,6 +157,7 @@ class _Deriving:
         massive = not is_kinematic(self.system)
         forces = self._constraint_forces(nu_dot) if self.rows and massive else ()
         poses = [kinetics.kinematics(body.frame) for body in self.system.bodies]
+        ends = [tuple(map(kinetics.kinematics, cable.between)) for cable in self.system.cables]
         self._check_inputs((*accelerations, *flow, *extras))
         return Derivation(
             binding=binding,
@@ -166,16 +169,12 @@ class _Deriving:
             flow=flow,
             projection=self._projection(),
             frames=tuple(node for pose in poses for node in _rows_of(pose)),
-            cables=tuple(
-                node
-                for pair in self.system.cables
-                for frame in pair
-                for node in kinetics.kinematics(frame).position
-            ),
+            cables=tuple(node for pair in ends for end in pair for node in end.position),
             point_speeds=tuple(
                 _point_speed(binding, body.shapes, pose)
                 for body, pose in zip(self.system.bodies, poses, strict=True)
             ),
+            cable_speeds=tuple(_cable_speed(binding, *pair) for pair in ends),
             energy=kinetics.energy() if massive else (),
             power=(self._power(nu_dot),) if massive else (),
             mass_matrix=self._full_mass_matrix() if massive else (),
@@ -493,7 +492,7 @@ def _rows_of(state: FrameState) -> list[Node]:
 def _point_speed(binding: Binding, shapes: Sequence[object], state: FrameState) -> Node:
     """Bound the speed of a body's points; spin about a shape's axis of symmetry moves none."""
     tape = binding.tape
-    linear = tape.unary("sqrt", tape.dot(state.velocity.linear, state.velocity.linear))
+    linear = _origin_speed(binding, state)
     fastest = tape.zero if shapes else linear
     for shape in shapes:
         extent = reach(shape)  # type: ignore[arg-type]
@@ -506,3 +505,13 @@ def _point_speed(binding: Binding, shapes: Sequence[object], state: FrameState) 
         speed = tape.add(linear, tape.mul(turning, binding.lower(extent.radius)))
         fastest = tape.maximum(fastest, speed)
     return fastest
+
+
+def _cable_speed(binding: Binding, a: FrameState, b: FrameState) -> Node:
+    """Bound the speed of a cable's points, whose velocities are means of those of its ends."""
+    return binding.tape.maximum(_origin_speed(binding, a), _origin_speed(binding, b))
+
+
+def _origin_speed(binding: Binding, state: FrameState) -> Node:
+    tape = binding.tape
+    return tape.unary("sqrt", tape.dot(state.velocity.linear, state.velocity.linear))

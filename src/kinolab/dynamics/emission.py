@@ -6,6 +6,8 @@ The interface, the same for every machine, so that one compiled loop serves them
     int step_METHOD(const double *x, const double *u, const double *p, double h, double *out, long)
     int frames(const double *x, const double *p, double *out, long mode)     12 numbers per body
     int point_speed(const double *x, const double *u, const double *p, double *out, long mode)
+    int cables(const double *x, const double *p, double *out, long mode)     6 numbers per cable
+    int cable_speed(const double *x, const double *u, const double *p, double *out, long mode)
 
 A machine without modes ignores ``mode``. Failure is a singular or a non-finite result.
 """
@@ -39,6 +41,7 @@ def emit_module(derivation: Derivation) -> str:
         "frames": d.frames,
         "cables": d.cables,
         "point_speed": d.point_speeds,
+        "cable_speed": d.cable_speeds,
         "energy": d.energy,
         "power": d.power,
         "mass_matrix": d.mass_matrix,

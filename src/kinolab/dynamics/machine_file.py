@@ -12,6 +12,7 @@ from typing import Any
 import sympy
 
 from kinolab.dynamics.bodies import Body
+from kinolab.dynamics.cables import Cable, as_cables
 from kinolab.dynamics.constraints import PositionConstraint, Requirement, VelocityConstraint
 from kinolab.dynamics.efforts import (
     Buoyancy,
@@ -52,7 +53,7 @@ RECORDS: dict[str, type] = {
         *(Axis, Frame, Orientation, Rotation, Translation),
         *(Buoyancy, Coulomb, Gravity, Potential, Spring, Viscous, Wrench),
         *(Control, Drive, Force, Pull, Rate, Torque),
-        *(PositionConstraint, Requirement, State, VelocityConstraint),
+        *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *SHAPES,
     )
 }
@@ -190,6 +191,7 @@ class _Reader:
             [self.coordinates[name] for name in chosen] if isinstance(chosen, list) else chosen
         )
         content = {name: self.decode(data[name]) for name in CONTENT}
+        content["cables"] = as_cables(content["cables"])  # early files have pairs of frames
         check_fields(System, content | {"name": data["name"]})
         return System(
             data["name"],

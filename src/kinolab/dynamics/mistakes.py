@@ -13,6 +13,7 @@ import sympy
 
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
 from kinolab.dynamics.bodies import Body
+from kinolab.dynamics.cables import Cable
 from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import (
@@ -57,6 +58,8 @@ def mistakes_of(
         yield from _body(system, body)
         for shape in body.shapes:
             yield from _shape(system, body, shape)
+    for cable in system.cables:
+        yield from _cable(system, cable)
     for entry in system.inputs:
         try:
             bounds_of(entry)
@@ -74,6 +77,7 @@ def _naming(system: System) -> Iterator[Mistake]:
     groups = {
         "name": [entry.name for entry in (*symbols, *named)],
         "body": [body.name for body in system.bodies],
+        "cable": [*(cable.name for cable in system.cables), *{body.name for body in system.bodies}],
         "constraint": [constraint.name for constraint in system.constraints],
     }
     for kind, names in groups.items():
@@ -153,10 +157,12 @@ def _references(system: System) -> Iterator[Mistake]:
                 label = getattr(part, "name", type(part).__name__)
                 what = f"it acts on the body {body.name!r}, which the system does not list."
                 yield Mistake(f"{type(part).__name__.lower()} {label!r}", what)
+    names += [cable.name for cable in system.cables if cable.collides]
+    kind = "body or cable that collides" if system.cables else "body"
     for pair in system.collisions:
         for name in pair:
             if name not in names:
-                yield unknown_name("body", name, known=names, where=f"{_where(system)} collisions")
+                yield unknown_name(kind, name, known=names, where=f"{_where(system)} collisions")
 
 
 def _places(system: System) -> Iterator[Mistake]:
@@ -193,6 +199,20 @@ def _shape(system: System, body: Body, shape: Any) -> Iterator[Mistake]:
         if name != "at" and not numbers[0] > 0:
             stated = "" if isinstance(value, float | int) else f"{value} = "
             yield Mistake(where, f"{name} is {stated}{numbers[0]:g} m.", "It must be positive.")
+
+
+def _cable(system: System, cable: Cable) -> Iterator[Mistake]:
+    """The radius of a cable is a positive number."""
+    where = f"cable {cable.name!r}"
+    try:
+        radius = system.number(exact(cable.radius))
+    except (InputError, TypeError):
+        what = f"its radius is {cable.radius!r}."
+        yield Mistake(where, what, "Give a number, or an expression of parameters.")
+        return
+    if not radius > 0:
+        remedy = "It must be positive; collides=False is for cables that are only drawn."
+        yield Mistake(where, f"its radius is {radius:g} m.", remedy)
 
 
 def _body(system: System, body: Body) -> Iterator[Mistake]:

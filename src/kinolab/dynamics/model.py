@@ -204,6 +204,10 @@ class Model:
         """
         return self._call("point_speed", x, u, parameters)
 
+    def cable_speed(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+        """Return a bound on the speed of each cable's points in [m/s], shape (..., cables)."""
+        return self._call("cable_speed", x, u, parameters)
+
     def jacobian(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> tuple[Array, Array]:
         """Return the exact derivatives of f at a state.
 
@@ -377,6 +381,7 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
         "frames": len(d.frames),
         "cables": len(d.cables),
         "point_speed": len(d.point_speeds),
+        "cable_speed": len(d.cable_speeds),
         "energy": len(d.energy),
         "power": len(d.power),
         "mass_matrix": len(d.mass_matrix),

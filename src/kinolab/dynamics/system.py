@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import sympy
 
 from kinolab.dynamics.bodies import Body
+from kinolab.dynamics.cables import AnyCable, Cable, as_cables
 from kinolab.dynamics.constraints import Constraint, Requirement
 from kinolab.dynamics.efforts import Effort, Gravity
 from kinolab.dynamics.extras import State
-from kinolab.dynamics.frames import Frame
 from kinolab.dynamics.inputs import Input
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import (
@@ -46,8 +46,8 @@ class System:
         gravity: The uniform field, if any; it also tells pictures which way is up.
         states: Further states with differential equations of their own.
         requirements: What plans must keep: ``require(margin, name)``.
-        collisions: Pairs of bodies that may not touch each other.
-        cables: Pairs of frames between whose origins a rope or string is drawn.
+        collisions: Pairs of bodies or cables that may not touch each other, by name.
+        cables: Ropes and strings; a pair of frames stands for a ``Cable`` between them.
         velocities: The coordinates whose rates describe the motion. Left out, kinolab chooses
             them where constraints leave a choice. ``"all"`` keeps every rate as a state and finds
             the constraints' forces as multipliers, where no fixed choice serves everywhere.
@@ -67,7 +67,7 @@ class System:
     states: tuple[State, ...]
     requirements: tuple[Requirement, ...]
     collisions: tuple[tuple[str, str], ...]
-    cables: tuple[tuple[Frame, Frame], ...]
+    cables: tuple[Cable, ...]
     velocities: tuple[AnyCoordinate, ...] | Literal["all"] | None
     coordinates: tuple[AnyCoordinate, ...]
     parameters: tuple[Parameter, ...]
@@ -85,7 +85,7 @@ class System:
         states: Sequence[State] = (),
         requirements: Sequence[Requirement] = (),
         collisions: Sequence[tuple[str, str]] = (),
-        cables: Sequence[tuple[Frame, Frame]] = (),
+        cables: Sequence[AnyCable] = (),
         velocities: Sequence[AnyCoordinate] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
         values: Mapping[str, float] | None = None,
@@ -100,7 +100,7 @@ class System:
             "gravity": gravity,
             "states": tuple(states),
             "requirements": tuple(requirements),
-            "cables": tuple((a, b) for a, b in cables),
+            "cables": as_cables(tuple(cables)),
         }
         atoms = set(atoms_of(tuple(content.values())))
         used = {a for a in map(_coordinate_of, atoms) if a is not None}

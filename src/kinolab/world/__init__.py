@@ -1,5 +1,6 @@
 """The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
 
+from kinolab.world.cable import NO_ENDS, CableGeometry
 from kinolab.world.collision import CollisionChecker, Contact
 from kinolab.world.geometry import BodyGeometry, Reach, half_thickness, lowest_z, reach, triangles
 from kinolab.world.mesh import Mesh, load_mesh
@@ -13,7 +14,9 @@ from kinolab.world.obstacle import (
 from kinolab.world.world import World
 
 __all__ = [
+    "NO_ENDS",
     "BodyGeometry",
+    "CableGeometry",
     "CollisionChecker",
     "Contact",
     "Mesh",

@@ -8,9 +8,16 @@ from typing import Literal
 
 import numpy as np
 
-from kinolab.errors import UnknownNameError
+from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.clearance import fixtures, room
-from kinolab.world.contact import TOUCH, body_object, make_touches, obstacle_object
+from kinolab.world.contact import (
+    TOUCH,
+    body_object,
+    cable_object,
+    make_touches,
+    obstacle_object,
+)
 from kinolab.world.geometry import Array, BodyGeometry
 from kinolab.world.screen import (
     SLACK,
@@ -32,10 +39,11 @@ GROUND_NAME = "ground"
 class Contact:
     """One reason why a pose collides.
 
-    ``obstacle`` is an obstacle's name, "ground", or another body's name; it is empty where the
-    body's own pose is not finite. ``kind`` says how: the surfaces meet ("touches"), the body is
-    wholly inside a solid mesh ("inside"), it rests on the ground but is pressed into it
-    ("sinks"), or it could not be judged ("error").
+    ``body`` is a body's or a cable's name. ``obstacle`` is an obstacle's name, "ground", or the
+    name of another part of the machine; it is empty where the body's own pose is not finite.
+    ``kind`` says how: the surfaces meet ("touches"), the body is wholly inside a solid mesh
+    ("inside"), it rests on the ground but is pressed into it ("sinks"), or it could not be judged
+    ("error").
     """
 
     body: str
@@ -47,18 +55,20 @@ class CollisionChecker:
     """Judges poses of one machine in one world.
 
     A pose table holds one row [R | p] per body in the order of ``bodies``: (bodies, 12) or
-    (bodies, 3, 4), world from body, in metres. A checker writes into its own scratch memory: give
-    every thread its own.
+    (bodies, 3, 4), world from body, in metres. A table of ends holds both ends of each cable in
+    the world in metres: (cables, 6) or (cables, 2, 3). A machine without cables needs none. A
+    checker writes into its own scratch memory: give every thread its own.
 
     Args:
         bodies: What moves.
         world: What does not.
-        margin: By how much to inflate the bodies, in [m]. A resting body is not inflated towards
-            the ground. The corners of a box come to lie up to 1.7 margins outside.
-        self_pairs: Names of bodies that may not touch each other.
+        cables: What is stretched between moving points. The ground lets it pass.
+        margin: By how much to inflate bodies and cables, in [m]. A resting body is not inflated
+            towards the ground. The corners of a box come to lie up to 1.7 margins outside.
+        self_pairs: Names of bodies or cables that may not touch each other.
 
     Raises:
-        UnknownNameError: If ``self_pairs`` names a body that does not exist.
+        UnknownNameError: If ``self_pairs`` names a body or cable that does not exist.
     """
 
     def __init__(
@@ -66,33 +76,45 @@ class CollisionChecker:
         bodies: Sequence[BodyGeometry],
         world: World,
         *,
+        cables: Sequence[CableGeometry] = (),
         margin: float = 0.0,
         self_pairs: Sequence[tuple[str, str]] = (),
     ) -> None:
-        self.bodies, self.world, self.margin = tuple(bodies), world, margin
+        self.bodies, self.cables = tuple(bodies), tuple(cables)
+        self.world, self.margin = world, margin
         shapes = [shape for body in bodies for shape in body.shapes]
-        own_pairs = _own_pairs(self.bodies, self_pairs)
+        lines = [cable for cable in cables if cable.collides]
+        self._names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
+        parts = [body.name for body in bodies] + [cable.name for cable in cables]
+        own_pairs = _own_pairs(self._names, parts, self_pairs)
         grow = TOUCH + margin
-        self.scene, self.grid = make_scene(self.bodies, world, own_pairs, grow, margin)
+        self.scene, self.grid = make_scene(self.bodies, lines, world, own_pairs, grow, margin)
         self._arrays = (*self.scene, *self.grid)
         self._fixtures = fixtures(world)
-        self._touches = make_touches()
-        self._movers = [body_object(shape, grow) for shape in shapes]
+        self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
+        self._rows = np.flatnonzero([cable.collides for cable in cables])
+        self._first_cable = len(shapes)
+        strung = [cable_object(line.radius, grow) for line in lines]
+        self._capsules = [capsule for _, capsule in strung]
+        movers = [body_object(shape, grow) for shape in shapes] + [mover for mover, _ in strung]
         self._obstacles = [obstacle_object(obstacle) for obstacle in world.obstacles]
-        self._shape = (len(bodies), 12)
-        self._allocate(len(shapes))
+        self._touches = make_touches()
+        self._allocate(movers)
 
-    def _allocate(self, shapes: int) -> None:
+    def _allocate(self, movers: Sequence[object]) -> None:
+        shapes = len(movers)
         most = shapes * len(self._obstacles) + len(self.scene.own_pairs)
         self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
         self._around = np.zeros((shapes, 6))
         self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
         self._scratch = (self._turns, self._places, self._around, self._pairs)
         # Views made once: FCL wants arrays, and slicing costs as much as setting.
-        self._where = list(zip(self._movers, self._turns, self._places, strict=True))
+        self._where = list(zip(movers, self._turns, self._places, strict=True))
 
-    def collides(self, poses: Array) -> bool:
+    def collides(self, poses: Array, ends: Array = NO_ENDS) -> bool:
         """Say whether anything touches; what cannot be judged counts as touching."""
+        if self._capsules and not self._span(ends):
+            return True
         left = screen(self._table(poses), *self._scratch, *self._arrays)
         if left <= 0:
             return bool(left < 0)
@@ -101,16 +123,12 @@ class CollisionChecker:
         except Exception:  # whatever FCL raises, the pose was not found to be free
             return True
 
-    def contacts(self, poses: Array) -> list[Contact]:
+    def contacts(self, poses: Array, ends: Array = NO_ENDS) -> list[Contact]:
         """List everything that touches, each pair of body and obstacle once; empty if free."""
-        table = self._table(poses)
-        finite = [bool(np.isfinite(row).all()) for row in table]
-        found = [
-            Contact(body.name, "", "error")
-            for body, sound in zip(self.bodies, finite, strict=True)
-            if not sound
-        ]
-        sound_shapes = [s for s, body in enumerate(self.scene.body) if finite[body]]
+        table, whole = self._table(poses), self._finite(poses, ends)
+        found = [Contact(name, "", "error") for name, sound in whole.items() if not sound]
+        self._span(ends)
+        sound_shapes = [s for s, name in enumerate(self._names) if whole[name]]
         for shape in sound_shapes:
             self._place(shape, table)
             found += self._ground_contacts(shape)
@@ -118,17 +136,18 @@ class CollisionChecker:
         found += self._own_contacts(set(sound_shapes))
         return list(dict.fromkeys(found))
 
-    def clearance(self, poses: Array) -> float:
+    def clearance(self, poses: Array, ends: Array = NO_ENDS) -> float:
         """Bound from below how far every point may move before anything can touch.
 
         This is the smallest distance to an obstacle or the ground, or half the distance between
-        two bodies of a self pair, less the margin. It is within 1e-8 m of the true value and
-        never above it. The ground does not count for bodies that rest on it.
+        the two of a self pair, less the margin. It is within 1e-8 m of the true value (of a
+        cable longer than 1 m, within 1e-8 of its length) and never above it. The ground counts
+        neither for bodies that rest on it nor for cables.
 
         Returns:
             A distance in [m]; 0 when colliding, infinite where there is nothing to collide with.
         """
-        if self.collides(poses):
+        if self.collides(poses, ends):
             return 0.0
         scene, grid = self.scene, self.grid
         free = room(
@@ -144,6 +163,26 @@ class CollisionChecker:
             return poses
         return np.ascontiguousarray(poses, dtype=np.float64).reshape(self._shape)
 
+    def _ends(self, ends: Array) -> Array:
+        if ends.shape == self._ends_shape and ends.dtype == np.float64 and ends.flags.c_contiguous:
+            return ends
+        if ends.size != 6 * len(self.cables):
+            what = f"the ends of {len(self.cables)} cables are needed, not {ends.size} numbers."
+            raise InputError([Mistake("cables", what, "Give model.cables(x) after the poses.")])
+        return np.ascontiguousarray(ends, dtype=np.float64).reshape(self._ends_shape)
+
+    def _span(self, ends: Array) -> bool:
+        """Stretch the capsules between their ends; False where an end is not finite."""
+        table, half = self._ends(ends), self.scene.half
+        return bool(span_all(table, self._rows, half, self._turns, self._places))
+
+    def _finite(self, poses: Array, ends: Array) -> dict[str, bool]:
+        """Say by name which bodies and which cables that collide have a place."""
+        found = zip(self.bodies, np.isfinite(self._table(poses)), strict=True)
+        strung = zip(self.cables, np.isfinite(self._ends(ends)), strict=True)
+        sound = {body.name: bool(entries.all()) for body, entries in found}
+        return sound | {c.name: bool(entries.all()) for c, entries in strung if c.collides}
+
     def _any_touch(self, pairs: list[list[int]]) -> bool:
         """Ask FCL about pairs of a shape and an obstacle, or of two shapes."""
         touches, count, placed = self._touches, len(self._obstacles), -1
@@ -157,28 +196,32 @@ class CollisionChecker:
 
     def _moved(self, shape: int) -> object:
         mover, turn, at = self._where[shape]
+        if shape >= self._first_cable:
+            capsule = self._capsules[shape - self._first_cable]
+            capsule.lz = 2.0 * self.scene.half[shape, 2]  # type: ignore[attr-defined]
         mover.setRotation(turn)  # type: ignore[attr-defined]
         mover.setTranslation(at)  # type: ignore[attr-defined]
         return mover
 
     def _place(self, shape: int, table: Array) -> None:
         scene, turn, at = self.scene, self._turns[shape], self._places[shape]
-        place(table[scene.body[shape]], scene.own[shape], turn, at)
+        if shape < self._first_cable:
+            place(table[scene.body[shape]], scene.own[shape], turn, at)
         size = (scene.kind[shape], scene.half[shape])
         enclose(*size, turn, at, scene.grow + SLACK, self._around[shape])
 
     def _ground_contacts(self, shape: int) -> Iterator[Contact]:
         scene, rests = self.scene, self.scene.rests[shape]
         low = self._around[shape, 2] + scene.grow + SLACK
-        if scene.ground and grounded(low, rests, scene.margin):
-            yield Contact(self._name(shape), GROUND_NAME, "sinks" if rests else "touches")
+        if shape < self._first_cable and scene.ground and grounded(low, rests, scene.margin):
+            yield Contact(self._names[shape], GROUND_NAME, "sinks" if rests else "touches")
 
     def _obstacle_contacts(self, shape: int) -> Iterator[Contact]:
         for k, obstacle in enumerate(self.world.obstacles):
             if overlap(self._around[shape], self.scene.obstacle[k]):
                 kind = self._kind(shape, k)
                 if kind is not None:
-                    yield Contact(self._name(shape), obstacle.name, kind)
+                    yield Contact(self._names[shape], obstacle.name, kind)
 
     def _kind(self, shape: int, k: int) -> Literal["touches", "inside", "error"] | None:
         mesh, grid = self.scene.mesh[k], self.grid
@@ -199,20 +242,16 @@ class CollisionChecker:
             if {a, b} <= sound and overlap(self._around[a], self._around[b]):
                 try:
                     if self._touches(self._moved(a), self._moved(b)):
-                        yield Contact(self._name(a), self._name(b), "touches")
+                        yield Contact(self._names[a], self._names[b], "touches")
                 except Exception:  # as in ``collides``
-                    yield Contact(self._name(a), self._name(b), "error")
-
-    def _name(self, shape: int) -> str:
-        return str(self.bodies[self.scene.body[shape]].name)
+                    yield Contact(self._names[a], self._names[b], "error")
 
 
 def _own_pairs(
-    bodies: Sequence[BodyGeometry], names: Sequence[tuple[str, str]]
+    owners: Sequence[str], parts: Sequence[str], names: Sequence[tuple[str, str]]
 ) -> list[tuple[int, int]]:
-    """Expand pairs of bodies into pairs of their shapes, numbered over all bodies."""
-    shapes: dict[str, list[int]] = {body.name: [] for body in bodies}
-    owners = [body.name for body in bodies for _ in body.shapes]
+    """Expand pairs of parts into pairs of their shapes; ``owners`` has each shape's part."""
+    shapes: dict[str, list[int]] = {part: [] for part in parts}
     for shape, owner in enumerate(owners):
         shapes[owner].append(shape)
     for name in (name for pair in names for name in pair if name not in shapes):

@@ -20,6 +20,12 @@ from kinolab.world.obstacle import Obstacle
 TOUCH = 1e-5  # [m] that bodies are inflated by, so that touching is a collision for every pair
 
 
+def cable_object(radius: float, grow: float) -> tuple[object, object]:
+    """Make the FCL object of a cable, and its capsule, whose ``lz`` is the length to be set."""
+    capsule = fcl.Capsule(radius + grow, 0.0)
+    return fcl.CollisionObject(capsule), capsule
+
+
 def body_object(shape: Shape, grow: float) -> object:
     """Make the FCL object of a body's shape, ``grow`` larger on every side, at the origin."""
     return fcl.CollisionObject(_geometry(shape, grow))

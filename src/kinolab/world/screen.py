@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.shapes import Shape
-from kinolab.world.geometry import Array, BodyGeometry, placement, sizes
+from kinolab.world.cable import CableGeometry
+from kinolab.world.geometry import Array, BodyGeometry, Kind, placement, sizes
 from kinolab.world.grid import Integers, MeshGrid, mesh_grid
 from kinolab.world.support import half_extent
 from kinolab.world.world import World
@@ -28,13 +29,16 @@ SLACK = 1e-9  # [m] that absorbs rounding, far above it at world coordinates of 
 
 
 class Scene(NamedTuple):
-    """Shapes of the machine and obstacles of the world in flat arrays, for compiled code."""
+    """Shapes of the machine and obstacles of the world in flat arrays, for compiled code.
+
+    Cables are the last shapes; their lengths in ``half`` are those of the last pose.
+    """
 
     kind: Integers  # (shapes,) values of ``geometry.Kind``
-    body: Integers  # (shapes,) rows of the pose table
+    body: Integers  # (shapes,) rows of the pose table, -1 for a cable
     half: Array  # (shapes, 3) half sizes in [m]
-    own: Array  # (shapes, 3, 4) the shape's own frame in its body's frame
-    rests: NDArray[np.bool_]  # (shapes,) whether the body may touch the ground
+    own: Array  # (shapes, 3, 4) the shape's own frame in its body's frame; of a cable unused
+    rests: NDArray[np.bool_]  # (shapes,) whether it may touch the ground, as cables may
     obstacle: Array  # (obstacles, 6) lowest and highest x, y, z in [m]
     mesh: Integers  # (obstacles,) which mesh of the grid, -1 for a primitive
     own_pairs: Integers  # (pairs, 2) shapes that may not touch each other
@@ -45,23 +49,36 @@ class Scene(NamedTuple):
 
 def make_scene(
     bodies: Sequence[BodyGeometry],
+    cables: Sequence[CableGeometry],
     world: World,
     own_pairs: Sequence[tuple[int, int]],
     grow: float,
     margin: float,
 ) -> tuple[Scene, MeshGrid]:
-    """Gather the arrays that ``screen`` takes after the poses, ``*scene, *grid``."""
+    """Gather the arrays that ``screen`` takes after the poses, ``*scene, *grid``.
+
+    Of ``cables`` only those that collide are given.
+    """
     parts = [(k, body, shape) for k, body in enumerate(bodies) for shape in body.shapes]
     measured = [sizes(shape) for _, _, shape in parts]
+    lines = len(cables)
     meshes = [obstacle for obstacle in world.obstacles if obstacle.primitive is None]
     mesh = np.array([obstacle.primitive is None for obstacle in world.obstacles], dtype=bool)
     boxes = [np.concatenate(bounding_box(o.vertices, o.primitive)) for o in world.obstacles]
     scene = Scene(
-        kind=np.array([int(kind) for kind, _ in measured], dtype=np.int64),
-        body=np.array([k for k, _, _ in parts], dtype=np.int64),
-        half=np.array([half for _, half in measured]).reshape(-1, 3),
-        own=np.array([placement(shape) for _, _, shape in parts]).reshape(-1, 3, 4),
-        rests=np.array([body.touches_ground for _, body, _ in parts], dtype=bool),
+        kind=np.array(
+            [*(int(kind) for kind, _ in measured), *[int(Kind.CAPSULE)] * lines], dtype=np.int64
+        ),
+        body=np.array([*(k for k, _, _ in parts), *[-1] * lines], dtype=np.int64),
+        half=np.array(
+            [*(half for _, half in measured), *([c.radius, c.radius, 0.0] for c in cables)]
+        ).reshape(-1, 3),
+        own=np.array(
+            [*(placement(shape) for _, _, shape in parts), *[np.eye(3, 4)] * lines]
+        ).reshape(-1, 3, 4),
+        rests=np.array(
+            [*(body.touches_ground for _, body, _ in parts), *[True] * lines], dtype=bool
+        ),
         obstacle=np.array(boxes).reshape(-1, 6),
         mesh=np.where(mesh, np.cumsum(mesh) - 1, -1).astype(np.int64),
         own_pairs=np.array(own_pairs, dtype=np.int64).reshape(-1, 2),
@@ -237,8 +254,8 @@ def screen(  # type: ignore[no-untyped-def]
 
     Args:
         poses: One row [R | p] per body, shape (bodies, 12).
-        turns: Written: the rotation of each shape, (shapes, 3, 3).
-        places: Written: the centre of each shape, (shapes, 3).
+        turns: Written: the rotation of each shape, (shapes, 3, 3); of cables read.
+        places: Written: the centre of each shape, (shapes, 3); of cables read.
         around: Written: the inflated box of each shape, (shapes, 6).
         pairs: Written: shape and obstacle (shape, obstacles + other shape for two shapes of the
             machine) of each pair left for FCL, (shapes * obstacles + own pairs, 2).
@@ -247,15 +264,16 @@ def screen(  # type: ignore[no-untyped-def]
 
     Returns:
         The number of pairs left, or NOT_FINITE, GROUND or INSIDE: then the first row of ``pairs``
-        says which body, and which obstacle it is inside of.
+        says which body, -1 for a cable, and which obstacle it is inside of.
     """
     pairs[0, 0] = first_not_finite(poses)
     if pairs[0, 0] >= 0:
         return NOT_FINITE
     for s in range(kind.shape[0]):
-        place(poses[body[s]], own[s], turns[s], places[s])
+        if body[s] >= 0:
+            place(poses[body[s]], own[s], turns[s], places[s])
         enclose(kind[s], half[s], turns[s], places[s], grow + SLACK, around[s])
-        if ground and grounded(around[s, 2] + grow + SLACK, rests[s], margin):
+        if ground and body[s] >= 0 and grounded(around[s, 2] + grow + SLACK, rests[s], margin):
             pairs[0, 0] = body[s]
             return GROUND
     left = 0
