@@ -41,7 +41,7 @@ def snakeboard() -> System:
     J_r, J_w = parameter("J_r", 0.072, "kg m^2"), parameter("J_w", 0.0013, "kg m^2")
     I_s = parameter("I_s", 4e-5, "kg m^2")  # of the back wheels about their axle
     c_r = parameter("c_r", 0.4, "N s/m")  # of each wheel pair
-    c_psi, c_phi = parameter("c_psi", 0.05, "N m s/rad"), parameter("c_phi", 0.02, "N m s/rad")
+    c_psi, c_phi = parameter("c_psi", 0.05, "N m s/rad"), parameter("c_phi", 0.01, "N m s/rad")
     x, y, theta = length("x"), length("y"), angle("theta")
     psi = angle("psi", speed=10.0)  # the rotor on the board
     phi = angle("phi", -1.0, 1.0, speed=4.0)  # the steering
@@ -71,7 +71,7 @@ def snakeboard() -> System:
     wheels = Body(
         "back wheels", spin, inertia=(I_s / 2, I_s, I_s / 2), shape=_wheels(), touches_ground=True
     )
-    tau_phi = Control("tau_phi", limit=0.06, unit="N m")
+    tau_phi = Control("tau_phi", limit=0.03, unit="N m")
     return System(
         "snakeboard",
         bodies=[deck, rotor, *trucks, wheels],

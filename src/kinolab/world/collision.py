@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Literal
 
@@ -81,25 +82,40 @@ class CollisionChecker:
         self_pairs: Sequence[tuple[str, str]] = (),
     ) -> None:
         self.bodies, self.cables = tuple(bodies), tuple(cables)
-        self.world, self.margin = world, margin
+        self.world = world
         shapes = [shape for body in bodies for shape in body.shapes]
         lines = [cable for cable in cables if cable.collides]
         self._names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
         parts = [body.name for body in bodies] + [cable.name for cable in cables]
         own_pairs = _own_pairs(self._names, parts, self_pairs)
-        grow = TOUCH + margin
-        self.scene, self.grid = make_scene(self.bodies, lines, world, own_pairs, grow, margin)
-        self._arrays = (*self.scene, *self.grid)
+        self.scene, self.grid = make_scene(self.bodies, lines, world, own_pairs)
         self._fixtures = fixtures(world)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._first_cable = len(shapes)
-        strung = [cable_object(line.radius, grow) for line in lines]
-        self._capsules = [capsule for _, capsule in strung]
-        movers = [body_object(shape, grow) for shape in shapes] + [mover for mover, _ in strung]
         self._obstacles = [obstacle_object(obstacle) for obstacle in world.obstacles]
         self._touches = make_touches()
-        self._allocate(movers)
+        self._inflate(margin, world.ground)
+
+    def inflated(self, margin: float, *, ground: bool) -> CollisionChecker:
+        """Return a checker with another margin in [m], with or without the ground.
+
+        It shares the obstacles with this one, not the scratch memory.
+        """
+        twin = copy(self)
+        twin._inflate(margin, ground)
+        return twin
+
+    def _inflate(self, margin: float, ground: bool) -> None:
+        grow, self.margin = TOUCH + margin, margin
+        half = self.scene.half.copy()  # the lengths of cables are written into it
+        self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
+        self._arrays = (*self.scene, *self.grid)
+        lines = [cable for cable in self.cables if cable.collides]
+        strung = [cable_object(line.radius, grow) for line in lines]
+        self._capsules = [capsule for _, capsule in strung]
+        solids = [shape for body in self.bodies for shape in body.shapes]
+        self._allocate([body_object(shape, grow) for shape in solids] + [m for m, _ in strung])
 
     def _allocate(self, movers: Sequence[object]) -> None:
         shapes = len(movers)

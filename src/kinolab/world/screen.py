@@ -52,12 +52,10 @@ def make_scene(
     cables: Sequence[CableGeometry],
     world: World,
     own_pairs: Sequence[tuple[int, int]],
-    grow: float,
-    margin: float,
 ) -> tuple[Scene, MeshGrid]:
     """Gather the arrays that ``screen`` takes after the poses, ``*scene, *grid``.
 
-    Of ``cables`` only those that collide are given.
+    Of ``cables`` only those that collide are given. Nothing is inflated yet.
     """
     parts = [(k, body, shape) for k, body in enumerate(bodies) for shape in body.shapes]
     measured = [sizes(shape) for _, _, shape in parts]
@@ -82,8 +80,8 @@ def make_scene(
         obstacle=np.array(boxes).reshape(-1, 6),
         mesh=np.where(mesh, np.cumsum(mesh) - 1, -1).astype(np.int64),
         own_pairs=np.array(own_pairs, dtype=np.int64).reshape(-1, 2),
-        grow=grow,
-        margin=margin,
+        grow=0.0,
+        margin=0.0,
         ground=world.ground,
     )
     return scene, mesh_grid(meshes)

@@ -1,0 +1,104 @@
+"""The machine's compiled functions on buffers made once, for callbacks that must not allocate."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kinolab.problem import Problem
+
+SAMPLES = 4  # of what a machine demands, along a step
+
+
+class CompiledStep:
+    """One step of the machine, and where it leads.
+
+    Attributes:
+        x: The state before a step.
+        u: The inputs held during it.
+        next: The state after it.
+        poses: Of the bodies at ``next``, shape (bodies, 12).
+        ends: Of the cables at ``next``, shape (cables, 6).
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        model, bodies, cables = problem.model, len(problem.bodies), len(problem.cables)
+        self.x: Any = (ctypes.c_double * model.nx)()
+        self.next: Any = (ctypes.c_double * model.nx)()
+        self.u: Any = (ctypes.c_double * model.nu)()
+        self._speeds: Any = (ctypes.c_double * bodies)()
+        self._cable_speeds: Any = (ctypes.c_double * cables)()
+        self.poses, self.ends = np.zeros((bodies, 12)), np.zeros((cables, 6))
+        self._has_cables = cables > 0
+        self._p = model.parameter_vector()
+        self._model = model  # owns the machine code behind the addresses
+        pointer, number = ctypes.c_void_p, ctypes.c_double
+        method = f"step_{problem.scenario.integration.method}"
+        self._step = self._function(method, pointer, pointer, pointer, number, pointer)
+        self._frames = self._function("frames", pointer, pointer, pointer)
+        self._cables = self._function("cables", pointer, pointer, pointer)
+        self._point_speed = self._function("point_speed", pointer, pointer, pointer, pointer)
+        self._cable_speed = self._function("cable_speed", pointer, pointer, pointer, pointer)
+        x, u, after, speeds = map(ctypes.addressof, (self.x, self.u, self.next, self._speeds))
+        strung = ctypes.addressof(self._cable_speeds)
+        p, poses, ends = self._p.ctypes.data, self.poses.ctypes.data, self.ends.ctypes.data
+        self._before_step, self._after_step = (x, u, p), (after, 0)
+        self._poses_at, self._ends_at = (after, p, poses, 0), (after, p, ends, 0)
+        self._speeds_at = ((x, u, p, speeds, 0), (after, u, p, speeds, 0))
+        self._cable_speeds_at = ((x, u, p, strung, 0), (after, u, p, strung, 0))
+        self._margins: Any = (ctypes.c_double * len(problem.system.requirements))()
+        self._requirements = self._function("requirements", pointer, pointer, pointer, pointer)
+        self._margins_at = (after, u, p, ctypes.addressof(self._margins), 0)
+        self._f = self._function("f", pointer, pointer, pointer, pointer)
+        self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
+        outs = map(ctypes.addressof, self._slopes)
+        self._slopes_at = [(at, u, p, out, 0) for at, out in zip((x, after), outs, strict=True)]
+
+    def _function(self, name: str, *types: Any) -> Callable[..., int]:
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)
+        return prototype(self._model.address(name))
+
+    def step(self, duration: float) -> int:
+        """Set ``next`` from ``x`` and ``u``; nonzero where that fails."""
+        return self._step(*self._before_step, duration, *self._after_step)
+
+    def frames(self) -> None:
+        """Set ``poses`` and ``ends`` from ``next``."""
+        self._frames(*self._poses_at)
+        if self._has_cables:
+            self._cables(*self._ends_at)
+
+    def keeps_requirements(self, duration: float) -> bool:
+        """Check what the machine demands along the step under the inputs held, its end first."""
+        if not self._margins:
+            return True
+        for k in range(SAMPLES, -1, -1):
+            if k < SAMPLES:
+                self.step(duration * k / SAMPLES)
+            self._requirements(*self._margins_at)
+            if any(margin < 0 for margin in self._margins):
+                return False
+        return self.step(duration) == 0
+
+    def slopes(self) -> Any:
+        """Return the state's derivative at ``x`` and at ``next``."""
+        for arguments in self._slopes_at:
+            self._f(*arguments)
+        return self._slopes
+
+    def fastest(self) -> float:
+        """Return a bound on the speed of the machine's points at ``x`` and at ``next``, in [m/s].
+
+        The ends of a cable bound its points: each is a mean of the two, and so is its velocity.
+        """
+        largest = 0.0
+        for arguments in self._speeds_at:
+            self._point_speed(*arguments)
+            largest = max(largest, *self._speeds)
+        for arguments in self._cable_speeds_at if self._has_cables else ():
+            self._cable_speed(*arguments)
+            largest = max(largest, *self._cable_speeds)
+        return largest
