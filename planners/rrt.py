@@ -24,9 +24,13 @@ class RRT(AbstractPlanner):
     name: ClassVar[str] = "rrt"
 
     goal_bias: float = setting(0.05, 0.0, 1.0)  # probability of growing toward the goal
+    goal_zoom: float = setting(
+        1.0, 1.0, 1e6
+    )  # how far around the goal that growth aims, in tolerances
     min_steps: int = setting(1, 1, 100_000)  # propagation steps for which an input is held at least
     max_steps: int = setting(20, 1, 100_000)  # propagation steps for which an input is held at most
     intermediate_states: bool = setting(False)  # whether every propagation step becomes a node
+    restart_after: int = setting(20_000, 0)  # iterations before a new tree, then 1.5 times as many
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
         """Yield steps that exclude each other."""
@@ -44,5 +48,12 @@ class RRT(AbstractPlanner):
             return planner
 
         return search(
-            problem, make, seed, budget, min_steps=self.min_steps, max_steps=self.max_steps
+            problem,
+            make,
+            seed,
+            budget,
+            min_steps=self.min_steps,
+            max_steps=self.max_steps,
+            goal_zoom=self.goal_zoom,
+            restart_after=self.restart_after,
         )

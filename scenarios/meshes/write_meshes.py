@@ -1,66 +1,67 @@
 """Write the meshes of the built-in scenarios; run it after changing a world.
 
-python scenarios/meshes/write_meshes.py
+python scenarios/meshes/write_meshes.py [--check]
+
+With --check nothing is written: it says which files are not what their scripts draw.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import argparse
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
-import trimesh
+HERE = Path(__file__).resolve().parent
+if str(HERE) not in sys.path:  # the scripts of this folder are no package
+    sys.path.insert(0, str(HERE))
 
-HERE = Path(__file__).parent
-Segment = tuple[float, float, float, float]
+import bracket  # noqa: E402
+import cave  # noqa: E402
+import factory  # noqa: E402
+import maze  # noqa: E402
+import park  # noqa: E402
+import parking  # noqa: E402
+import warehouse  # noqa: E402
+from maze import DISK_MAZE, THICKNESS  # noqa: E402
+from solids import Solid  # noqa: E402
 
-THICKNESS, HEIGHT = 0.2, 1.0  # of a wall, in [m]
+__all__ = ["DISK_MAZE", "MESHES", "THICKNESS", "drawn", "main"]
 
-DISK_MAZE: Sequence[Segment] = (
-    # the hall
-    (0.0, 0.0, 10.0, 0.0),
-    (0.0, 10.0, 10.0, 10.0),
-    (0.0, 0.0, 0.0, 10.0),
-    (10.0, 0.0, 10.0, 10.0),
-    # two long walls: the way is an S
-    (3.3, 0.0, 3.3, 6.6),
-    (6.6, 3.4, 6.6, 10.0),
-    # a doorway 0.8 m wide, less than two diameters of the coin
-    (3.3, 5.0, 4.4, 5.0),
-    (5.4, 5.0, 6.6, 5.0),
-    # a corridor that points at the goal and ends blind
-    (1.2, 8.3, 5.2, 8.3),
-    (5.2, 8.3, 5.2, 10.0),
-    # stubs
-    (1.7, 3.3, 3.3, 3.3),
-    (0.0, 5.6, 1.5, 5.6),
-    (8.4, 6.6, 10.0, 6.6),
-)
+WORLDS = (bracket, cave, factory, maze, park, parking, warehouse)
+MESHES: dict[str, Callable[[], Solid]] = {
+    name: draw for world in WORLDS for name, draw in world.MESHES.items()
+}
 
 
-def wall(segment: Segment) -> trimesh.Trimesh:
-    """Return a box along an axis-parallel segment (x0, y0, x1, y1), standing on the ground."""
-    x0, y0, x1, y1 = segment
-    edges = (abs(x1 - x0) + THICKNESS, abs(y1 - y0) + THICKNESS, HEIGHT)
-    box = trimesh.creation.box(edges)
-    box.apply_translation(((x0 + x1) / 2, (y0 + y1) / 2, HEIGHT / 2))
-    return box
+def drawn(name: str) -> tuple[int, bytes]:
+    """Return how many triangles a mesh has, and the bytes of its file."""
+    solid = MESHES[name]()
+    return len(solid.faces), solid.encoded(Path(name).suffix)
 
 
-def rolling_disk_maze() -> trimesh.Trimesh:
-    """Return walls 1 m high on a floor of 10 m by 10 m."""
-    return trimesh.util.concatenate([wall(segment) for segment in DISK_MAZE])
+def main() -> int:
+    """Write or check every mesh beside this script; return 1 if one is not current."""
+    parser = argparse.ArgumentParser(description="Write the meshes of the built-in scenarios.")
+    parser.add_argument("--check", action="store_true", help="write nothing, only compare")
+    check = parser.parse_args().check
+    current = [_checked(name) if check else _written(name) for name in sorted(MESHES)]
+    return 0 if all(current) else 1
 
 
-MESHES: dict[str, Callable[[], trimesh.Trimesh]] = {"rolling_disk_maze.stl": rolling_disk_maze}
+def _written(name: str) -> bool:
+    triangles, content = drawn(name)
+    (HERE / name).write_bytes(content)
+    print(f"{name}: {triangles} triangles, {len(content)} bytes")
+    return True
 
 
-def main() -> None:
-    """Write every mesh beside this script."""
-    for name, make in MESHES.items():
-        mesh = make()
-        mesh.export(HERE / name)
-        print(f"{name}: {len(mesh.faces)} triangles")
+def _checked(name: str) -> bool:
+    file = HERE / name
+    current = file.is_file() and file.read_bytes() == drawn(name)[1]
+    print(f"{name}: {'current' if current else 'NOT what its script draws'}")
+    return current
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

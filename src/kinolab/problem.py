@@ -184,28 +184,36 @@ class Problem:
                 value = self.goal.targets[self.goal.indices.index(i)]
                 yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
 
-    def _goal_box(self) -> tuple[Array, Array]:
+    def _goal_box(self, spread: float = 1.0) -> tuple[Array, Array]:
         """Return the lowest and highest values of the goal's states, within tolerance and limits.
 
         The limits give way by rounding, as they do wherever they are checked.
         """
+        reach = spread * self.goal.tolerances
         entries, goal = list(self.goal.indices), self.goal
         lower, upper = self.bounds[entries].T if entries else np.zeros((2, 0))
         return (
-            np.maximum(goal.targets - goal.tolerances, lower - ROUNDING),
-            np.minimum(goal.targets + goal.tolerances, upper + ROUNDING),
+            np.maximum(goal.targets - reach, lower - ROUNDING),
+            np.minimum(goal.targets + reach, upper + ROUNDING),
         )
 
-    def sample_goal(self, generator: np.random.Generator) -> Array:
-        """Return a state within the goal's tolerances, everything else drawn at random."""
+    def sample_goal(self, generator: np.random.Generator, spread: float = 1.0) -> Array:
+        """Return a state within the goal's tolerances, everything else drawn at random.
+
+        Args:
+            generator: Of the random numbers.
+            spread: Factor on the tolerances, for states around the goal.
+        """
         lower, upper = self.sampling_bounds.T
         x: Array = generator.uniform(lower, upper)
         for first in self.model.attitudes.values():
             x[first : first + 4] = random_attitude(generator)
         for goal in self.goal.attitudes:
-            near = turned_at_random(np.array(goal.target), goal.tolerance, generator)
+            near = turned_at_random(
+                np.array(goal.target), min(spread * goal.tolerance, np.pi), generator
+            )
             x[goal.index : goal.index + 4] = near
-        x[list(self.goal.indices)] = generator.uniform(*self._goal_box())
+        x[list(self.goal.indices)] = generator.uniform(*self._goal_box(spread))
         return x
 
     @cached_property

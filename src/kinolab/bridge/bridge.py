@@ -24,6 +24,7 @@ class Bridge:
         problem: What to plan.
         min_steps: Propagation steps for which an input is held at least.
         max_steps: Propagation steps for which an input is held at most.
+        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn.
 
     Attributes:
         space: The compound state space.
@@ -32,7 +33,14 @@ class Bridge:
         rejections: How many motions were refused, by cause.
     """
 
-    def __init__(self, problem: Problem, *, min_steps: int = 1, max_steps: int = 20) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        min_steps: int = 1,
+        max_steps: int = 20,
+        goal_zoom: float = 1.0,
+    ) -> None:
         self._states = States(problem)
         propagation = Propagation(problem, self._states)
         self.space = self._states.space
@@ -48,7 +56,7 @@ class Bridge:
         start = self.space.allocState()
         self.write(start, problem.start.tolist())
         self.problem_definition.addStartState(start)
-        self.problem_definition.setGoal(GoalRegion(problem, self._states, information))
+        self.problem_definition.setGoal(GoalRegion(problem, self._states, information, goal_zoom))
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,8 +12,11 @@ from ompl import base as ob
 from ompl import util as ou
 
 from kinolab.bridge.bridge import Bridge
+from kinolab.motion import DivergedError, resimulate
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome, SearchResult
+
+GROWTH = 1.5  # of the length of a round over the one before
 
 
 def search(
@@ -22,25 +27,105 @@ def search(
     *,
     min_steps: int,
     max_steps: int,
+    goal_zoom: float = 1.0,
+    restart_after: int = 0,
 ) -> SearchResult:
     """Search with the planner that ``make`` returns for a space information.
 
     The random numbers are seeded before the planner exists, which is what makes OMPL's paths
     repeatable.
+
+    Args:
+        problem: What to plan.
+        make: Returns an OMPL control planner.
+        seed: Of the random numbers.
+        budget: When to stop.
+        min_steps: Propagation steps for which an input is held at least.
+        max_steps: Propagation steps for which an input is held at most.
+        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn.
+        restart_after: Iterations of the first round; then the planner begins anew, with a longer
+            round each time. 0 for a single round.
+
+    Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
+    trees, AAAI 2008.
     """
     ou.RNG.setSeed(_seed(seed))
-    bridge = Bridge(problem, min_steps=min_steps, max_steps=max_steps)
-    planner = make(bridge.space_information)
-    planner.setProblemDefinition(bridge.problem_definition)
+    bridge = Bridge(problem, min_steps=min_steps, max_steps=max_steps, goal_zoom=goal_zoom)
+    planner, definition = make(bridge.space_information), bridge.problem_definition
+    planner.setProblemDefinition(definition)
     planner.setup()
     budget.restart()  # code for this machine was compiled and loaded until here
-    planner.solve(ob.PlannerTerminationCondition(budget.spent))
-    definition = bridge.problem_definition
-    durations, controls = _path(definition)
-    outcome = _outcome(definition, len(durations), budget)
-    t, u = _rows(problem, durations, controls)
+    rounds = _Rounds(budget, restart_after)
+    condition = ob.PlannerTerminationCondition(rounds.ended)
+    nearest, misses = _Path(math.inf, [], []), 0
+    while not rounds.all_over:
+        planner.solve(condition)
+        path = _path(definition)
+        if definition.hasExactSolution():
+            t, u = _rows(problem, path)
+            if _truly_reaches(problem, t, u):
+                break
+            misses += 1  # the tree stays, and the next solve goes on with it
+        elif path.difference < nearest.difference:
+            nearest = path
+        definition.clearSolutionPaths()
+        if rounds.over:
+            planner.clear()
+            rounds.begin_next()
+    else:
+        t, u = _rows(problem, nearest)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.items()}
-    return SearchResult(outcome, t, u, budget.iterations, statistics)
+    statistics |= {"missed_the_goal_in_truth": float(misses), "restarts": float(rounds.restarts)}
+    return SearchResult(_outcome(rounds, len(u)), t, u, budget.iterations, statistics)
+
+
+class _Rounds:
+    """When a planner's round is over, and when all are.
+
+    Attributes:
+        over: Whether the round's iterations are used up.
+        all_over: Whether the budget is spent.
+        restarts: How many rounds are over.
+    """
+
+    def __init__(self, budget: Budget, first: int) -> None:
+        self._budget, self._length, self._end = budget, float(first), float(first or math.inf)
+        self.over = self.all_over = False
+        self.restarts = 0
+
+    def ended(self) -> bool:
+        """Say whether the planner must end, and count one more iteration if not."""
+        self.over = self._budget.iterations >= self._end
+        self.all_over = not self.over and self._budget.spent()
+        return self.over or self.all_over
+
+    def begin_next(self) -> None:
+        """Begin a longer round."""
+        self._length *= GROWTH
+        self._end = self._budget.iterations + self._length
+        self.over, self.restarts = False, self.restarts + 1
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the budget was ended from outside."""
+        return self._budget.interrupted
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Inputs that an OMPL planner found, with how long each is held, in [s]."""
+
+    difference: float  # how far outside the goal it ends
+    durations: list[float]
+    controls: list[list[float]]
+
+
+def _truly_reaches(problem: Problem, t: Any, u: Any) -> bool:
+    """Say whether the true motion ends in the goal, which the planner's integrator has reached."""
+    try:
+        return problem.goal_excess(resimulate(problem, t, u).x[-1]) <= 1.0
+    except DivergedError:
+        return False
 
 
 def _seed(seed: int) -> int:
@@ -49,28 +134,28 @@ def _seed(seed: int) -> int:
     return mixed or 1
 
 
-def _outcome(definition: Any, segments: int, budget: Budget) -> Outcome:
-    if definition.hasExactSolution():
+def _outcome(rounds: _Rounds, steps: int) -> Outcome:
+    if not rounds.all_over:
         return Outcome.SOLVED
-    if budget.interrupted:
+    if rounds.interrupted:
         return Outcome.INTERRUPTED
-    return Outcome.APPROXIMATE if segments else Outcome.NOT_FOUND
+    return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND
 
 
-def _path(definition: Any) -> tuple[list[float], list[Any]]:
+def _path(definition: Any) -> _Path:
+    """Copy the path out of OMPL, whose states and controls go when it is cleared."""
     if not definition.hasSolution():
-        return [], []
-    path = definition.getSolutionPath()
-    return list(path.getControlDurations()), [
-        path.getControl(k) for k in range(path.getControlCount())
-    ]
+        return _Path(math.inf, [], [])
+    path, size = definition.getSolutionPath(), definition.getSpaceInformation().getControlSpace()
+    count = path.getControlCount()
+    controls = [[path.getControl(k)[i] for i in range(size.getDimension())] for k in range(count)]
+    return _Path(definition.getSolutionDifference(), list(path.getControlDurations()), controls)
 
 
-def _rows(problem: Problem, durations: list[float], controls: list[Any]) -> tuple[Any, Any]:
+def _rows(problem: Problem, path: _Path) -> tuple[Any, Any]:
     """Return times and inputs with one row per propagation step."""
-    held = []
-    for duration, control in zip(durations, controls, strict=True):
-        values = [control[i] for i in range(problem.model.nu)]
+    held: list[list[float]] = []
+    for duration, values in zip(path.durations, path.controls, strict=True):
         held += [values] * round(duration / problem.step)
     u = np.array(held, dtype=float).reshape(len(held), problem.model.nu)
     return problem.step * np.arange(len(held) + 1), u

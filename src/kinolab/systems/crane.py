@@ -4,6 +4,7 @@ from kinolab.dynamics import (
     WORLD,
     Body,
     Box,
+    Cable,
     Cylinder,
     Force,
     Pull,
@@ -68,5 +69,5 @@ def crane() -> System:
             Viscous(rate(theta_y), c_s),
         ],
         requirements=[require(hoist.symbol + c_l * rate(l), "the rope only pulls")],
-        cables=[(rail, rope)],
+        cables=[Cable((rail, rope), "rope", radius=0.03)],
     )

@@ -7,6 +7,7 @@ import sympy
 from kinolab.dynamics import (
     Body,
     Box,
+    Cable,
     Drive,
     Parameter,
     System,
@@ -58,7 +59,7 @@ def _crane(name: str, m: Parameter, g: Parameter) -> dict[str, Any]:
     pull = g * sympy.cos(s) - travel.symbol * sympy.sin(s) - hoist.symbol + l * rate(s) ** 2
     return {
         "bodies": [load, trolley],
-        "cables": [(rail, load.frame)],
+        "cables": [Cable((rail, load.frame), f"rope {name}")],
         "inputs": [travel, hoist],
         "efforts": [Viscous(rate(s), 0.5)],
         "requirements": [require(m * pull, f"rope {name} pulls")],

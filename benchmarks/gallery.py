@@ -1,0 +1,387 @@
+"""Every built-in scenario, planned from the command line with several seeds.
+
+    python benchmarks/gallery.py [NAME ...] [--seeds N] [--planner NAME] [--time-limit SECONDS]
+                                 [--jobs N] [--json FILE] [--keep DIR]
+
+Prints a Markdown table. Every plan is searched for in a process of its own, as users do, and what
+it wrote is then judged by ``plan check`` in another one. The search is timed by kinolab itself,
+imports and compilation apart. What ends without a verified plan counts as if it had searched for
+the whole time limit. Ctrl-C ends it with a table of the runs that are finished.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import platform
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+ENTER = "from kinolab.cli import main; main()"
+GRACE = 120.0  # [s] for imports, compilation and verification, beyond the limit of the search
+SOLVED = 0  # the exit code
+HEADINGS = (
+    *("scenario", "system", "planner", "solved", "checked", "search, median [s]"),
+    *("search, worst [s]", "plan, median [s]", "other exits"),
+)
+LEGEND = """\
+- *solved*: runs that ended with a verified plan, exit code 0; *checked*: how many of these
+  `plan check` confirmed from their files alone.
+- *search*: time of the search alone; a run without a verified plan counts as the limit, and ≥
+  marks a figure in which one does.
+- *plan*: duration of the motion that was found.
+- *other exits*: exit codes of the rest, and how often; a negative one is a signal."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scenario and who is to solve it, by their names."""
+
+    scenario: str
+    system: str
+    planner: str
+
+
+@dataclass(frozen=True)
+class Run:
+    """How one search ended.
+
+    Attributes:
+        scenario: Its name.
+        seed: Of the random numbers.
+        exit_code: Of ``plan``; None where the run was killed because it took too long.
+        check_code: Of ``plan check``; None where there was nothing to check, or it was killed.
+        wall: Time of the whole process in [s].
+        search: Time of the search in [s]; None where nothing was reported, as are the next two.
+        iterations: Number of extensions.
+        duration: Of the motion in [s].
+        complaint: What the run said where it gave no verified plan.
+    """
+
+    scenario: str
+    seed: int
+    exit_code: int | None
+    check_code: int | None
+    wall: float
+    search: float | None
+    iterations: int | None
+    duration: float | None
+    complaint: str
+
+    @property
+    def solved(self) -> bool:
+        """Whether it ended with a verified plan."""
+        return self.exit_code == SOLVED and self.search is not None
+
+    def __str__(self) -> str:
+        exit_code = "killed" if self.exit_code is None else f"exit {self.exit_code}"
+        search = "" if self.search is None else f", search {self.search:.1f} s"
+        complaint = f": {self.complaint}" if self.complaint else ""
+        return f"{self.scenario}, seed {self.seed}: {exit_code}{search}{complaint}"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A process that has ended; ``code`` is None where it was killed at its limit."""
+
+    code: int | None
+    stdout: str
+    stderr: str
+
+
+class Processes:
+    """Starts processes, several at a time, and ends all of them at once.
+
+    Each has a session of its own, so that Ctrl-C on a terminal does not reach it: a search would
+    end early and be counted.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._live: set[subprocess.Popen[str]] = set()
+        self._closed = False
+
+    def run(self, command: Sequence[str], limit: float) -> Ended:
+        """Run a command; kill it and its children after ``limit`` seconds.
+
+        Raises:
+            InterruptedError: If ``close`` was called.
+        """
+        process = self._start(command)
+        try:
+            stdout, stderr = process.communicate(timeout=limit)
+            code: int | None = process.returncode
+        except subprocess.TimeoutExpired:
+            _kill(process)
+            stdout, stderr = process.communicate()
+            code = None
+        finally:
+            with self._lock:
+                self._live.discard(process)
+        if self._closed:
+            raise InterruptedError
+        return Ended(code, stdout, stderr)
+
+    def _start(self, command: Sequence[str]) -> subprocess.Popen[str]:
+        with self._lock:
+            if self._closed:
+                raise InterruptedError
+            process = subprocess.Popen(
+                command,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                start_new_session=True,
+            )
+            self._live.add(process)
+        return process
+
+    def close(self) -> None:
+        """Kill what runs and start nothing any more."""
+        with self._lock:
+            self._closed = True
+            for process in self._live:
+                _kill(process)
+
+
+def _kill(process: subprocess.Popen[str]) -> None:
+    """Kill a process and its children, which share its session."""
+    if process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def plan(processes: Processes, case: Case, seed: int, options: argparse.Namespace) -> Run:
+    """Search for a plan with one seed, and check what was written."""
+    folder = Path(options.keep) / f"{case.scenario}-{seed}"
+    limit = options.time_limit
+    arguments = [
+        *(case.scenario, "--seed", str(seed), "--time-limit", str(limit), "--out", str(folder)),
+        *("--no-animation", "--quiet", "--json"),
+        *(["--planner", options.planner] if options.planner else []),
+    ]
+    begun = time.perf_counter()
+    ended = processes.run([sys.executable, "-c", ENTER, *arguments], limit + GRACE)
+    wall = time.perf_counter() - begun
+    check_code = None
+    if ended.code == SOLVED:
+        check_code = processes.run([sys.executable, "-c", ENTER, "check", str(folder)], GRACE).code
+    return result(case, seed, ended, check_code, wall)
+
+
+def result(case: Case, seed: int, ended: Ended, check_code: int | None, wall: float) -> Run:
+    """Read what a process reported."""
+    report = report_in(ended.stdout)
+    complaint = ended.stderr.strip().rpartition("\n")[2] or report.get("message", "")
+    return Run(
+        scenario=case.scenario,
+        seed=seed,
+        exit_code=ended.code,
+        check_code=check_code,
+        wall=wall,
+        search=report.get("timings", {}).get("search"),
+        iterations=report.get("iterations"),
+        duration=report.get("duration"),
+        complaint="" if ended.code == SOLVED else complaint,
+    )
+
+
+def report_in(text: str) -> dict[str, Any]:
+    """Return the report that a run printed; empty where it did not come to that."""
+    try:
+        report = json.loads(text)
+    except ValueError:
+        return {}
+    return report if isinstance(report, dict) else {}
+
+
+def table(cases: Iterable[Case], runs: Sequence[Run], limit: float) -> str:
+    """Return the runs as a Markdown table, one row per scenario that was run.
+
+    Args:
+        cases: What was to be run, in the order of the rows.
+        runs: What was run.
+        limit: Of the search, in [s], which a run without a verified plan counts as.
+    """
+    rows = [HEADINGS, ["---"] * len(HEADINGS)]
+    for case in cases:
+        own = [run for run in runs if run.scenario == case.scenario]
+        if own:
+            rows.append([case.scenario, case.system, case.planner, *cells(own, limit)])
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def cells(runs: Sequence[Run], limit: float) -> list[str]:
+    """Return the figures of one scenario's runs as text."""
+    solved = [run for run in runs if run.solved]
+    checked = sum(run.check_code == 0 for run in solved)
+    durations = [run.duration for run in solved if run.duration is not None]
+    return [
+        f"{len(solved)}/{len(runs)}",
+        f"{checked}/{len(solved)}" if solved else "–",
+        *search_times(runs, limit),
+        f"{median(durations):.1f}" if durations else "–",
+        other_exits(runs),
+    ]
+
+
+def search_times(runs: Sequence[Run], limit: float) -> tuple[str, str]:
+    """Return median and worst time of the search, marked where a run without a plan counts."""
+    found = sorted(run.search for run in runs if run.solved and run.search is not None)
+    times = [*found, *[limit] * (len(runs) - len(found))]
+    middle = len(times) // 2  # of the two in the middle of an even number, the later one
+    return (
+        f"{'≥ ' if middle >= len(found) else ''}{median(times):.1f}",
+        f"{'≥ ' if len(found) < len(times) else ''}{times[-1]:.1f}",
+    )
+
+
+def other_exits(runs: Iterable[Run]) -> str:
+    """Return the exit codes other than that of a solved run, and how often each came."""
+    codes = Counter(
+        "killed" if run.exit_code is None else str(run.exit_code) for run in runs if not run.solved
+    )
+    return ", ".join(f"{code} ({count})" for code, count in sorted(codes.items())) or "–"
+
+
+def describe() -> str:
+    """Return what this ran on, and the versions."""
+    return f"{processor()}, {os.cpu_count()} cores, {platform.system()}\n\n{versions()}"
+
+
+def processor() -> str:
+    """Return the name of the processor."""
+    if os.path.exists("/proc/cpuinfo"):
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            models = (line.split(":")[1].strip() for line in file if "model name" in line)
+            return next(models, platform.machine())
+    return platform.processor() or platform.machine()
+
+
+def versions() -> str:
+    """Return the versions of Python, kinolab and what runs record."""
+    from kinolab import __version__
+    from kinolab.runs import RECORDED
+
+    named = [f"Python {platform.python_version()}", f"kinolab {__version__}"]
+    for package in RECORDED:
+        with contextlib.suppress(PackageNotFoundError):
+            named.append(f"{package} {version(package)}")
+    return ", ".join(named)
+
+
+def circumstances(options: argparse.Namespace, runs: Sequence[Run], planned: int) -> Iterator[str]:
+    """Yield sentences that say how the times were taken."""
+    seeds = "seed 1" if options.seeds == 1 else f"seeds 1 to {options.seeds}"
+    yield f"Search limit {options.time_limit:g} s, {seeds}."
+    if options.jobs > 1:
+        yield f"Times were taken with {options.jobs} runs side by side."
+    killed = sum(run.exit_code is None for run in runs)
+    if killed:
+        longest = options.time_limit + GRACE
+        yield f"{killed} of the runs took longer than {longest:g} s and were killed."
+    if len(runs) < planned:
+        yield f"Interrupted after {len(runs)} of {planned} runs."
+
+
+def run_all(cases: Sequence[Case], options: argparse.Namespace) -> list[Run]:
+    """Run every case with every seed; return what was finished before Ctrl-C."""
+    processes, finished = Processes(), []
+    with ThreadPoolExecutor(options.jobs) as pool:
+        futures = [
+            pool.submit(plan, processes, case, seed, options)
+            for case in cases
+            for seed in range(1, options.seeds + 1)
+        ]
+        try:
+            for run in completed(futures):
+                finished.append(run)
+                print(run, file=sys.stderr)
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            processes.close()
+    return finished
+
+
+def completed(futures: Sequence[Future[Run]]) -> Iterator[Run]:
+    """Yield runs as they end."""
+    for future in as_completed(futures):
+        yield future.result()
+
+
+def cases_of(options: argparse.Namespace) -> list[Case]:
+    """Return the scenarios that were named, or all."""
+    from kinolab.scenario import builtin_scenarios, load_scenario
+
+    known = builtin_scenarios()
+    scenarios = {name: load_scenario(known[name]) for name in options.names or known}
+    return [
+        Case(name, scenario.system.name or "–", options.planner or scenario.planner.name)
+        for name, scenario in scenarios.items()
+    ]
+
+
+def arguments() -> argparse.Namespace:
+    """Read the command line."""
+    from kinolab.scenario import builtin_scenarios
+
+    parser = argparse.ArgumentParser(description="Plan every scenario with several seeds.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="scenarios; default: all")
+    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="seeds 1 to N")
+    parser.add_argument("--planner", metavar="NAME", help="planner, instead of the scenario's")
+    parser.add_argument("--time-limit", type=float, default=120.0, metavar="SECONDS")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="runs side by side")
+    parser.add_argument("--json", metavar="FILE", help="write every run to a file")
+    parser.add_argument("--keep", metavar="DIR", help="keep the folders of the runs in DIR")
+    options = parser.parse_args()
+    unknown = set(options.names) - set(builtin_scenarios())
+    if unknown:
+        parser.error(f"no scenario is called {', '.join(sorted(unknown))}")
+    if min(options.seeds, options.jobs) < 1 or options.time_limit <= 0:
+        parser.error("--seeds, --jobs and --time-limit must be positive")
+    return options
+
+
+def write_json(path: str, options: argparse.Namespace, runs: Sequence[Run], text: str) -> None:
+    """Write every run, and how the times were taken."""
+    content = {
+        "machine": describe().splitlines(),
+        "circumstances": text,
+        "time_limit": options.time_limit,
+        "jobs": options.jobs,
+        "runs": [asdict(run) for run in sorted(runs, key=lambda run: (run.scenario, run.seed))],
+    }
+    Path(path).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", "utf-8")
+
+
+def main() -> int:
+    """Print the table; return 130 if it was interrupted."""
+    options = arguments()
+    cases = cases_of(options)
+    planned = len(cases) * options.seeds
+    with tempfile.TemporaryDirectory() as folder:
+        options.keep = options.keep or folder
+        runs = run_all(cases, options)
+    text = " ".join(circumstances(options, runs, planned))
+    print(f"{describe()}\n\n{text}\n\n{table(cases, runs, options.time_limit)}\n\n{LEGEND}")
+    if options.json:
+        write_json(options.json, options, runs, text)
+    return 0 if len(runs) == planned else 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())
