@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from kinolab.scenario.values import MESH_FORMATS
 from tests.support import ROOT, environment
 
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -54,7 +55,10 @@ def test_every_file_of_a_package_that_is_not_code_is_shipped(package: str) -> No
 
 
 def test_the_meshes_of_scenarios_are_shipped() -> None:
-    assert "meshes/*" in SETUPTOOLS["package-data"]["kinolab.scenarios"]
+    shipped = SETUPTOOLS["package-data"]["kinolab.scenarios"]
+    for mesh in MESHES.iterdir():
+        wanted = mesh.suffix in MESH_FORMATS
+        assert any(fnmatch(f"meshes/{mesh.name}", pattern) for pattern in shipped) == wanted
 
 
 def test_every_mesh_is_what_its_script_writes(tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ from tests.support import OPEN, WALL, problem_of
 def test_every_scenario_is_solved_by_a_free_and_feasible_motion(name: str, solved: Solver) -> None:
     found = solved(name)
     assert found.plan.status == "solved", found.plan.message
-    assert found.plan.timings["search"] <= found.problem.scenario.planner.time_limit + 1.0  # [s]
     assert_collision_free(found.problem, found.trajectory)
     assert_dynamically_feasible(found.problem, found.trajectory)
 

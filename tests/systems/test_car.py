@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from kinolab import systems
 from kinolab.trajectory import Trajectory
+from tests.conftest import Solver
 from tests.oracles import vehicles as oracle
 from tests.oracles.vehicles import Car
 
@@ -316,3 +317,11 @@ def test_the_length_of_a_path_is_the_distance_rolled(model: Any) -> None:
     motion = driven(model, 0, phi_dot=6.0, torque=50.0)
     rolled = CAR.R * float(np.ptp(column(motion, "phi")))
     assert oracle.path_length(motion) == pytest.approx(rolled, abs=1e-9)  # [m] of 20
+
+
+def test_the_plan_into_the_bay_is_no_shorter_than_the_path_of_reeds_and_shepp(
+    solved: Solver,
+) -> None:
+    """Obstacles, torques and rates can only lengthen it."""
+    plan = solved("vehicle_parking").trajectory
+    assert oracle.path_length(plan) >= oracle.reeds_shepp_length(*ends(plan), TIGHTEST) - 1e-6
