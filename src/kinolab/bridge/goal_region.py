@@ -37,7 +37,7 @@ class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
 
     def sampleGoal(self, state: Any) -> None:
         """Write a state of the goal region, or of what surrounds it."""
-        spread = self._zoom ** self._generator.uniform()
+        spread = self._zoom ** self._generator.uniform() if self._zoom > 1.0 else 1.0
         self._states.write(state, self._problem.sample_goal(self._generator, spread).tolist())
 
     def maxSampleCount(self) -> int:
