@@ -19,7 +19,8 @@ from PIL import Image
 import kinolab
 from kinolab import cli
 from kinolab.errors import InputError
-from kinolab.runs import check_run, read_run, write_run, write_whole
+from kinolab.files import write_whole
+from kinolab.runs import check_run, read_run, write_run
 from kinolab.scenario import load_scenario
 from tests.conftest import Finished, Solved
 from tests.support import OPEN, plan, problem_of

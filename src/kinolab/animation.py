@@ -59,13 +59,15 @@ def _goal(problem: Problem) -> GoalRegion | Ghost | None:
     goal = problem.goal
     if goal.points:
         return GoalRegion(goal.points[0].position, goal.points[0].tolerance)
-    if not goal.indices:
+    if not (goal.indices or goal.attitudes):
         return None
     x = problem.start.copy()
     x[list(goal.indices)] = goal.targets
+    for attitude in goal.attitudes:
+        x[attitude.index : attitude.index + 4] = attitude.target
     pose = problem.frames(x)
     names = [problem.model.state_names[i] for i in goal.indices]
-    if {"x", "y"} <= set(names):
+    if set(names) == {"x", "y"}:
         radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
         px, py, pz = pose[0, 3::4]
         return GoalRegion((float(px), float(py), float(pz)), float(radius))

@@ -167,7 +167,7 @@ def _ending_on_interrupt(budgets: list[Budget]) -> Iterator[None]:
 
 def _animate(problem: Problem, found: Plan, folder: Path) -> None:
     from kinolab.animation import animate
-    from kinolab.runs import write_whole
+    from kinolab.files import write_whole
 
     assert found.trajectory is not None
     write_whole(folder / "animation.gif", animate(problem, found.trajectory))

@@ -11,7 +11,6 @@ import json
 import math
 import os
 import platform
-import secrets
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -21,6 +20,7 @@ from typing import Any
 from kinolab import __version__
 from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.errors import InputError, Mistake
+from kinolab.files import write_whole
 from kinolab.loading import build_problem
 from kinolab.planning import Plan
 from kinolab.problem import Problem
@@ -232,13 +232,3 @@ def _finite(value: float) -> float | None:
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it appears under its name only once it is complete."""
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        draft.write_bytes(content)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)

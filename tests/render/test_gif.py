@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 from kinolab.dynamics.shapes import Disk
+from kinolab.files import whole_file
 from kinolab.render import Picture, gif, write_gif
 from kinolab.render.film import make_film
 from kinolab.render.lettering import lettered, time_stamp
@@ -112,7 +113,7 @@ def test_a_failed_write_keeps_what_was_there(tmp_path: Path) -> None:
     path.write_bytes(b"before")
 
     def write_half() -> None:
-        with gif.whole_file(path) as file:
+        with whole_file(path) as file:
             file.write(b"half")
             raise RuntimeError("stopped")
 

@@ -8,7 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
-from kinolab.world import lowest_z, reach, triangles
+from kinolab.world import lowest_z, triangles
 
 AT = (0.3, -0.2, 0.1)
 SHAPES: list[Shape] = [
@@ -57,28 +57,3 @@ def test_lowest_z_of_a_tilted_coin_is_exact() -> None:
         pose = np.array([[1, 0, 0, 5], [0, c, -s, 7], [0, s, c, 2.0]])
         expected = 2.0 - 0.25 * c - 0.025 * abs(s)
         assert lowest_z(Disk(0.25, 0.05, axis="y"), pose) == pytest.approx(expected, abs=1e-15)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_reach_bounds_every_corner_and_its_speed(shape: Shape) -> None:
-    """Corners of a shape that spins about its own axis count without their spin."""
-    rng = np.random.default_rng(2)
-    bound = reach(shape)
-    offset = triangles(shape)[0] - bound.center
-    assert np.linalg.norm(offset, axis=1).max() <= bound.radius + 1e-7  # [m]
-    assert np.linalg.norm(offset, axis=1).max() > bound.radius - SAGITTA
-    for _ in range(20):
-        v, w = rng.normal(size=(2, 3))
-        if isinstance(shape, Sphere):
-            w = np.zeros(3)
-        elif bound.axis is not None:
-            w = w - bound.axis * (bound.axis @ w)
-        speed = np.linalg.norm(v + np.cross(w, offset), axis=1).max()
-        limit = np.linalg.norm(v) + bound.lever * np.linalg.norm(w)
-        assert speed <= limit + 1e-6  # [m/s]; capsules are drawn to 1e-7 m
-
-
-def test_spin_about_its_own_axis_is_no_motion_of_a_disk() -> None:
-    assert reach(Disk(0.25, 0.05, axis="y")).axis == pytest.approx([0, 1, 0])
-    assert reach(Sphere(1.0)).lever == 0.0
-    assert reach(Box(1, 1, 1)).axis is None

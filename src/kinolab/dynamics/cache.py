@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import secrets
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -18,6 +17,7 @@ from typing import Any
 import platformdirs
 
 from kinolab.dynamics.compilation import processor
+from kinolab.files import write_whole
 
 MAGIC = b"kinolab object 1\n"
 
@@ -77,11 +77,6 @@ def _read(path: Path) -> tuple[dict[str, Any], bytes] | None:
 def _write(path: Path, facts: dict[str, Any], code: bytes) -> None:
     """Keep an entry; a folder that cannot be written only costs time."""
     payload = json.dumps(facts).encode() + b"\0" + code
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
+    with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        draft.write_bytes(MAGIC + hashlib.sha256(payload).digest() + payload)
-        draft.replace(path)
-    except OSError:
-        with suppress(OSError):
-            draft.unlink()
+        write_whole(path, MAGIC + hashlib.sha256(payload).digest() + payload)

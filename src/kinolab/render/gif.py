@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import secrets
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from PIL.GifImagePlugin import getdata
 
+from kinolab.files import whole_file
 from kinolab.render.film import Film, make_film
 from kinolab.render.palette import Palette, shared_palette
 from kinolab.render.scene import Picture
@@ -60,18 +59,6 @@ def write_gif(
         file.write(_header(size, palette))
         file.writelines(_blocks(film, palette))
         file.write(b";")
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[BinaryIO]:
-    """A file that appears under its name only once it is complete."""
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        with draft.open("xb") as file:
-            yield file
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _header(size: tuple[int, int], palette: Palette) -> bytes:

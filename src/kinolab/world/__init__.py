@@ -2,7 +2,7 @@
 
 from kinolab.world.cable import NO_ENDS, CableGeometry
 from kinolab.world.collision import CollisionChecker, Contact
-from kinolab.world.geometry import BodyGeometry, Reach, half_thickness, lowest_z, reach, triangles
+from kinolab.world.geometry import BodyGeometry, lowest_z, triangles
 from kinolab.world.mesh import Mesh, load_mesh
 from kinolab.world.obstacle import (
     Obstacle,
@@ -21,15 +21,12 @@ __all__ = [
     "Contact",
     "Mesh",
     "Obstacle",
-    "Reach",
     "World",
     "box_obstacle",
     "cylinder_obstacle",
-    "half_thickness",
     "load_mesh",
     "lowest_z",
     "mesh_obstacle",
-    "reach",
     "sphere_obstacle",
     "triangles",
 ]

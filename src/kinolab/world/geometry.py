@@ -50,21 +50,6 @@ class BodyGeometry:
     color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
 
 
-@dataclass(frozen=True)
-class Reach:
-    """How far a shape extends, and how much turning can move it.
-
-    While the body moves with the velocity v of ``center`` and the angular velocity w, no part of
-    the shape moves faster than ``|v| + lever |w'|``, where w' is w without its component along
-    ``axis``: spinning about its own axis of symmetry is no motion of the shape.
-    """
-
-    center: Array  # (3,) in the body's frame, [m]
-    radius: float  # the whole shape lies within this distance of the centre, [m]
-    lever: float  # [m]; 0 for a sphere, which no turning moves
-    axis: Array | None  # (3,) unit vector in the body's frame, None where every turn counts
-
-
 def sizes(shape: Shape) -> tuple[Kind, Array]:
     """Give the kind and the half sizes (3,) in [m], along x, y, z of the shape's own frame.
 
@@ -104,26 +89,6 @@ def lowest_z(shape: Shape, pose: Array) -> float:
     return float(center - half_extent(int(kind), half, *down))
 
 
-def reach(shape: Shape) -> Reach:
-    """Bound the shape about its centre, for bounds on motion."""
-    kind, half = sizes(shape)
-    frame = placement(shape)
-    radius = _bounding_radius(kind, half)
-    lever = 0.0 if kind is Kind.SPHERE else radius
-    axis = frame[:, 2] if kind in (Kind.CYLINDER, Kind.CAPSULE) else None
-    return Reach(frame[:, 3], radius, lever, axis)
-
-
-def _bounding_radius(kind: Kind, half: Array) -> float:
-    if kind is Kind.BOX:
-        return float(np.linalg.norm(half))
-    if kind is Kind.SPHERE:
-        return float(half[0])
-    if kind is Kind.CAPSULE:
-        return float(half[0] + half[2])
-    return float(np.hypot(half[0], half[2]))
-
-
 def triangles(shape: Shape) -> tuple[Array, Faces]:
     """Triangulate the surface in the body's frame, for drawing.
 
@@ -147,15 +112,3 @@ def _own_triangles(shape: Shape) -> trimesh.Trimesh:
     capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[32, 32])
     capsule.apply_translation(-capsule.bounds.mean(axis=0))
     return capsule
-
-
-def half_thickness(shape: Shape) -> float:
-    """Return half of a shape's smallest extent, in [m]: the radius of a ball that fits in it."""
-    kind, halves = sizes(shape)
-    radius, _, half_length = (float(value) for value in halves)
-    match kind:
-        case Kind.BOX:
-            return float(min(halves))
-        case Kind.CYLINDER:
-            return min(radius, half_length)
-    return radius
