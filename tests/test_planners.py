@@ -13,7 +13,7 @@ from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
 from tests.conftest import Solved
-from tests.support import OPEN, plan, problem_of
+from tests.support import OPEN, failed, plan, problem_of, within
 
 every_planner = pytest.mark.parametrize("name", planners.names())
 
@@ -192,6 +192,167 @@ def test_a_discrete_problem_is_judged_on_its_own_map_or_refused(tmp_path: Path) 
     h = np.diff(motion.t)[:, None]
     steps = motion.x[:-1] + h * problem.model.f(motion.x[:-1], motion.u)
     assert np.abs(motion.x[1:] - steps).max() < 1e-9
+
+
+# --- restarts ---
+
+
+def test_a_search_begins_anew_in_ever_longer_rounds(hard: Problem) -> None:
+    """Rounds of 1000, 1500 and 2250 iterations are over after 4750, the next after 8125."""
+    first, second = (
+        hard.solve(planner="rrt", seed=1, max_iterations=5000, restart_after=1000) for _ in range(2)
+    )
+    assert first.statistics["restarts"] == 3.0
+    assert first.iterations == 5000
+    assert bits(first) == bits(second)
+
+
+@pytest.mark.parametrize(
+    ("most", "rounds"), [(1, 0), (1000, 0), (1001, 1), (2500, 1), (2501, 2), (4750, 2), (4751, 3)]
+)
+def test_a_round_that_ends_with_the_search_begins_no_other(
+    most: int, rounds: int, hard: Problem
+) -> None:
+    """The round may be told as over where it ends together with the search, not before."""
+    found = hard.solve(planner="rrt", seed=1, max_iterations=most, restart_after=1000)
+    assert found.iterations == most
+    assert found.statistics["restarts"] in {rounds, rounds + (most in {1000, 2500, 4750})}
+
+
+def test_no_search_begins_anew_where_that_is_turned_off(hard: Problem) -> None:
+    found = hard.solve(planner="rrt", seed=1, max_iterations=3000, restart_after=0)
+    assert (found.iterations, found.statistics["restarts"]) == (3000, 0.0)
+
+
+def test_rounds_of_one_iteration_end(hard: Problem) -> None:
+    """1.5^17 is 985: the rounds of 100 iterations sum up to fewer than 100."""
+    found = hard.solve(planner="rrt", seed=1, max_iterations=100, restart_after=1)
+    assert found.iterations == 100
+    assert 5 <= found.statistics["restarts"] <= 20
+
+
+def test_the_first_round_is_a_search_without_rounds(hard: Problem) -> None:
+    plain, first = (
+        hard.solve(planner="rrt", seed=4, max_iterations=900, restart_after=after)
+        for after in (0, 1000)
+    )
+    assert bits(plain) == bits(first)
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_the_nearest_approach_of_all_rounds_is_kept(seed: int, hard: Problem) -> None:
+    """Rounds are compared by the planner's integrator, whose RK4 steps err by 1e-4 m at most.
+
+    A step of 0.05 s turns the coin by up to 0.2 rad on 0.15 m: 0.15 * 0.2^4 / 120 is 2e-6 m, and
+    the motions have fewer than 50 steps in a row that turn so fast.
+    """
+    first, all_rounds = (
+        hard.solve(planner="rrt", seed=seed, max_iterations=most, restart_after=500)
+        for most in (500, 2500)
+    )
+    assert all_rounds.statistics["restarts"] >= 2
+    excess = [hard.goal_excess(found.trajectory.x[-1]) for found in (all_rounds, first)]  # type: ignore[union-attr]
+    assert excess[0] <= excess[1] + 1e-4 / 1e-6  # 1e-4 m of a tolerance of 1e-6 m
+
+
+def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(hard: Problem) -> None:
+    budgets: list[Budget] = []
+
+    def stop(iterations: int, _: float) -> None:
+        budgets[0].interrupted = iterations > 200
+
+    settings = {"progress": stop, "watch": budgets.append, "restart_after": 50}
+    found = hard.solve(planner="rrt", seed=1, time_limit=30.0, **settings)
+    assert found.status == "interrupted"
+    assert found.statistics["restarts"] > 0
+    assert found.trajectory is not None
+    assert found.timings["search"] < 2.0  # [s]; it reports four times a second
+
+
+@pytest.mark.parametrize(
+    ("setting", "value", "told"),
+    [
+        ("goal_zoom", 0.999, "0.999 is out of range. Give at least 1.0, at most 1000000.0."),
+        ("goal_zoom", -1, "-1 is out of range. Give at least 1.0, at most 1000000.0."),
+        ("goal_zoom", 2e6, "2000000.0 is out of range. Give at least 1.0, at most 1000000.0."),
+        ("goal_zoom", "far", "'far' does not fit. Give a number, such as the default 1.0."),
+        ("restart_after", -1, "-1 is out of range. Give at least 0."),
+        (
+            "restart_after",
+            1.5,
+            "1.5 does not fit. Give a whole number, such as the default 20000.",
+        ),
+    ],
+)
+def test_a_setting_out_of_its_range_is_told_with_what_would_work(
+    setting: str, value: object, told: str, table: Problem
+) -> None:
+    with pytest.raises(InputError) as caught:
+        table.solve(planner="rrt", **{setting: value})
+    assert str(caught.value) == f"[planner] {setting}: {told}"
+
+
+def test_a_zoom_widens_what_the_search_aims_at(hard: Problem) -> None:
+    plain, one, ten = (
+        bits(hard.solve(planner="rrt", seed=1, max_iterations=300, goal_bias=0.5, **zoom))
+        for zoom in ({}, {"goal_zoom": 1.0}, {"goal_zoom": 1e6})
+    )
+    assert plain == one
+    assert plain != ten
+
+
+# --- what is true of the planner's integrator only ---
+
+
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory: pytest.TempPathFactory) -> list[Plan]:
+    """Plans made with Euler's method in steps of half a second, off by some tenths of a metre."""
+    overrides = ('integration.method="euler"', "integration.step=0.5", "goal.tolerance=0.3")
+    problem = problem_of(tmp_path_factory.mktemp("coarse"), OPEN, *overrides)
+    return [problem.solve(seed=seed, max_iterations=100) for seed in range(40)]
+
+
+def test_a_goal_that_is_missed_in_truth_is_not_reached(coarse: list[Plan]) -> None:
+    missed = [found for found in coarse if found.statistics["missed_the_goal_in_truth"] > 0]
+    assert missed
+    for found in missed:
+        assert found.status == "solved" or found.iterations == 100  # the search went on
+    for found in coarse:
+        if found.status == "verification_failed":
+            assert found.certificate is not None
+            assert "goal" not in failed(found.certificate)
+
+
+def test_an_approach_that_passes_every_check_is_a_solution(coarse: list[Plan]) -> None:
+    for found in coarse:
+        if found.certificate is not None and found.certificate.passed:
+            assert found.status == "solved", f"seed {found.seed}"
+
+
+# --- starts at the edge of what is possible ---
+
+
+@every_planner
+@pytest.mark.parametrize("gap", [2e-5, 4e-5])
+def test_a_search_from_a_start_that_almost_touches_ends(
+    name: str, gap: float, tmp_path: Path
+) -> None:
+    """The coin's rim is 0.25 m behind its centre, the wall 0.05 m behind its face."""
+    at = -1.0 - 0.25 - gap - 0.05
+    wall = f'\n[[world.obstacle]]\nname = "wall"\nbox = [0.1, 2, 1]\nposition = [{at}, 0, 0.5]\n'
+    problem = problem_of(tmp_path, OPEN + wall)
+    problem.check_endpoints()
+    with within(3):
+        problem.solve(planner=name, seed=1, time_limit=0.5, max_iterations=200)
+
+
+@every_planner
+def test_a_search_from_a_start_that_is_outside_by_rounding_ends(name: str, tmp_path: Path) -> None:
+    overrides = ("start.x=-5.0000000005", "goal.x=-4")
+    problem = problem_of(tmp_path, OPEN, *overrides)
+    problem.check_endpoints()
+    with within(3):
+        problem.solve(planner=name, seed=1, time_limit=0.5, max_iterations=200)
 
 
 def test_every_outcome_is_a_sentence() -> None:

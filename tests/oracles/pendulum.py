@@ -6,6 +6,8 @@ Sources:
     Landau, Lifshitz, Mechanics, 3rd ed., section 11, problem 1: the period by K(sin(theta0 / 2)).
     NIST Digital Library of Mathematical Functions, 22.19(i): the swing by Jacobi's functions.
     Arguments of elliptic functions are SciPy's parameter m = k^2.
+    Pontryagin, Boltyanskii, Gamkrelidze, Mishchenko, The Mathematical Theory of Optimal Processes,
+        1962, chapter 1: every fastest motion is driven by the sign of its costate.
 """
 
 from collections.abc import Callable
@@ -15,6 +17,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -94,6 +97,125 @@ def swing(amplitude: float, t: Array, pendulum: Pendulum) -> Array:
     theta = 2 * np.arcsin(k * cn / dn)
     rate = -2 * k * np.cos(amplitude / 2) * pendulum.small_frequency * sn / dn
     return np.stack([theta, rate], axis=-1)
+
+
+def energy_time(energy: float, limit: float, pendulum: Pendulum) -> float:
+    """Return a lower bound in [s] for gaining an energy from rest at the bottom.
+
+    dE/dt <= limit |theta_dot| and |theta_dot| <= sqrt(2 E / (m l^2)), since V >= 0; so sqrt(E)
+    grows by at most limit / sqrt(2 m l^2) per second.
+
+    Args:
+        energy: At the end, in [J] above hanging at rest.
+        limit: Largest torque in [N m].
+    """
+    return float(np.sqrt(2 * pendulum.inertia * energy)) / limit
+
+
+@dataclass(frozen=True)
+class SwingUp:
+    """From rest at the bottom into a box about upright, with a limited torque.
+
+    Attributes:
+        limit: Largest torque in [N m].
+        angle: Half width of the box in [rad].
+        rate: Half height of the box in [rad/s].
+    """
+
+    limit: float
+    angle: float
+    rate: float
+    pendulum: Pendulum = Pendulum()
+
+    def reached(self, x: Array) -> NDArray[np.bool_]:
+        """Whether states, shape (2, ...), lie in the box."""
+        off = np.abs(np.remainder(x[0], 2 * np.pi) - np.pi)
+        return np.asarray((off <= self.angle) & (np.abs(x[1]) <= self.rate))
+
+    def slope(self, z: Array, u: Any) -> Array:
+        """Return the derivative of state and costate z, shape (4, ...).
+
+        H = a theta_dot + b (u - m g l sin theta) / (m l^2): a_dot = b m g l cos(theta) / (m l^2)
+        and b_dot = -a.
+        """
+        theta, rate, a, b = z
+        share = self.pendulum.weight_moment / self.pendulum.inertia
+        turning = u / self.pendulum.inertia - share * np.sin(theta)
+        return np.stack([rate, turning, b * share * np.cos(theta), -a])
+
+
+def fastest_swing_up(task: SwingUp) -> tuple[float, float]:
+    """Return the least time in [s] and the first costate's direction in [rad].
+
+    By Pontryagin's principle a fastest motion has u = limit sign(b) for a costate (a, b) that is
+    nowhere zero; b vanishes at single moments only, as a would vanish with it. So the motions from
+    rest by all directions of the first costate contain it: one number to search. They come in
+    mirrored pairs; half a circle is enough. The first step inside is sharp to 1e-3 s.
+    """
+    low, high, found = 0.0, np.pi, (np.inf, 0.0)
+    for dt, count in ((5e-3, 1001), (1e-3, 41), (1e-3, 41)):
+        directions = np.linspace(low, high, count)
+        times = _times_of_entry(task, directions, dt, found[0])
+        best = int(np.argmin(times))
+        found, apart = (float(times[best]), float(directions[best])), directions[1] - directions[0]
+        low, high = found[1] - 4 * apart, found[1] + 4 * apart
+    return found
+
+
+def _times_of_entry(task: SwingUp, directions: Array, dt: float, until: float) -> Array:
+    """Return when each motion is first found inside, to ``dt``; inf if not by about ``until``."""
+    rest = np.zeros((2, len(directions)))
+    z = np.concatenate([rest, [np.cos(directions), np.sin(directions)]])
+    times = np.full(len(directions), np.inf)
+    for k in range(1, int(min(until + 0.05, 6.0) / dt) + 1):
+        z = _bang_bang_step(task, z, dt)
+        times[task.reached(z[:2]) & np.isinf(times)] = k * dt
+        if k * dt > times.min() + 0.1:
+            break
+    return times
+
+
+def _bang_bang_step(task: SwingUp, z: Array, dt: float) -> Array:
+    """Advance by ``dt``, with the switch where the costate, taken as linear, changes its sign."""
+    sign = np.where(z[3] == 0, -np.sign(z[2]), np.sign(z[3]))
+    ahead = _runge_kutta(task, z, task.limit * sign, np.full(z.shape[1], dt))
+    switches = sign * ahead[3] < 0
+    before = np.where(switches, dt * z[3] / np.where(switches, z[3] - ahead[3], 1), dt)
+    middle = _runge_kutta(task, z, task.limit * sign, before)
+    return _runge_kutta(task, middle, -task.limit * sign, dt - before)
+
+
+def _runge_kutta(task: SwingUp, z: Array, u: Array, h: Array) -> Array:
+    one = task.slope(z, u)
+    two = task.slope(z + h / 2 * one, u)
+    three = task.slope(z + h / 2 * two, u)
+    four = task.slope(z + h * three, u)
+    return np.asarray(z + h / 6 * (one + 2 * two + 2 * three + four))
+
+
+def switching_times(task: SwingUp, direction: float, until: float) -> tuple[float, Array]:
+    """Return the first torque in [N m] and when it changes its sign, for one first costate."""
+    z, t, switches = np.array([0, 0, np.cos(direction), np.sin(direction)]), 0.0, []
+    u = first = task.limit * float(np.sign(z[3]))
+
+    def costate(_: float, at: Array) -> float:
+        return float(at[3])
+
+    costate.terminal = True  # type: ignore[attr-defined]
+    while t < until:
+        costate.direction = -np.sign(u)  # type: ignore[attr-defined]
+        run = solve_ivp(
+            lambda _, at, u=u: task.slope(at, u),
+            (t, until),
+            z,
+            "DOP853",
+            events=costate,
+            rtol=1e-11,
+            atol=1e-12,
+        )
+        t, z, u = float(run.t[-1]), run.y[:, -1], -u
+        switches.append(t)
+    return first, np.array(switches[:-1])
 
 
 def lagrange_acceleration(pendulum: Pendulum) -> Acceleration:

@@ -240,6 +240,33 @@ def car_by_multipliers(x: Array, u: Array, car: Car) -> Array:
     return constrained(M, w, applied, w_dot_q_dot.ravel())[3:]
 
 
+def flat_car(path: Sequence[Any], t: Any, car: Car) -> Callable[[float], Array]:
+    """Return (x, y, psi, delta, delta_dot, phi_dot, drive, steer) over time, driving forwards.
+
+    The path's curvature k = tan(delta) / L sets the steering. Newton and Euler for chassis and
+    steering, in speed v and turn w = k v, along the partial velocities of v: what the rear wheels
+    push with is m v_dot + k (I w_dot + J_s (w_dot + delta_ddot)), I = I_z + m a^2.
+
+    Args:
+        path: Midpoint of the rear axle (x, y) as expressions in ``t``, four times differentiable,
+            never at rest.
+        t: Time in [s].
+    """
+    x_dot, y_dot = (sp.diff(p, t) for p in path)
+    x_ddot, y_ddot = (sp.diff(p, t, 2) for p in path)
+    v, psi = sp.sqrt(x_dot**2 + y_dot**2), sp.atan2(y_dot, x_dot)
+    w = (x_dot * y_ddot - y_dot * x_ddot) / v**2
+    delta = sp.atan(car.L * w / v)
+    delta_dot, w_dot = sp.diff(delta, t), sp.diff(w, t)
+    turning = (car.I_z + car.m * car.a**2) * w_dot
+    steering = car.J_s * (w_dot + sp.diff(delta_dot, t))
+    push = car.m * sp.diff(v, t) + w / v * (turning + steering)
+    drive = car.R * push + (car.I_w * sp.diff(v, t) + car.c_d * v) / car.R
+    state = [*path, psi, delta, delta_dot, v / car.R]
+    evaluate = sp.lambdify(t, [*state, drive, steering + car.c_s * delta_dot], cse=True)
+    return lambda time: np.array(evaluate(time), dtype=np.float64)
+
+
 @cache
 def _lagrange(car: Car) -> Callable[..., Any]:
     """Return M, M_dot q_dot - dT/dq, w and w_dot q_dot as functions of q and q_dot."""

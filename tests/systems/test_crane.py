@@ -13,6 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+import kinolab
 from kinolab import systems
 from tests.oracles import crane as oracle
 from tests.oracles.crane import Crane
@@ -134,6 +135,52 @@ def test_the_rope_carries_the_winch_and_its_drag(model: Any, samples: tuple[Arra
         margins = np.asarray(model.requirements(ordered(model, x), u, **asdict(CRANE)))
         assert margins.shape == (1,)
         assert margins[0] == pytest.approx(oracle.tension(x, u, CRANE), rel=1e-12)  # [N]
+
+
+def test_a_winch_that_runs_free_lets_the_load_fall(model: Any) -> None:
+    """Paying out rope without a force, it leaves the load a parabola, whatever the trolley does."""
+    crane = replace(CRANE, c_s=0.0)
+
+    def slope(t: float, x: Array) -> Array:
+        u = np.array([900 * np.sin(2 * t), 400.0, -crane.c_l * x[7]])
+        margin = model.requirements(ordered(model, x), u, **asdict(crane))
+        assert np.abs(margin).max() < 1e-9  # [N]: the rope is slack
+        return derivative(model, x, u, crane)
+
+    t = np.linspace(0.0, 1.0, 11)
+    run = solve_ivp(slope, (0, 1), SWINGING, "DOP853", t_eval=t, rtol=1e-12, atol=1e-12)
+    thrown = oracle.rope_rate(SWINGING) + np.array([*SWINGING[5:7], 0])
+    fallen = np.outer(t**2 / 2, [0, 0, -crane.g])
+    expected = oracle.load(SWINGING) + np.outer(t, thrown) + fallen
+    np.testing.assert_allclose(oracle.load(run.y.T), expected, rtol=0, atol=1e-9)  # [m]
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize(("angle", "speed"), [(0.0, 0.0), (0.4, 0.0), (0.2, -0.7), (0.0, 1.0)])
+def test_a_swing_on_a_held_rope_pulls_with_weight_and_centripetal_force(
+    model: Any, axis: str, angle: float, speed: float
+) -> None:
+    """m (g cos s + l s_dot^2) keeps the length under a trolley that stays."""
+    x = hanging(4.0)
+    x[3 + AXES[axis]], x[8 + AXES[axis]] = angle, speed
+    pull = HEAVY.m * (HEAVY.g * np.cos(angle) + 4.0 * speed**2)
+    u = np.array([0, 0, pull])
+    found = derivative(model, x, u, HEAVY)[7]
+    assert found == pytest.approx(0.0, abs=1e-4)  # [m/s^2]; trolleys of 1e9 kg give way by 1e-5
+    margin = model.requirements(ordered(model, x), u, **asdict(HEAVY))
+    assert float(margin[0]) == pytest.approx(pull)
+
+
+def test_a_hall_looks_the_same_from_everywhere_along_its_rails(model: Any) -> None:
+    """Shifting bridge and trolley shifts the whole motion."""
+    shift, t = np.array([7.0, -3.0, *np.zeros(8)]), np.linspace(0.0, 4.0, 21)
+
+    def inputs(time: float) -> Array:
+        return np.array([900 * np.sin(2 * time), 400 * np.cos(time), 9810 + 600 * np.sin(3 * time)])
+
+    path = simulate(model, SWINGING, inputs, t, CRANE)
+    image = simulate(model, SWINGING + shift, inputs, t, CRANE)
+    np.testing.assert_allclose(image, path + shift, rtol=0, atol=1e-9)  # 100 times rtol
 
 
 def test_the_cable_that_is_drawn_is_the_rope(model: Any, samples: tuple[Array, Array]) -> None:
@@ -324,3 +371,13 @@ def test_the_flat_motion_starts_and_ends_at_rest_and_sways_between() -> None:
     between = np.array([motion(time)[0] for time in np.linspace(0, DURATION, 91)])
     assert (np.abs(between[:, 3:5]).max(axis=0) > 0.05).all()  # [rad]
     assert np.ptp(between[:, 2]) > 1.0  # [m]: the rope is hauled in and paid out
+
+
+def test_the_rope_hits_a_pipe_that_the_package_has_passed() -> None:
+    """In the factory, with the package below the overhead pipes and the trolley above them."""
+    problem = kinolab.load("crane_factory")
+    x = problem.start.copy()
+    for name, value in {"x": 14.0, "y": 4.2, "l": 7.0}.items():
+        x[problem.model.state_names.index(name)] = value
+    (contact,) = problem.checker().contacts(*problem.placement(x))
+    assert (contact.body, contact.obstacle, contact.kind) == ("rope", "pipes", "touches")

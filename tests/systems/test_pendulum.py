@@ -1,5 +1,6 @@
 """The derived pendulum against oracles that know nothing of the derivation."""
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -8,10 +9,12 @@ import pytest
 import sympy as sp
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import kinolab.systems
+from tests.conftest import Solver
 from tests.oracles import pendulum as oracle
-from tests.oracles.pendulum import Pendulum
+from tests.oracles.pendulum import Pendulum, SwingUp
 
 Array = NDArray[np.float64]
 
@@ -233,6 +236,119 @@ def test_whole_turns_do_not_matter(model: Any, samples: tuple[Array, Array], tur
 def test_hanging_and_upright_are_the_equilibria(model: Any, theta: float) -> None:
     rest = model.f(np.array([theta, 0.0]), FREE)
     np.testing.assert_allclose(rest, 0.0, rtol=0, atol=ROUNDING)
+
+
+# Swinging up with a motor that is too weak to lift the rod
+
+LIMIT = 5.0  # [N m]; the weight's moment is 9.81 N m
+SWING_UP = SwingUp(LIMIT, angle=0.1, rate=0.2)  # the goal of the scenario
+LIFT = PENDULUM.weight_moment * (1 + np.cos(SWING_UP.angle))  # [J]: the goal's least energy
+
+
+@pytest.fixture(scope="module")
+def fastest() -> tuple[float, float]:
+    """Least time in [s] and the direction of its first costate."""
+    return oracle.fastest_swing_up(SWING_UP)
+
+
+def test_the_motor_is_the_one_that_these_bounds_are_for(model: Any) -> None:
+    np.testing.assert_array_equal(model.control_bounds, [[-LIMIT, LIMIT]])
+
+
+def test_the_motor_holds_the_rod_only_near_the_vertical(model: Any) -> None:
+    """m g l |sin theta| <= limit: within 31 degrees of hanging or upright; at 90 it falls."""
+    edge = float(np.arcsin(LIMIT / PENDULUM.weight_moment))
+    for theta in np.linspace(edge + 1e-3, np.pi - edge - 1e-3, 21):
+        for side in (-1, 1):
+            helped = side * float(model.f(np.array([side * theta, 0.0]), [side * LIMIT])[1])
+            assert helped < 0  # [rad/s^2]: even the full torque does not keep it from falling
+    for theta in (edge, np.pi - edge):
+        assert float(model.f(np.array([theta, 0.0]), [LIMIT])[1]) == pytest.approx(0, abs=1e-12)
+
+
+def test_one_push_lifts_no_higher_than_its_work(model: Any) -> None:
+    """From rest the full torque turns back where limit theta = m g l (1 - cos theta)."""
+
+    def gained(theta: float) -> float:
+        return LIMIT * theta - oracle.potential_energy(theta, PENDULUM)
+
+    def slowing(_: float, x: Array) -> float:
+        return float(x[1])
+
+    slowing.terminal, slowing.direction = True, -1.0  # type: ignore[attr-defined]
+    push = np.array([LIMIT])
+    run = solve_ivp(
+        lambda _, x: model.f(x, push),
+        (0, 5),
+        [0, 0],
+        "DOP853",
+        events=slowing,
+        rtol=1e-11,
+        atol=1e-12,
+    )
+    highest = brentq(gained, 0.5, np.pi / 2)
+    assert run.y[0, -1] == pytest.approx(highest, abs=1e-8)  # [rad]
+    assert highest < np.pi / 2
+
+
+def test_the_fastest_swing_up_takes_longer_than_its_energy(fastest: tuple[float, float]) -> None:
+    """The energy's bound of 1.25 s ignores gravity; Pontryagin's principle gives 2.29 s."""
+    bound = oracle.energy_time(LIFT, LIMIT, PENDULUM)
+    assert bound == pytest.approx(1.2513, abs=1e-4)
+    assert bound < fastest[0]
+
+
+def test_no_bang_bang_motion_with_two_switches_is_faster(fastest: tuple[float, float]) -> None:
+    """A search by hand over both moments, in steps of 0.02 s; it knows no costate."""
+    moments, dt = np.arange(0.0, 2.4, 0.02), 0.005
+    one, two = (grid.ravel() for grid in np.meshgrid(moments, moments))
+    x, best = np.zeros((2, len(one))), np.inf
+    for k in range(480):
+        u = np.where((k * dt >= one) & (k * dt < one + two), -LIMIT, LIMIT)
+        x[1] += dt * (u - PENDULUM.weight_moment * np.sin(x[0])) / PENDULUM.inertia
+        x[0] += dt * x[1]
+        if SWING_UP.reached(x).any():
+            best = (k + 1) * dt
+            break
+    assert best == pytest.approx(fastest[0], abs=0.03)  # [s]: the grid's, and the coarse steps'
+
+
+def test_the_fastest_swing_up_arrives(model: Any, fastest: tuple[float, float]) -> None:
+    """The bound is met, not only kept: forwards, back, forwards."""
+    end, direction = fastest
+    torque, switches = oracle.switching_times(SWING_UP, direction, end)
+    assert len(switches) == 2
+    x = np.zeros(2)
+    for begin, stop in pairwise([0.0, *switches, end]):
+        held = np.array([torque])
+        run = solve_ivp(
+            lambda _, x, held=held: model.f(x, held),
+            (begin, stop),
+            x,
+            "DOP853",
+            rtol=1e-11,
+            atol=1e-12,
+        )
+        x, torque = run.y[:, -1], -torque
+    late = replace(SWING_UP, angle=0.101, rate=0.21)  # what 1 ms at 0.2 rad/s, 6 rad/s^2 changes
+    assert late.reached(x)
+
+
+def test_the_plan_upright_is_not_faster_than_the_fastest(
+    solved: Solver, fastest: tuple[float, float]
+) -> None:
+    """The girder, held inputs and the search can only lengthen it."""
+    plan = solved("pendulum_swingup").trajectory
+    assert SWING_UP.reached(plan.x[-1])
+    assert plan.duration >= fastest[0] - 2e-3  # [s]: the oracle is sharp to 1e-3 s
+    assert plan.duration >= oracle.energy_time(LIFT, LIMIT, PENDULUM)
+
+
+def test_the_plan_upright_swings_back_for_the_work_it_lacks(solved: Solver) -> None:
+    """The motor needs 3.9 rad for the lift; the way up is 3.1 rad."""
+    theta = solved("pendulum_swingup").trajectory.x[:, 0]
+    assert np.abs(np.diff(theta)).sum() >= LIFT / LIMIT > np.pi
+    assert theta.min() < 0 < theta.max()
 
 
 # The integrator and the interface

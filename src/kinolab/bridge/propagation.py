@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from kinolab.bridge.spaces import States
 from kinolab.bridge.sweep import Sweep
 from kinolab.problem import Problem
 
+TURN = 0.01  # [rad] of an axis between two looks at a forbidden cone
+INSTANT = 1e-6  # [s] over which the speed of an axis is measured
 CAUTION = 1.1  # factor on what is measured at both ends of a step, for what lies in between
 
 
@@ -66,6 +69,7 @@ class Propagation:
             self._within_limits()
             and self._turns_within_limits(duration)
             and self._calls.keeps_requirements(duration)
+            and self._stays_out_of_cones(duration)
         ):
             self.rejections["limit"] += 1
             return False
@@ -80,6 +84,21 @@ class Propagation:
             if not lower <= values[i] <= upper:
                 return False
         return not (self._has_rare_limits and any(self._problem.limit_violations(np.array(values))))
+
+    def _stays_out_of_cones(self, duration: float) -> bool:
+        """Check forbidden cones so often along the step that no axis turns far in between."""
+        cones, calls = self._problem.keep_outs, self._calls
+        if not cones:
+            return True
+        ends = zip((calls.x, calls.next), calls.slopes(), strict=True)
+        fastest = max(_axis_speed(self._problem, np.array(x), np.array(dx)) for x, dx in ends)
+        looks = max(1, math.ceil(CAUTION * fastest * duration / TURN))
+        for k in range(1, looks + 1):
+            calls.step(duration * k / looks)
+            poses = self._problem.frames(np.array(calls.next))
+            if any(cone.angle(poses) < cone.half_angle for cone in cones):
+                return False
+        return True
 
     def _turns_within_limits(self, duration: float) -> bool:
         """Check the limits of states that turn back within the step, whose extreme lies inside it.
@@ -96,3 +115,12 @@ class Propagation:
                 if min(ends) - overshoot < lower or max(ends) + overshoot > upper:
                     return False
         return True
+
+
+def _axis_speed(problem: Problem, x: np.ndarray, slope: np.ndarray) -> float:
+    """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
+    before, after = problem.frames(np.stack([x, x + INSTANT * slope]))
+    turned = (after - before).reshape(-1, 3, 4)[:, :, :3]
+    return max(
+        float(np.linalg.norm(turned[cone.body] @ cone.axis)) / INSTANT for cone in problem.keep_outs
+    )

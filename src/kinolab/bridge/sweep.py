@@ -8,7 +8,7 @@ import numpy as np
 
 from kinolab.bridge.compiled_step import CompiledStep
 from kinolab.problem import Problem
-from kinolab.world import CollisionChecker
+from kinolab.world import CollisionChecker, lowest_z
 
 RESOLUTION = 0.01  # [m] that a point may move between two looks, where it is tight
 FINEST = 1e-4  # [m] of the same where the start is close to an obstacle
@@ -29,7 +29,9 @@ class Sweep:
         self._resolution = _resolution(problem)
         self._tight = problem.checker(margin=self._resolution / 2)
         self._coarse: dict[int, CollisionChecker] = {}
-        self._ground = _rises(problem)
+        self._ground = _moves_upright(problem, touching=False)
+        # A foot may come down to the ground and no further: only fine looks tell the difference.
+        self._levels = 1 if _moves_upright(problem, touching=True) else LEVELS
         self._workspace = [
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
@@ -38,7 +40,7 @@ class Sweep:
 
     def free(self) -> bool:
         """Say whether the state reached is inside the workspace and touches nothing."""
-        return self._free_at(self._tight)
+        return self._free_at(self._tight, 0.0)
 
     def free_within(self, duration: float, speed: float) -> bool:
         """Say whether the step just made is free, its end first; ``speed`` bounds all points."""
@@ -49,9 +51,10 @@ class Sweep:
     def _free_between(self, begin: float, end: float, speed: float) -> bool:
         reach = speed * (end - begin)
         level = max(0, math.ceil(math.log2(max(reach / self._resolution, 1.0))))
-        if level < LEVELS:
+        if level < self._levels:
             self._calls.step((begin + end) / 2)
-            if self._free_at(self._checker(level)):
+            checker = self._checker(level)
+            if self._free_at(checker, checker.margin if level else 0.0):
                 return True
             if level == 0:
                 return False
@@ -69,12 +72,13 @@ class Sweep:
             self._coarse[level] = self._tight.inflated(margin, ground=self._ground)
         return self._coarse[level]
 
-    def _free_at(self, checker: CollisionChecker) -> bool:
+    def _free_at(self, checker: CollisionChecker, margin: float) -> bool:
+        """Check obstacles, and the workspace with a margin in [m], at the state reached."""
         calls = self._calls
         calls.frames()
         for row in calls.poses.tolist() if self._workspace else ():
             for entry, lower, upper in self._workspace:
-                if not lower <= row[entry] <= upper:
+                if not lower + margin <= row[entry] <= upper - margin:
                     return False
         return not checker.collides(calls.poses, calls.ends)
 
@@ -85,16 +89,22 @@ def _resolution(problem: Problem) -> float:
     return float(np.clip(room, FINEST, RESOLUTION))
 
 
-def _rises(problem: Problem) -> bool:
-    """Say whether a body that does not rest on the ground can come nearer to it.
+def _moves_upright(problem: Problem, *, touching: bool) -> bool:
+    """Say whether a body's lowest point rises and sinks, of those that may touch the ground or not.
 
-    Margins against the ground would be in the way of one that glides low above it.
+    Margins against the ground would be in the way of what glides at one height.
     """
-    floating = [k for k, body in enumerate(problem.bodies) if not body.touches_ground]
-    if not (problem.world.ground and floating):
+    chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
+    if not (problem.world.ground and chosen):
         return False
-    generator = np.random.default_rng(0)
+    generator, nq = np.random.default_rng(0), problem.model.nq
     states = np.array([problem.sample_goal(generator) for _ in range(STATES)])
-    states[:, : problem.model.nq] += generator.normal(size=(STATES, problem.model.nq))
-    heights = problem.frames(states)[:, floating, 8:]
-    return bool(np.ptp(heights, axis=0).max() > FINEST)
+    states[:, :nq] += generator.normal(size=(STATES, nq))
+    poses = problem.frames(states)[:, chosen].reshape(STATES, len(chosen), 3, 4)
+    lowest = [
+        [lowest_z(shape, pose[k]) for pose in poses]
+        for k, body in enumerate(chosen)
+        for shape in problem.bodies[body].shapes
+    ]
+    # Not finite: the machine has no pose at some of the states, which says nothing about heights.
+    return bool(lowest) and not np.ptp(lowest, axis=1).max() <= FINEST

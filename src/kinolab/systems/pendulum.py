@@ -15,7 +15,10 @@ from kinolab.dynamics import (
 
 
 def pendulum() -> System:
-    """A point mass on a rod that a motor turns; x points down, theta = 0 hangs."""
+    """A point mass on a rod that a motor turns; x points down, theta = 0 hangs.
+
+    Source: Astrom, Furuta, Swinging up a pendulum by energy control, Automatica 36(2), 2000.
+    """
     m, l, g = parameter("m", 1.0, "kg"), parameter("l", 1.0, "m"), parameter("g", 9.81, "m/s^2")  # noqa: E741
     theta = angle("theta", speed=10.0)
     rod = rot_z(theta)
