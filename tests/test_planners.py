@@ -207,52 +207,53 @@ def test_a_search_begins_anew_in_ever_longer_rounds(hard: Problem) -> None:
     assert bits(first) == bits(second)
 
 
-@pytest.mark.parametrize(
-    ("most", "rounds"), [(1, 0), (1000, 0), (1001, 1), (2500, 1), (2501, 2), (4750, 2), (4751, 3)]
-)
-def test_a_round_that_ends_with_the_search_begins_no_other(
-    most: int, rounds: int, hard: Problem
-) -> None:
-    """The round may be told as over where it ends together with the search, not before."""
-    found = hard.solve(planner="rrt", seed=1, max_iterations=most, restart_after=1000)
+@pytest.mark.parametrize("most", [1, 99, 100, 101, 250, 251, 475, 476])
+def test_a_search_in_rounds_ends_at_its_iterations(most: int, hard: Problem) -> None:
+    """Rounds of 100, 150 and 225 end at 100, 250 and 475; the search may end together with one."""
+    found = hard.solve(planner="rrt", seed=1, max_iterations=most, restart_after=100)
     assert found.iterations == most
-    assert found.statistics["restarts"] in {rounds, rounds + (most in {1000, 2500, 4750})}
+    ended, begun = (sum(end < last for end in (100, 250, 475)) for last in (most, most + 1))
+    assert ended <= found.statistics["restarts"] <= begun
 
 
 def test_no_search_begins_anew_where_that_is_turned_off(hard: Problem) -> None:
-    found = hard.solve(planner="rrt", seed=1, max_iterations=3000, restart_after=0)
-    assert (found.iterations, found.statistics["restarts"]) == (3000, 0.0)
+    found = hard.solve(planner="rrt", seed=1, max_iterations=1000, restart_after=0)
+    assert (found.iterations, found.statistics["restarts"]) == (1000, 0.0)
 
 
 def test_rounds_of_one_iteration_end(hard: Problem) -> None:
-    """1.5^17 is 985: the rounds of 100 iterations sum up to fewer than 100."""
+    """Rounds of 1, 1.5, 2.25, … whole iterations sum up to 100 after ten of them or so."""
     found = hard.solve(planner="rrt", seed=1, max_iterations=100, restart_after=1)
     assert found.iterations == 100
-    assert 5 <= found.statistics["restarts"] <= 20
+    assert 5 <= found.statistics["restarts"] <= 15
 
 
 def test_the_first_round_is_a_search_without_rounds(hard: Problem) -> None:
     plain, first = (
-        hard.solve(planner="rrt", seed=4, max_iterations=900, restart_after=after)
-        for after in (0, 1000)
+        hard.solve(planner="rrt", seed=4, max_iterations=400, restart_after=after)
+        for after in (0, 500)
     )
     assert bits(plain) == bits(first)
 
 
+def followed(problem: Problem, found: Plan) -> float:
+    """The excess over the goal where the planner's own integrator ends."""
+    assert found.trajectory is not None
+    x = problem.start
+    for u in found.trajectory.u:
+        x = problem.model.step(x, u, problem.step)
+    return problem.goal_excess(x)
+
+
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_the_nearest_approach_of_all_rounds_is_kept(seed: int, hard: Problem) -> None:
-    """Rounds are compared by the planner's integrator, whose RK4 steps err by 1e-4 m at most.
-
-    A step of 0.05 s turns the coin by up to 0.2 rad on 0.15 m: 0.15 * 0.2^4 / 120 is 2e-6 m, and
-    the motions have fewer than 50 steps in a row that turn so fast.
-    """
-    first, all_rounds = (
-        hard.solve(planner="rrt", seed=seed, max_iterations=most, restart_after=500)
-        for most in (500, 2500)
+    """Near is what the planner's integrator finds near; angles are wrapped, so that bits differ."""
+    first, later = (
+        hard.solve(planner="rrt", seed=seed, max_iterations=most, restart_after=200)
+        for most in (200, 1000)
     )
-    assert all_rounds.statistics["restarts"] >= 2
-    excess = [hard.goal_excess(found.trajectory.x[-1]) for found in (all_rounds, first)]  # type: ignore[union-attr]
-    assert excess[0] <= excess[1] + 1e-4 / 1e-6  # 1e-4 m of a tolerance of 1e-6 m
+    assert later.statistics["restarts"] >= 2
+    assert followed(hard, later) <= followed(hard, first) * (1 + 1e-12)
 
 
 def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(hard: Problem) -> None:
@@ -301,6 +302,15 @@ def test_a_zoom_widens_what_the_search_aims_at(hard: Problem) -> None:
     assert plain != ten
 
 
+def test_rounds_in_which_every_step_fails_end(tmp_path: Path) -> None:
+    """A step that fails leaves the machine where it started, which stays a valid start."""
+    problem = problem_of(tmp_path, OPEN, "integration.step=1e300")
+    with within(2):
+        found = problem.solve(planner="rrt", seed=1, max_iterations=100, restart_after=10)
+    assert (found.status, found.iterations) == ("not_found", 100)
+    assert found.statistics["restarts"] == 4.0  # 10 + 15 + 22.5 + 33.75 = 81.25
+
+
 # --- what is true of the planner's integrator only ---
 
 
@@ -309,7 +319,7 @@ def coarse(tmp_path_factory: pytest.TempPathFactory) -> list[Plan]:
     """Plans made with Euler's method in steps of half a second, off by some tenths of a metre."""
     overrides = ('integration.method="euler"', "integration.step=0.5", "goal.tolerance=0.3")
     problem = problem_of(tmp_path_factory.mktemp("coarse"), OPEN, *overrides)
-    return [problem.solve(seed=seed, max_iterations=100) for seed in range(40)]
+    return [problem.solve(seed=seed, max_iterations=100) for seed in range(30)]
 
 
 def test_a_goal_that_is_missed_in_truth_is_not_reached(coarse: list[Plan]) -> None:
@@ -342,7 +352,7 @@ def test_a_search_from_a_start_that_almost_touches_ends(
     wall = f'\n[[world.obstacle]]\nname = "wall"\nbox = [0.1, 2, 1]\nposition = [{at}, 0, 0.5]\n'
     problem = problem_of(tmp_path, OPEN + wall)
     problem.check_endpoints()
-    with within(3):
+    with within(2):
         problem.solve(planner=name, seed=1, time_limit=0.5, max_iterations=200)
 
 
@@ -351,7 +361,7 @@ def test_a_search_from_a_start_that_is_outside_by_rounding_ends(name: str, tmp_p
     overrides = ("start.x=-5.0000000005", "goal.x=-4")
     problem = problem_of(tmp_path, OPEN, *overrides)
     problem.check_endpoints()
-    with within(3):
+    with within(2):
         problem.solve(planner=name, seed=1, time_limit=0.5, max_iterations=200)
 
 
