@@ -58,7 +58,7 @@ COORDINATE = "Give a number, or a list of four numbers x, y, z, w for a rotation
 def pairs(count: int) -> list[tuple[Rotation, Rotation]]:
     """Random pairs of rotations."""
     generator = np.random.default_rng(1843)
-    first, second = (Rotation.random(count, random_state=generator) for _ in range(2))
+    first, second = (Rotation.from_quat(generator.normal(size=(count, 4))) for _ in range(2))
     return list(zip(first, second, strict=True))
 
 

@@ -124,7 +124,7 @@ def states(problem: Problem, count: int) -> Iterator[Array]:
     lower, upper = problem.sampling_bounds.T
     for x in generator.uniform(lower, upper, (count, len(lower))):
         for first in problem.model.attitudes.values():
-            x[first : first + 4] = Rotation.random(random_state=generator).as_quat()
+            x[first : first + 4] = Rotation.from_quat(generator.normal(size=4)).as_quat()
         yield x
 
 
@@ -300,7 +300,7 @@ def test_a_robot_between_boxes_is_judged_as_by_small_steps(tmp_path: Path) -> No
 
 def test_a_submarine_near_a_sheet_of_glass_is_judged_as_by_small_steps(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, SUBMARINE + PLATE, "integration.step=0.1")
-    judge_against_small_steps(problem, steps_near_something(problem, 150, 0.2))
+    judge_against_small_steps(problem, steps_near_something(problem, 100, 0.2))
 
 
 def test_nothing_flies_through_a_plate_a_millimetre_thick(tmp_path: Path) -> None:
@@ -391,9 +391,9 @@ def pendulum(folder: Path, text: str) -> Problem:
 
 
 def swings(count: int) -> list[Array]:
-    """Fast states shortly before the rod points to -y."""
+    """Fast states up to 0.4 rad before the rod points to -y, none in what is forbidden there."""
     generator = np.random.default_rng(0)
-    turned, rates = generator.uniform(0.0, 0.4, count), generator.uniform(2.0, 9.0, count)
+    turned, rates = generator.uniform(0.06, 0.4, count), generator.uniform(2.0, 9.0, count)
     return list(np.column_stack([-np.pi / 2 - turned, rates]))
 
 
@@ -414,7 +414,7 @@ def accepted(problem: Problem, start: list[Array]) -> Iterator[Array]:
 def test_a_body_does_not_leave_the_workspace_within_a_step(tmp_path: Path) -> None:
     """Looks 1 cm apart, on a circle of 1 m, overlook 0.005^2 / 2 = 1.25e-5 m at most."""
     problem = pendulum(tmp_path, "[world]\nbounds = { y = [-0.999, 2.0] }\n")
-    ways = list(accepted(problem, swings(300)))
+    ways = list(accepted(problem, swings(200)))
     assert len(ways) > 20
     assert min(np.sin(way[:, 0]).min() for way in ways) > -0.999 - 1.25e-5
 
@@ -422,7 +422,7 @@ def test_a_body_does_not_leave_the_workspace_within_a_step(tmp_path: Path) -> No
 def test_an_axis_does_not_cross_a_forbidden_cone_within_a_step(tmp_path: Path) -> None:
     """The rod turns up to 0.45 rad in a step; looks 0.01 rad apart overlook half of that."""
     cone = '[[keep_out]]\nbody = "bob"\naxis = "x"\ndirection = [0, -1, 0]\nhalf_angle = 0.05\n'
-    ways = list(accepted(pendulum(tmp_path, cone), swings(300)))
+    ways = list(accepted(pendulum(tmp_path, cone), swings(200)))
     assert len(ways) > 20
     assert min(np.abs(way[:, 0] + np.pi / 2).min() for way in ways) > 0.05 - 0.005
 

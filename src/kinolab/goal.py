@@ -129,16 +129,12 @@ class Goal:
             x: State, shape (nx,).
             frames: Poses of the bodies, shape (bodies, 12); needed where ``needs_frames``.
         """
-        shares = np.abs(self.deviations(x)) / self.tolerances
-        largest = float(shares.max(initial=0.0))
-        for attitude in self.attitudes:
-            largest = max(largest, attitude.turn(x) / attitude.tolerance)
+        shares = (np.abs(self.deviations(x)) / self.tolerances).tolist()
+        shares += [attitude.turn(x) / attitude.tolerance for attitude in self.attitudes]
         if frames is not None:
-            for point in self.points:
-                largest = max(largest, _point_error(point, frames) / point.tolerance)
-            for direction in self.directions:
-                largest = max(largest, _angle(direction, frames) / direction.tolerance)
-        return largest
+            shares += [_point_error(point, frames) / point.tolerance for point in self.points]
+            shares += [_angle(target, frames) / target.tolerance for target in self.directions]
+        return float(np.max(shares, initial=0.0))  # NaN stays NaN, which is outside
 
     def distance(self, x: Array, frames: Array | None = None) -> float:
         """Return the Euclidean norm of all deviations in SI units; 0 exactly at the goal."""

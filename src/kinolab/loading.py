@@ -423,7 +423,8 @@ def _attitude_target(
 
 
 def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
-    x, y, z = np.asarray(vector) / np.linalg.norm(vector)
+    scaled = np.asarray(vector) / np.abs(vector).max()  # keeps the length from overflowing
+    x, y, z = scaled / np.linalg.norm(scaled)
     return float(x), float(y), float(z)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from ompl import base as ob
 from ompl import control as oc
 from ompl import util as ou
@@ -31,6 +32,7 @@ class Bridge:
         space_information: Ready for any control planner.
         problem_definition: With start and goal.
         rejections: How many motions were refused, by cause.
+        forget: Call it before a planner begins anew.
     """
 
     def __init__(
@@ -43,6 +45,7 @@ class Bridge:
     ) -> None:
         self._states = States(problem)
         propagation = Propagation(problem, self._states)
+        self.forget = propagation.forget
         self.space = self._states.space
         self.rejections = propagation.rejections
         information = oc.SpaceInformation(self.space, control_space(problem, self._states))
@@ -54,7 +57,8 @@ class Bridge:
         self.space_information = information
         self.problem_definition = ob.ProblemDefinition(information)
         start = self.space.allocState()
-        self.write(start, problem.start.tolist())
+        # A start may pass a limit by rounding; OMPL would refuse it.
+        self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
         self.problem_definition.addStartState(start)
         self.problem_definition.setGoal(GoalRegion(problem, self._states, information, goal_zoom))
 

@@ -55,6 +55,10 @@ class Propagation:
         self._states.write(result, reached)
         self._last = (self._states.read(result), valid)
 
+    def forget(self) -> None:
+        """Forget the step made last, whose end may be the state that a planner begins from."""
+        self._last = ([], False)
+
     def is_valid(self, state: Any) -> bool:
         """Say whether a state is within its limits and free; a state just reached, with its way."""
         values = self._states.read(state)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,21 +59,25 @@ def search(
     condition = ob.PlannerTerminationCondition(rounds.ended)
     nearest, misses = _Path(math.inf, [], []), 0
     while not rounds.all_over:
+        begun = budget.iterations
         planner.solve(condition)
         path = _path(definition)
         if definition.hasExactSolution():
-            t, u = _rows(problem, path)
-            if _truly_reaches(problem, t, u):
+            path = replace(path, difference=_true_difference(problem, path))
+            if path.difference <= 1.0:
+                nearest = path
                 break
             misses += 1  # the tree stays, and the next solve goes on with it
-        elif path.difference < nearest.difference:
+        if path.difference < nearest.difference:
             nearest = path
         definition.clearSolutionPaths()
         if rounds.over:
             planner.clear()
+            bridge.forget()
             rounds.begin_next()
-    else:
-        t, u = _rows(problem, nearest)
+        elif budget.iterations == begun:
+            rounds.all_over = True  # OMPL refuses the start, which is free but for its margins
+    t, u = _rows(problem, nearest)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.items()}
     statistics |= {"missed_the_goal_in_truth": float(misses), "restarts": float(rounds.restarts)}
     return SearchResult(_outcome(rounds, len(u)), t, u, budget.iterations, statistics)
@@ -120,18 +124,18 @@ class _Path:
     controls: list[list[float]]
 
 
-def _truly_reaches(problem: Problem, t: Any, u: Any) -> bool:
-    """Say whether the true motion ends in the goal, which the planner's integrator has reached."""
-    try:
-        return problem.goal_excess(resimulate(problem, t, u).x[-1]) <= 1.0
-    except DivergedError:
-        return False
-
-
 def _seed(seed: int) -> int:
     """Return a seed for OMPL, which takes 32 bits and ignores 0."""
     mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
     return mixed or 1
+
+
+def _true_difference(problem: Problem, path: _Path) -> float:
+    """Return how far outside the goal the true motion ends, at most 1 inside."""
+    try:
+        return problem.goal_excess(resimulate(problem, *_rows(problem, path)).x[-1])
+    except DivergedError:
+        return math.inf
 
 
 def _outcome(rounds: _Rounds, steps: int) -> Outcome:
