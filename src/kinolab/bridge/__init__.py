@@ -9,5 +9,6 @@ space information or the problem definition.
 
 from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.search import search
+from kinolab.bridge.tree_planner import AbstractTreePlanner
 
-__all__ = ["Bridge", "search"]
+__all__ = ["AbstractTreePlanner", "Bridge", "search"]

@@ -11,6 +11,7 @@ from ompl import control as oc
 from ompl import util as ou
 
 from kinolab.bridge.goal_region import GoalRegion
+from kinolab.bridge.projection import Projection
 from kinolab.bridge.propagation import Propagation
 from kinolab.bridge.spaces import States, control_space
 from kinolab.problem import Problem
@@ -55,6 +56,9 @@ class Bridge:
         information.setMinMaxControlDuration(min_steps, max_steps)
         information.setup()
         self.space_information = information
+        projection = Projection(problem, self.space)
+        projection.set_cells()
+        self.space.registerDefaultProjection(projection)
         self.problem_definition = ob.ProblemDefinition(information)
         start = self.space.allocState()
         # A start may pass a limit by rounding; OMPL would refuse it.

@@ -31,25 +31,12 @@ class Part:
     entries: tuple[int, ...]
 
 
-class States:
-    """The compound state space of a problem, and the way into and out of its states.
-
-    Attributes:
-        space: One subspace per circle, one per attitude, and one per run of neighbours on the line
-            of one weight.
-    """
+class Layout:
+    """Which subspace holds which entries of the state; it does not refer to the space itself."""
 
     def __init__(self, problem: Problem) -> None:
         self._size = problem.model.nx
         self._parts = _parts(problem)
-        self._order = [entry for part in self._parts for entry in part.entries]
-        self._circles = [p.entries[0] for p in self._parts if p.kind is Kind.CIRCLE]
-        self._attitudes = [p.entries[0] for p in self._parts if p.kind is Kind.ATTITUDE]
-        self.space = ob.CompoundStateSpace()
-        for part in self._parts:
-            self.space.addSubspace(_subspace(problem, part), _weight(problem, part))
-        self.space.lock()
-        self.space.setup()
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""
@@ -64,6 +51,26 @@ class States:
                 for i, entry in enumerate(part.entries):
                     values[entry] = substate[i]
         return values
+
+
+class States(Layout):
+    """The compound state space of a problem, and the way into and out of its states.
+
+    Attributes:
+        space: One subspace per circle, one per attitude, and one per run of neighbours on the line
+            of one weight.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem)
+        self._order = [entry for part in self._parts for entry in part.entries]
+        self._circles = [p.entries[0] for p in self._parts if p.kind is Kind.CIRCLE]
+        self._attitudes = [p.entries[0] for p in self._parts if p.kind is Kind.ATTITUDE]
+        self.space = ob.CompoundStateSpace()
+        for part in self._parts:
+            self.space.addSubspace(_subspace(problem, part), _weight(problem, part))
+        self.space.lock()
+        self.space.setup()
 
     def write(self, state: Any, values: Sequence[float]) -> None:
         """Set an OMPL state from entries in the machine's order.

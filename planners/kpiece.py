@@ -1,0 +1,25 @@
+"""KPIECE: interior and exterior cells of a grid, by OMPL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+from ompl import control as oc
+
+from kinolab.bridge import AbstractTreePlanner
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class KPIECE(AbstractTreePlanner):
+    """Kinodynamic planning by interior-exterior cell exploration (OMPL).
+
+    Source: Sucan, Kavraki, WAFR 2008.
+    """
+
+    name: ClassVar[str] = "kpiece"
+
+    def make(self, space_information: object) -> object:
+        """Return OMPL's planner."""
+        return oc.KPIECE1(space_information)

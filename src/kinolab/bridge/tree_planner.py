@@ -1,0 +1,44 @@
+"""What OMPL's tree planners have in common: how long inputs are held, and rounds."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from kinolab.bridge.search import search
+from kinolab.problem import Problem
+from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbstractTreePlanner(AbstractPlanner):
+    """A control planner of OMPL that grows a tree from the start."""
+
+    min_steps: int = setting(1, 1, 100_000)  # propagation steps for which an input is held at least
+    max_steps: int = setting(20, 1, 100_000)  # propagation steps for which an input is held at most
+    goal_zoom: float = setting(1.0, 1.0, 1e6)  # around the goal that growth aims at, in tolerances
+    restart_after: int = setting(20_000, 0)  # iterations before a new tree, then 1.5 times as many
+
+    @abstractmethod
+    def make(self, space_information: object) -> object:
+        """Return OMPL's planner."""
+
+    def conflicts(self) -> Iterator[tuple[str, str, str]]:
+        """Yield steps that exclude each other."""
+        if self.min_steps > self.max_steps:
+            what = f"{self.min_steps} is more than max_steps, {self.max_steps}."
+            yield "min_steps", what, "Lower it, or raise max_steps."
+
+    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+        """Grow a tree from the start until it reaches the goal region."""
+        return search(
+            problem,
+            self.make,
+            seed,
+            budget,
+            min_steps=self.min_steps,
+            max_steps=self.max_steps,
+            goal_zoom=self.goal_zoom,
+            restart_after=self.restart_after,
+        )
