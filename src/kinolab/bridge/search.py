@@ -49,8 +49,8 @@ def search(
     Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
     trees, AAAI 2008.
     """
-    ou.RNG.setSeed(_seed(seed))
     bridge = Bridge(problem, min_steps=min_steps, max_steps=max_steps, goal_zoom=goal_zoom)
+    ou.RNG.setSeed(_seed(seed))  # after the bridge, which draws samples to size its cells
     planner, definition = make(bridge.space_information), bridge.problem_definition
     planner.setProblemDefinition(definition)
     planner.setup()
