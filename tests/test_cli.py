@@ -141,7 +141,7 @@ def test_130_an_interrupted_search_of_the_maze_ends_soon(tmp_path: Path) -> None
     process = started("rolling_disk_maze", *options, cwd=tmp_path)
     seconds, _, err = interrupted(process, "searching", 3.5)
     assert process.returncode == 130, err
-    assert seconds < 1.0
+    assert seconds < 5.0  # [s], as above
 
 
 def test_130_an_interrupted_picture_does_not_cost_the_plan(tmp_path: Path) -> None:
