@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 
-def unit(quaternion: ArrayLike) -> Array:
-    """Return a quaternion of unit length, shape (4,)."""
-    q = np.asarray(quaternion, dtype=float)
+def unit(vector: ArrayLike) -> Array:
+    """Return a quaternion or another vector scaled to unit length, of the same shape."""
+    q = np.asarray(vector, dtype=float)
     scaled = q / np.abs(q).max()  # keeps the length from overflowing
     turned: Array = scaled / np.linalg.norm(scaled)
     return turned

@@ -423,9 +423,8 @@ def _attitude_target(
 
 
 def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
-    scaled = np.asarray(vector) / np.abs(vector).max()  # keeps the length from overflowing
-    x, y, z = scaled / np.linalg.norm(scaled)
-    return float(x), float(y), float(z)
+    x, y, z = unit(vector).tolist()
+    return x, y, z
 
 
 def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
