@@ -13,10 +13,9 @@ from scipy.spatial.transform import Rotation
 
 import kinolab
 from kinolab.bridge import Bridge
-from kinolab.bridge.compiled_step import CompiledStep
-from kinolab.bridge.propagation import CAUTION
-from kinolab.bridge.sweep import Sweep
 from kinolab.problem import Problem
+from kinolab.propagation import CompiledStep, Sweep
+from kinolab.propagation.propagator import CAUTION
 from kinolab.world import CollisionChecker
 from tests.support import OPEN, coin_after, problem_of
 

@@ -40,6 +40,7 @@ class Plan:
         goal_distance: Norm of the goal errors at the end, in SI units.
         timings: Seconds per stage.
         statistics: What the planner counted.
+        rejections: Share of all refused motions, by cause and by who is to blame.
         message: A sentence for the user.
     """
 
@@ -52,6 +53,7 @@ class Plan:
     goal_distance: float
     timings: dict[str, float] = field(default_factory=dict)
     statistics: dict[str, float] = field(default_factory=dict)
+    rejections: dict[str, dict[str, float]] = field(default_factory=dict)
     message: str = ""
 
     @property
@@ -132,6 +134,7 @@ def _judge(
         "iterations": result.iterations,
         "timings": timings,
         "statistics": dict(result.statistics),
+        "rejections": {cause: dict(shares) for cause, shares in result.rejections.items()},
     }
     begun = time.perf_counter()
     try:

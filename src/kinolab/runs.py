@@ -204,7 +204,7 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
             check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
         "warnings": list(problem.world.warnings),
-        "diagnosis": {},
+        "diagnosis": {"rejections": plan.rejections},
         "assets": {name: _digest(content) for name, content in assets.items()},
         "versions": _versions(),
     }

@@ -40,6 +40,7 @@ class SearchResult:
         u: Inputs per interval, shape (N, nu).
         iterations: Number of extensions tried.
         statistics: Numbers worth reporting, by name.
+        rejections: Share of all refused motions, by cause and by who is to blame.
     """
 
     outcome: Outcome
@@ -47,6 +48,7 @@ class SearchResult:
     u: Array
     iterations: int
     statistics: Mapping[str, float] = field(default_factory=dict)
+    rejections: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass

@@ -32,7 +32,7 @@ class Bridge:
         space: The compound state space.
         space_information: Ready for any control planner.
         problem_definition: With start and goal.
-        rejections: How many motions were refused, by cause.
+        rejections: How many motions were refused, by cause and culprit.
         forget: Call it before a planner begins anew.
     """
 

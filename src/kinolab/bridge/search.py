@@ -78,9 +78,10 @@ def search(
         elif budget.iterations == begun:
             rounds.all_over = True  # OMPL refuses the start, which is free but for its margins
     t, u = _rows(problem, nearest)
-    statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.items()}
+    statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.counts.items()}
     statistics |= {"missed_the_goal_in_truth": float(misses), "restarts": float(rounds.restarts)}
-    return SearchResult(_outcome(rounds, len(u)), t, u, budget.iterations, statistics)
+    shares = bridge.rejections.shares()
+    return SearchResult(_outcome(rounds, len(u)), t, u, budget.iterations, statistics, shares)
 
 
 class _Rounds:

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from kinolab.bridge.compiled_step import CompiledStep
 from kinolab.problem import Problem
+from kinolab.propagation.compiled_step import CompiledStep
 from kinolab.world import CollisionChecker, lowest_z
 
 RESOLUTION = 0.01  # [m] that a point may move between two looks, where it is tight
@@ -47,6 +47,18 @@ class Sweep:
         if not self.free():
             return False
         return self._free_between(0.0, duration, speed)
+
+    def culprits(self) -> list[str]:
+        """Name what is in the way at the last look, which failed."""
+        calls = self._calls
+        outside = [
+            f"{'xyz'[entry // 4]} of {body.name} leaves the workspace"
+            for body, row in zip(self._tight.bodies, calls.poses, strict=True)
+            for entry, lower, upper in self._workspace
+            if not lower <= row[entry] <= upper
+        ]
+        touching = self._tight.contacts(calls.poses, calls.ends)
+        return outside + [f"{contact.body} – {contact.obstacle}" for contact in touching]
 
     def _free_between(self, begin: float, end: float, speed: float) -> bool:
         reach = speed * (end - begin)
