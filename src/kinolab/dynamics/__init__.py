@@ -24,6 +24,7 @@ from kinolab.dynamics.efforts import (
     toward,
 )
 from kinolab.dynamics.extras import State, lag, state
+from kinolab.dynamics.flatness import CURVATURE, FlatOutputs, PlaneCurves, output
 from kinolab.dynamics.frames import (
     WORLD,
     Axis,
@@ -58,6 +59,7 @@ from kinolab.dynamics.system import System
 from kinolab.dynamics.variational import VariationalIntegrator
 
 __all__ = [
+    "CURVATURE",
     "WORLD",
     "Attitude",
     "Axis",
@@ -74,11 +76,13 @@ __all__ = [
     "Cylinder",
     "Disk",
     "Drive",
+    "FlatOutputs",
     "Force",
     "Frame",
     "Gravity",
     "Model",
     "Parameter",
+    "PlaneCurves",
     "Potential",
     "Pull",
     "Rate",
@@ -102,6 +106,7 @@ __all__ = [
     "length",
     "move",
     "orient",
+    "output",
     "parameter",
     "rate",
     "require",

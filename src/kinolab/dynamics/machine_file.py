@@ -26,6 +26,7 @@ from kinolab.dynamics.efforts import (
 from kinolab.dynamics.expression_tree import expression_to_tree, tree_to_expression
 from kinolab.dynamics.extras import State
 from kinolab.dynamics.field_types import check_fields
+from kinolab.dynamics.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.shapes import SHAPES
@@ -54,6 +55,7 @@ RECORDS: dict[str, type] = {
         *(Buoyancy, Coulomb, Gravity, Potential, Spring, Viscous, Wrench),
         *(Control, Drive, Force, Pull, Rate, Torque),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
+        *(FlatOutputs, PlaneCurves),
         *SHAPES,
     )
 }
@@ -79,6 +81,7 @@ def machine_to_json(system: System) -> str:
         "collisions": [list(pair) for pair in system.collisions],
         "bodies": [{name: _encode(getattr(body, name)) for name in BODY} for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
+        **({} if system.flat is None else {"flat": _encode(system.flat)}),
     }
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -200,8 +203,17 @@ class _Reader:
             velocities=velocities,
             coordinates=list(self.coordinates.values()),
             values=data["values"],
+            flat=self._flat(data.get("flat")),
             **content,
         )
+
+    def _flat(self, data: Mapping[str, Any] | None) -> Any:
+        """Return how motions follow from curves; early files do not say it."""
+        if data is None:
+            return None
+        outputs = [str(name) for name, _ in data.get("outputs", ())]
+        named = {symbol.name: symbol for symbol in output_symbols(outputs)}
+        return _Reader(self.coordinates, named | self.symbols).decode(data)
 
     def _body(self, data: Mapping[str, Any]) -> Body:
         values = {name: self.decode(data[name]) for name in BODY}

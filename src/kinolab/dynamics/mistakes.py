@@ -14,6 +14,7 @@ import sympy
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
 from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.cables import Cable
+from kinolab.dynamics.flatness import output_symbols, symbols_used
 from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import (
@@ -54,6 +55,7 @@ def mistakes_of(
     yield from _coordinates(system, used)
     yield from _references(system)
     yield from _places(system)
+    yield from _flatness(system)
     for body in system.bodies:
         yield from _body(system, body)
         for shape in body.shapes:
@@ -179,6 +181,21 @@ def _places(system: System) -> Iterator[Mistake]:
         yield Mistake("gravity", what, "Give a number or a parameter; Potential takes the rest.")
     if not math.isclose(math.hypot(*system.gravity.down), 1.0, rel_tol=1e-9):
         yield Mistake("gravity", f"{system.gravity.down} is not a unit vector.")
+
+
+def _flatness(system: System) -> Iterator[Mistake]:
+    """A flat map speaks of the machine's own coordinates and parameters."""
+    if system.flat is None:
+        return
+    where = f"{_where(system)} flat"
+    for coordinate in system.flat.coordinates:
+        if coordinate not in system.coordinates:
+            yield Mistake(where, f"{coordinate} is no coordinate of the machine.")
+    outputs = getattr(system.flat, "outputs", ())
+    known = {*system.coordinates, *system.parameters, *output_symbols(n for n, _ in outputs)}
+    for symbol in sorted(symbols_used(system.flat) - known, key=str):
+        remedy = "Use output(name, order), coordinates and parameters."
+        yield Mistake(where, f"the symbol {symbol} means nothing here.", remedy)
 
 
 def _shape(system: System, body: Body, shape: Any) -> Iterator[Mistake]:

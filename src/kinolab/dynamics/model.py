@@ -325,11 +325,14 @@ class Model:
         out = np.empty((len(rows), size))
         p = _pointer(keep := self.parameter_vector(**parameters))
         inputs = np.atleast_2d(self._inputs(u, states)) if u is not None else rows
-        for row, control, result in zip(rows, inputs, out, strict=True):
-            extra = (_pointer(control),) if u is not None else ()
-            status = function(_pointer(row), *extra, p, _pointer(result), 0)
+        at, results, width = _pointer(rows), _pointer(out), out.itemsize
+        controls = _pointer(inputs) if u is not None else 0
+        for k in range(len(rows)):  # addresses are counted: asking NumPy for one costs more
+            extra = (controls + k * self.nu * width,) if u is not None else ()
+            row, result = at + k * self.nx * width, results + k * size * width
+            status = function(row, *extra, p, result, 0)
             if status and name in NEED_CHART:
-                raise SingularError(_failure(self, status, row))
+                raise SingularError(_failure(self, status, rows[k]))
         del keep
         return out.reshape(*states.shape[:-1], size)
 

@@ -13,6 +13,7 @@ from kinolab.dynamics.cables import AnyCable, Cable, as_cables
 from kinolab.dynamics.constraints import Constraint, Requirement
 from kinolab.dynamics.efforts import Effort, Gravity
 from kinolab.dynamics.extras import State
+from kinolab.dynamics.flatness import Flat
 from kinolab.dynamics.inputs import Input
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import (
@@ -53,6 +54,7 @@ class System:
             the constraints' forces as multipliers, where no fixed choice serves everywhere.
         coordinates: Their order; by default the order in which they were made.
         values: Parameter values other than the defaults, by name.
+        flat: How its motions follow from curves, where they do; planners steer by it.
 
     Raises:
         InputError: With every mistake in the description.
@@ -72,6 +74,7 @@ class System:
     coordinates: tuple[AnyCoordinate, ...]
     parameters: tuple[Parameter, ...]
     values: tuple[tuple[str, float], ...]
+    flat: Flat | None
 
     def __init__(
         self,
@@ -89,6 +92,7 @@ class System:
         velocities: Sequence[AnyCoordinate] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
         values: Mapping[str, float] | None = None,
+        flat: Flat | None = None,
     ) -> None:
         from kinolab.dynamics.mistakes import mistakes_of
 
@@ -116,6 +120,7 @@ class System:
             else tuple(coordinates),
             "parameters": tuple(sorted((a for a in atoms if isinstance(a, Parameter)), key=str)),
             "values": tuple(sorted((values or {}).items())),
+            "flat": flat,
         }
         for field, value in given.items():
             object.__setattr__(self, field, value)

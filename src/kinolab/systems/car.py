@@ -1,9 +1,13 @@
 """A car with a driven rear axle and a steering actuator."""
 
+import sympy
+
 from kinolab.dynamics import (
+    CURVATURE,
     Body,
     Box,
     Disk,
+    PlaneCurves,
     System,
     Torque,
     Viscous,
@@ -68,6 +72,7 @@ def car() -> System:
         ],
         efforts=[Viscous(rate(phi), c_d), Viscous(rate(delta), c_s)],
         velocities=[delta, phi],
+        flat=PlaneCurves(x, y, psi, steered=((delta, sympy.atan(L * CURVATURE)),)),
     )
 
 

@@ -1,11 +1,15 @@
 """An overhead crane: a bridge, a trolley on it, and a load on a rope."""
 
+from sympy import Expr, atan, cos, sin
+
 from kinolab.dynamics import (
     WORLD,
     Body,
     Box,
     Cable,
+    Coordinate,
     Cylinder,
+    FlatOutputs,
     Force,
     Pull,
     System,
@@ -13,6 +17,7 @@ from kinolab.dynamics import (
     angle,
     length,
     move,
+    output,
     parameter,
     rate,
     require,
@@ -70,4 +75,38 @@ def crane() -> System:
         ],
         requirements=[require(hoist.symbol + c_l * rate(l), "the rope only pulls")],
         cables=[Cable((rail, rope), "rope", radius=0.03)],
+        flat=_flat(x, y, l, theta_x, theta_y, g),
+    )
+
+
+def _flat(
+    x: Coordinate,
+    y: Coordinate,
+    rope: Coordinate,
+    theta_x: Coordinate,
+    theta_y: Coordinate,
+    g: Expr,
+) -> FlatOutputs:
+    """Return the coordinates that a path of the load asks for.
+
+    The rope's force is all that holds the load but its weight, so that the rope points along the
+    load's acceleration less that of gravity; the little friction of swaying is left out.
+
+    Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
+    """
+    drop = rope * cos(theta_x) * cos(theta_y)
+    rise = output("Z", 2) + g
+    return FlatOutputs(
+        outputs=(
+            ("X", x + rope * sin(theta_x) * cos(theta_y)),
+            ("Y", y + rope * sin(theta_y)),
+            ("Z", HEIGHT - drop),
+        ),
+        determined=(
+            (theta_x, -atan(output("X", 2) / rise)),
+            (theta_y, -atan(cos(theta_x) * output("Y", 2) / rise)),
+            (rope, (HEIGHT - output("Z")) / (cos(theta_x) * cos(theta_y))),
+            (x, output("X") - rope * sin(theta_x) * cos(theta_y)),
+            (y, output("Y") - rope * sin(theta_y)),
+        ),
     )

@@ -7,6 +7,7 @@ from kinolab.dynamics import (
     Disk,
     Frame,
     Parameter,
+    PlaneCurves,
     Sphere,
     System,
     Torque,
@@ -63,6 +64,7 @@ def diff_drive() -> System:
         ],
         efforts=[Viscous(rate(phi_l), c_w), Viscous(rate(phi_r), c_w)],
         velocities=[phi_l, phi_r],
+        flat=PlaneCurves(x, y, psi),
     )
 
 

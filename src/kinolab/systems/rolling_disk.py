@@ -3,6 +3,7 @@
 from kinolab.dynamics import (
     Body,
     Disk,
+    PlaneCurves,
     System,
     Torque,
     angle,
@@ -44,4 +45,5 @@ def rolling_disk() -> System:
             Torque("drive", on=coin, about=fork.y, limit=1.0),
             Torque("steer", on=coin, about=fork.z, limit=0.5),
         ],
+        flat=PlaneCurves(x, y, psi),
     )

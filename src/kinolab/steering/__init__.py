@@ -1,0 +1,14 @@
+"""Steering: motions through the full dynamics that begin and end exactly where they must.
+
+A sampled control cannot hit a state. What can: a curve of a flat machine's outputs, feedback about
+an equilibrium or along a motion, and a boundary-value problem. All give the same: inputs, one row
+per propagation step, and the states that these inputs lead through.
+"""
+
+from kinolab.steering.equilibria import settle
+from kinolab.steering.ignorable import ignorable
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.steering import AbstractSteering, Steering
+from kinolab.steering.tracking import Tracker
+
+__all__ = ["AbstractSteering", "Maneuver", "Steering", "Tracker", "ignorable", "settle"]

@@ -1,0 +1,61 @@
+"""Steering along straight lines of flat outputs, from rest to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from kinolab.dynamics.flatness import FlatOutputs, evaluate, output
+from kinolab.problem import Problem
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.path_motion import Path, PathMotion
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class FlatOutputSteering:
+    """From rest to rest with the outputs on a straight line.
+
+    Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
+    """
+
+    def __init__(self, problem: Problem, flat: FlatOutputs) -> None:
+        self._problem, self._flat = problem, flat
+        self._motion = PathMotion(problem, flat.coordinates)
+        system = problem.system
+        self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
+
+    def motions(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+        """Yield the motion from x0 to about x1, both at rest, if it can be made."""
+        begin, end = self._outputs(x0), self._outputs(x1)
+        if np.abs(end - begin).max() > 0:
+            found = self._motion.follow(self._path(begin, end), x0)
+            if found is not None:
+                yield found
+
+    def _outputs(self, x: Array) -> Array:
+        names = self._problem.model.coordinate_names
+        by_name = {c.name: c for c in self._flat.coordinates}
+        values = {by_name[name]: x[i] for i, name in enumerate(names) if name in by_name}
+        return np.array(
+            [float(evaluate(e, values | self._parameters)) for _, e in self._flat.outputs]
+        )
+
+    def _path(self, begin: Array, end: Array) -> Path:
+        def path(share: Array, rate: Array, slope: Array) -> Array:
+            values: dict[sympy.Symbol, Any] = dict(self._parameters)
+            for k, (name, _) in enumerate(self._flat.outputs):
+                way = end[k] - begin[k]
+                line = (begin[k] + share * way, rate * way, slope * way)
+                values |= {output(name, order): line[order] for order in range(3)}
+            columns = []
+            for coordinate, expression in self._flat.determined:
+                columns.append(np.broadcast_to(evaluate(expression, values), share.shape))
+                values[coordinate] = columns[-1]
+            return np.column_stack(columns)
+
+        return path

@@ -1,0 +1,155 @@
+"""From a path of some coordinates to a motion: rates by the constraints, inputs by the forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.symbols import Coordinate
+from kinolab.problem import Problem
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.timing import Timing
+
+Array: TypeAlias = NDArray[np.float64]
+Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -> (times, known)
+
+SPARE = 0.9  # share of every limit that a motion may use; the rest is for what corrects it
+FIRST_RAMP = 0.5  # [s]
+TRIALS = 12  # timings that are tried
+KEPT = 1.0 + 1e-9  # share of a limit, rounding included
+GENTLER = 1.15  # factor on a timing that asks too much, at least
+REDUNDANT = 1e-13  # of a matrix's size, added to it where inputs can do the same
+COMPATIBLE = 0.05  # of the largest rate: what differences in time leave of a path that is allowed
+
+
+class PathMotion:
+    """Moves a machine along paths of known coordinates, from rest to rest.
+
+    Rates follow from the path by the constraints, coordinates that the path does not know by
+    integrating theirs, and inputs by the equations of motion in the middle of each step, as well
+    as they can be met (least squares).
+
+    Args:
+        problem: Whose machine, limits and step.
+        known: The coordinates that paths give, in their order.
+    """
+
+    def __init__(self, problem: Problem, known: tuple[Coordinate, ...]) -> None:
+        model = problem.model
+        self._problem, self._model = problem, model
+        self._known = [model.coordinate_names.index(c.name) for c in known]
+        self._rates = [model.rate_names.index(f"{c.name}_dot") for c in known]
+        self._other = [i for i in range(model.nq) if i not in self._known]
+        self._other_rates = [
+            model.rate_names.index(f"{model.coordinate_names[i]}_dot") for i in self._other
+        ]
+        self._speeds = slice(model.nq, model.nq + len(model.independent))
+        lower, upper = model.control_bounds.T
+        self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
+        self._limited = np.isfinite(problem.bounds).all(axis=1)
+
+    def follow(self, path: Path, start: Array) -> Maneuver | None:
+        """Return the quickest motion along a path whose limits are kept; None if there is none.
+
+        It ends only about where the path ends: inputs are held for a step, which the path is not.
+
+        Args:
+            path: Coordinates at shares of the path, given their rates and slopes.
+            start: State at rest at the path's beginning, shape (nx,).
+        """
+        step = self._problem.step
+        timing = Timing(FIRST_RAMP, 1.0).stretched(step)
+        found = self._motion(path, start, timing)
+        if found is None:
+            return None
+        speed = timing.speed / max(self._fastest(found), 1e-9)
+        ramp = max(FIRST_RAMP, 2 * step)
+        for _ in range(TRIALS):
+            timing = Timing(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
+            found = self._motion(path, start, timing)
+            if found is None:
+                return None
+            fast, hard = self._fastest(found), self._hardest(found)
+            if fast <= KEPT and hard <= KEPT:
+                return found
+            if hard > KEPT:
+                ramp *= max(GENTLER, min(hard, 2.0))
+                speed = min(speed, 1.0 / ramp)
+            if fast > KEPT or ramp * speed > 0.5:
+                speed /= max(GENTLER, min(fast, 2.0))
+        return None
+
+    def _fastest(self, motion: Maneuver) -> float:
+        """Return the largest share that is used of the limits of states, less what is spared.
+
+        What begins or ends close to a limit may be as close on its way.
+        """
+        lower, upper = self._problem.bounds[self._limited].T
+        off = np.abs(motion.x[:, self._limited] - (lower + upper) / 2)
+        allowed = np.maximum(SPARE * (upper - lower) / 2, np.maximum(off[0], off[-1]))
+        return float((off / allowed).max(initial=0.0))
+
+    def _hardest(self, motion: Maneuver) -> float:
+        """Return the largest share that is used of the inputs' ranges, less what is spared."""
+        share = np.abs(motion.u - self._middle) / self._half
+        worst = float(share.max(initial=0.0)) / SPARE
+        if self._problem.system.requirements:
+            margins = self._model.requirements(motion.x[:-1], motion.u)
+            worst = max(worst, 1.5 if (margins < 0).any() else 0.0)
+        return worst
+
+    def _motion(self, path: Path, start: Array, timing: Timing) -> Maneuver | None:
+        """Return states and inputs at one timing; None where constraints forbid the path."""
+        count = round(timing.duration / self._problem.step)
+        half = self._problem.step / 2  # times lie half a step apart: knots, and middles of steps
+        times: Array = half * np.arange(2 * count + 1, dtype=float)
+        x = np.tile(start, (2 * count + 1, 1))
+        x[:, self._known] = path(*timing.at(times))
+        rates = np.gradient(x[:, self._known], half, axis=0, edge_order=2)
+        speeds, others = self._speeds_of(x, rates)
+        if speeds is None:
+            return None
+        x[:, self._speeds] = speeds
+        gone = np.cumsum((others[1:] + others[:-1]) * half / 2, axis=0)
+        x[1:, self._other] = start[self._other] + gone
+        changes = (speeds[2::2] - speeds[:-2:2]) / self._problem.step
+        return Maneuver(x[::2], self._inputs(x[1::2], changes))
+
+    def _speeds_of(self, x: Array, rates: Array) -> tuple[Array | None, Array]:
+        """Return the independent velocities that give known rates, and the other rates."""
+        model, count = self._model, len(self._model.independent)
+        if count == model.nt and not self._other:
+            speeds = np.empty_like(rates)
+            speeds[:, self._rates] = rates
+            return speeds, np.empty((len(x), 0))
+        units = np.repeat(x, count, axis=0)
+        units[:, self._speeds] = np.tile(np.eye(count), (len(x), 1))
+        maps = model.velocity(units).reshape(len(x), count, model.nt).transpose(0, 2, 1)
+        known = maps[:, self._rates]
+        speeds = _least_squares(known, rates)
+        missed = np.abs((known @ speeds[:, :, None])[:, :, 0] - rates)
+        if missed.max(initial=0.0) > COMPATIBLE * np.abs(rates).max(initial=0.0):
+            return None, rates
+        return speeds, (maps[:, self._other_rates] @ speeds[:, :, None])[:, :, 0]
+
+    def _inputs(self, x: Array, changes: Array) -> Array:
+        """Return the inputs that change the independent velocities at some rates."""
+        model = self._model
+        _, gain = model.jacobian(x, self._middle)
+        drift = model.f(x, np.tile(self._middle, (len(x), 1)))[:, self._speeds]
+        weight = 1.0 / self._problem.scales[self._speeds]
+        rows = gain[:, self._speeds] * weight[:, None] * self._half
+        u: Array = self._middle + self._half * _least_squares(rows, (changes - drift) * weight)
+        return u
+
+
+def _least_squares(rows: Array, right: Array) -> Array:
+    """Solve many small least-squares problems, shapes (N, m, n) and (N, m), by normal equations."""
+    turned = rows.transpose(0, 2, 1)
+    square = turned @ rows
+    size = np.trace(square, axis1=1, axis2=2)[:, None, None]
+    regular = square + REDUNDANT * size * np.eye(square.shape[-1])
+    return np.asarray(np.linalg.solve(regular, turned @ right[:, :, None])[:, :, 0], dtype=float)

@@ -1,0 +1,221 @@
+"""Steering along plane curves: smooth ones, Reeds and Shepp's, and turns on the spot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from kinolab.dynamics.flatness import CURVATURE, PlaneCurves, evaluate
+from kinolab.problem import Problem
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.path_motion import PathMotion
+from kinolab.steering.reeds_shepp import Arc, arcs
+
+Array: TypeAlias = NDArray[np.float64]
+
+SAMPLES = 120  # of a smooth curve
+REACHES = (0.7, 1.2)  # length of a smooth curve's tangents, in distances of its ends
+TIGHTEST = 0.9  # share of the largest curvature that curves use
+SHARPEST = 20.0  # [1/m] for machines that turn on the spot
+TINY = 1e-6  # [m] or [rad] that is not worth a motion
+FORWARD, BACKWARD = 1.0, -1.0
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a machine stands: x, y in [m], its heading, and what it steers with."""
+
+    x: float
+    y: float
+    heading: float
+    steered: tuple[float, ...]
+
+
+class PlaneCurveSteering:
+    """From rest to rest along plane curves.
+
+    Candidates, in the order in which they are tried: smooth curves forward and back (Hermite
+    polynomials of fifth degree without curvature at their ends); where the machine turns on the
+    spot, turn, go straight, turn; elsewhere the shortest curve of arcs and straight lines, with a
+    stop wherever the steering must change.
+
+    Source: Reeds, Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific J.
+    Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
+    """
+
+    def __init__(self, problem: Problem, flat: PlaneCurves) -> None:
+        self._problem, self._flat = problem, flat
+        self._motion = PathMotion(problem, flat.coordinates)
+        self._index = [problem.model.coordinate_names.index(c.name) for c in flat.coordinates]
+        self._sharpest = _sharpest(problem, flat)
+
+    @property
+    def radius(self) -> float:
+        """Of the tightest circle, in [m]; 0 where the machine turns on the spot."""
+        return 1.0 / (TIGHTEST * self._sharpest) if self._flat.steered else 0.0
+
+    def motions(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+        """Yield motions from x0 to about x1, both at rest."""
+        begin, end = self._pose(x0), self._pose(x1)
+        for path in self._smooth(begin, end):
+            yield from self._chained([path], x0)
+        if self._flat.steered:
+            yield from self._chained(self._reeds_shepp(begin, end), x0)
+        else:
+            for gear in (FORWARD, BACKWARD):
+                yield from self._chained(self._turn_go_turn(begin, end, gear), x0)
+
+    def _pose(self, x: Array) -> Pose:
+        px, py, heading, *steered = x[self._index]
+        return Pose(float(px), float(py), float(heading), tuple(map(float, steered)))
+
+    def _chained(self, paths: list[Callable[..., Array]], x0: Array) -> Iterator[Maneuver]:
+        """Yield the motion along paths one after the other, if it can be made."""
+        whole: Maneuver | None = None
+        for path in paths:
+            piece = self._motion.follow(path, x0 if whole is None else whole.x[-1])
+            if piece is None:
+                return
+            whole = piece if whole is None else whole.then(piece)
+        if whole is not None:
+            yield whole
+
+    def _smooth(self, begin: Pose, end: Pose) -> Iterator[Callable[..., Array]]:
+        distance = float(np.hypot(end.x - begin.x, end.y - begin.y))
+        if distance < TINY:
+            return
+        ends = np.array([[begin.x, begin.y], [end.x, end.y]])
+        for reach in REACHES:
+            for gear in (FORWARD, BACKWARD):
+                headings = np.array([begin.heading, end.heading])
+                tangents = (
+                    gear * reach * distance * np.column_stack([np.cos(headings), np.sin(headings)])
+                )
+                path = self._curve(ends, tangents, begin, end, gear)
+                if path is not None:
+                    yield path
+
+    def _curve(
+        self, ends: Array, tangents: Array, begin: Pose, end: Pose, gear: float
+    ) -> Callable[..., Array] | None:
+        """Return the fifth-degree curve by arc length; None where it is too sharp."""
+        point, slope, bend = _hermite(ends, tangents, np.linspace(0.0, 1.0, SAMPLES))
+        speed = np.hypot(*slope.T)
+        curvature = gear * (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / speed**3
+        if not (np.abs(curvature) <= TIGHTEST * self._sharpest).all():
+            return None
+        heading = np.unwrap(np.arctan2(gear * slope[:, 1], gear * slope[:, 0]))
+        heading += begin.heading - heading[0]
+        steered = self._steered(curvature)
+        off = np.abs([steered[0] - begin.steered, steered[-1] - end.steered])
+        if off.max(initial=0.0) > TINY:
+            return None  # the wheels stand elsewhere
+        gone = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
+        return _along(gone / gone[-1], np.column_stack([point, heading, steered]))
+
+    def _steered(self, curvature: Array) -> Array:
+        values = {
+            p: self._problem.system.parameter_values[p.name]
+            for p in self._problem.system.parameters
+        }
+        columns = [evaluate(e, {CURVATURE: curvature, **values}) for _, e in self._flat.steered]
+        return np.column_stack(columns) if columns else np.empty((len(curvature), 0))
+
+    def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Callable[..., Array]]:
+        way = np.array([end.x - begin.x, end.y - begin.y])
+        distance = float(np.hypot(*way))
+        if distance < TINY:
+            return self._shifts([begin, _turned(begin, end.heading)])
+        course = _nearest(float(np.arctan2(*(gear * way[::-1]))), begin.heading)
+        there = Pose(end.x, end.y, course, ())
+        return [
+            *self._shifts([begin, _turned(begin, course)]),
+            _straight(_turned(begin, course), there),
+            *self._shifts([there, _turned(there, end.heading)]),
+        ]
+
+    def _shifts(self, poses: list[Pose]) -> list[Callable[..., Array]]:
+        """Return straight ways between poses, those apart that lie at the same place."""
+        return [_straight(a, b) for a, b in pairwise(poses) if _apart(a, b)]
+
+    def _reeds_shepp(self, begin: Pose, end: Pose) -> list[Callable[..., Array]]:
+        """Return arcs, and between them what the steering must change at a stop."""
+        paths, here = [], begin
+        for arc in arcs(
+            (begin.x, begin.y, begin.heading), (end.x, end.y, end.heading), self.radius
+        ):
+            steered = tuple(map(float, self._steered(np.array([arc.curvature]))[0]))
+            ready = Pose(here.x, here.y, here.heading, steered)
+            there = Pose(*arc.after((here.x, here.y, here.heading)), steered)
+            paths += [*self._shifts([here, ready]), _around(ready, arc)]
+            here = there
+        arrived = Pose(here.x, here.y, here.heading, end.steered)
+        return [*paths, *self._shifts([here, arrived])]
+
+
+def _sharpest(problem: Problem, flat: PlaneCurves) -> float:
+    """Return the largest curvature in [1/m] at which what is steered keeps its limits."""
+    values = {p: problem.system.parameter_values[p.name] for p in problem.system.parameters}
+    curvatures = np.geomspace(1e-3, SHARPEST, 400)
+    possible = np.ones(len(curvatures), dtype=bool)
+    for coordinate, expression in flat.steered:
+        lower, upper = problem.bounds[problem.model.state_names.index(coordinate.name)]
+        for sign in (1.0, -1.0):
+            angles = evaluate(expression, {CURVATURE: sign * curvatures, **values})
+            possible &= (lower <= angles) & (angles <= upper)
+    return float(curvatures[possible].max(initial=1e-3))
+
+
+def _hermite(ends: Array, tangents: Array, s: Array) -> tuple[Array, Array, Array]:
+    """Return points, first and second derivatives of a quintic without bend at its ends."""
+    basis = np.array(
+        [[1, 0, 0, -10, 15, -6], [0, 0, 0, 10, -15, 6], [0, 1, 0, -6, 8, -3], [0, 0, 0, -4, 7, -3]],
+        dtype=float,
+    )
+    weights = np.vstack([ends, tangents])
+    powers = np.vander(s, 6, increasing=True)
+    first = np.column_stack([np.zeros_like(s), *((k + 1) * powers[:, k] for k in range(5))])
+    second = np.column_stack([np.zeros_like(s), *((k + 1) * first[:, k] for k in range(5))])
+    point, slope, bend = (table @ basis.T @ weights for table in (powers, first, second))
+    return point, slope, bend
+
+
+def _along(share: Array, coordinates: Array) -> Callable[..., Array]:
+    spline = CubicSpline(share, coordinates)
+    return lambda s, _rate, _slope: spline(s)
+
+
+def _straight(begin: Pose, end: Pose) -> Callable[..., Array]:
+    a, b = (np.array([p.x, p.y, p.heading, *p.steered]) for p in (begin, end))
+    return lambda s, _rate, _slope: a + s[:, None] * (b - a)
+
+
+def _around(begin: Pose, arc: Arc) -> Callable[..., Array]:
+    def path(s: Array, _rate: Array, _slope: Array) -> Array:
+        poses = np.column_stack(arc.poses((begin.x, begin.y, begin.heading), s))
+        return np.hstack([poses, np.tile(begin.steered, (len(s), 1))])
+
+    return path
+
+
+def _turned(pose: Pose, heading: float) -> Pose:
+    return Pose(pose.x, pose.y, _nearest(heading, pose.heading), pose.steered)
+
+
+def _nearest(angle: float, other: float) -> float:
+    """Return the angle on the circle, as a number near another one."""
+    return other + (angle - other + np.pi) % (2 * np.pi) - np.pi
+
+
+def _apart(a: Pose, b: Pose) -> bool:
+    turned = [
+        abs(a.heading - b.heading),
+        *(abs(p - q) for p, q in zip(a.steered, b.steered, strict=True)),
+    ]
+    return max(turned) > TINY or float(np.hypot(a.x - b.x, a.y - b.y)) > TINY

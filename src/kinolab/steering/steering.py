@@ -1,0 +1,137 @@
+"""From one state to another: every way of steering that a machine allows, the surest first."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.flatness import FlatOutputs, PlaneCurves
+from kinolab.problem import Problem
+from kinolab.steering.closing import Closing
+from kinolab.steering.equilibria import STILL, settle
+from kinolab.steering.flat_outputs import FlatOutputSteering
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.plane_curves import PlaneCurveSteering
+from kinolab.steering.rollout import Rollout
+from kinolab.steering.tracking import Tracker
+
+Array: TypeAlias = NDArray[np.float64]
+
+DURATIONS = (1.0, 2.0, 4.0)  # of a boundary-value problem, in times that the way would take
+PATIENCE = 25  # corrections of a boundary-value problem
+SETTLING = 60  # steps of feedback toward an equilibrium
+
+
+class AbstractSteering(ABC):
+    """Finds motions from one state exactly to another."""
+
+    @abstractmethod
+    def steer(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Maneuver], bool] = ...
+    ) -> Iterator[Maneuver]:
+        """Yield motions from x0 that end at x1.
+
+        Args:
+            x0: Beginning, shape (nx,).
+            x1: End, shape (nx,).
+            worthwhile: Asked about a motion before the work of making it end exactly; it may say
+                no where the motion collides.
+        """
+
+
+class Steering(AbstractSteering):
+    """All ways of steering that a machine allows.
+
+    From rest to rest: curves of a flat machine. Otherwise: feedback about the end where it is an
+    equilibrium that feedback holds, and a boundary-value problem by shooting.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self.rollout = Rollout(problem)
+        self.closing = Closing(problem, self.rollout)
+        self.tracker = Tracker(problem, self.rollout)
+        self._curves = _curves(problem)
+
+    @property
+    def radius(self) -> float | None:
+        """Of the tightest circle in [m]; None for machines that do not follow plane curves."""
+        return self._curves.radius if isinstance(self._curves, PlaneCurveSteering) else None
+
+    def steer(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Maneuver], bool] = lambda _: True
+    ) -> Iterator[Maneuver]:
+        """Yield motions from x0 that end at x1, as ``AbstractSteering`` says."""
+        x1 = self._near(x0, x1)
+        for rough in self._rough(x0, x1):
+            if worthwhile(rough):
+                exact = self.closing.close(x0, rough.u, x1, most=PATIENCE)
+                if exact is not None:
+                    yield exact
+
+    def _near(self, x0: Array, x1: Array) -> Array:
+        """Return the end with its angles counted as near the beginning as can be."""
+        near, circular = x1.copy(), self._problem.circular
+        way = (x1 - x0 + np.pi) % (2 * np.pi) - np.pi
+        near[circular] = x0[circular] + way[circular]
+        return near
+
+    def _rough(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+        """Yield motions that end near x1."""
+        if self._curves is not None and self.rests(x0) and self.rests(x1):
+            yield from self._curves.motions(x0, x1)
+            return
+        settled = settle(self._problem, x1)
+        if settled is not None and np.abs(self.closing.miss(settled[0], x1)).max() < 1e-6:
+            held = self.tracker.settle_at(x0, x1, settled[1], SETTLING)
+            if held is not None:
+                yield held
+        yield from self._idle(x0, x1)
+
+    def _idle(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+        """Yield motions under inputs that hold the machine, as a boundary-value problem begins."""
+        begin, end = (settle(self._problem, x) for x in (x0, x1))
+        idle = np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
+        u0, u1 = (idle if found is None else found[1] for found in (begin, end))
+        for factor in DURATIONS:
+            steps = max(int(np.ceil(factor * self._duration(x0, x1) / self.rollout.step)), 4)
+            share = (np.arange(steps)[:, None] + 0.5) / steps
+            inputs = u0 + share * (u1 - u0)
+            states = self.rollout.follow(x0, inputs)
+            if states is not None:
+                yield Maneuver(states, inputs)
+
+    def _duration(self, x0: Array, x1: Array) -> float:
+        """Return about how long the way takes in [s], by the limits or scales of the rates."""
+        model = self._problem.model
+        miss = np.abs(self.closing.miss(x0, x1) * self._problem.scales)[: model.nq]
+        speeds = np.array([_speed(self._problem, name) for name in model.coordinate_names])
+        return float(np.max(miss / speeds, initial=0.5)) * 1.5
+
+    def rests(self, x: Array) -> bool:
+        """Say whether a machine stands still in a state."""
+        model = self._problem.model
+        return bool(
+            np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0) <= STILL
+        )
+
+
+def _curves(problem: Problem) -> PlaneCurveSteering | FlatOutputSteering | None:
+    """Return how a flat machine steers, None for others."""
+    match problem.system.flat:
+        case PlaneCurves() as flat:
+            return PlaneCurveSteering(problem, flat)
+        case FlatOutputs() as flat:
+            return FlatOutputSteering(problem, flat)
+    return None
+
+
+def _speed(problem: Problem, coordinate: str) -> float:
+    """Return the speed limit of a coordinate, or its scale per second."""
+    found = {c.name: c for c in problem.system.coordinates}.get(coordinate)
+    speed = getattr(found, "speed", np.inf)
+    return float(speed if np.isfinite(speed) else getattr(found, "scale", 1.0))

@@ -1,0 +1,97 @@
+"""Feedback: about an equilibrium, and along a motion."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, solve_discrete_are
+
+from kinolab.problem import Problem
+from kinolab.steering.closing import Closing
+from kinolab.steering.ignorable import ignorable
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.rollout import Rollout
+
+Array: TypeAlias = NDArray[np.float64]
+
+CHEAP = 1.0  # of a full input against a state that is off by its scale
+
+
+class Tracker:
+    """Linear-quadratic feedback for the sampled machine, inputs held for a step each.
+
+    States are weighed by their scales, inputs by half their range.
+
+    Source: Anderson, Moore, Optimal Control: Linear Quadratic Methods, 1990, chapters 2 and 3.
+    """
+
+    def __init__(self, problem: Problem, rollout: Rollout) -> None:
+        self._problem, self._rollout = problem, rollout
+        self._closing = Closing(problem, rollout)
+        self._matters = ~ignorable(problem)
+        self._lower, self._upper = problem.model.control_bounds.T
+        half = np.maximum((self._upper - self._lower) / 2, 1e-12)
+        self._Q = np.diag(self._matters / problem.scales**2)
+        self._R = CHEAP * np.diag(1.0 / half**2)
+
+    def hold(self, x: Array, u: Array) -> Array | None:
+        """Return the gain K of u = u_eq - K (x - x_eq) about an equilibrium, shape (nu, nx).
+
+        None where no feedback of this kind holds it, as for cars, which do not slip sideways.
+
+        Args:
+            x: The equilibrium, shape (nx,).
+            u: The inputs that hold it, shape (nu,).
+        """
+        A, B = self._rollout.linearise(np.stack([x, x]), u[None])
+        keep = np.flatnonzero(self._matters)
+        a, b = A[0][np.ix_(keep, keep)], B[0][keep]
+        try:
+            P = solve_discrete_are(a, b, self._Q[np.ix_(keep, keep)], self._R)
+        except (LinAlgError, ValueError):
+            return None
+        K = np.zeros((len(u), len(x)))
+        K[:, keep] = np.linalg.solve(self._R + b.T @ P @ b, b.T @ P @ a)
+        if np.abs(np.linalg.eigvals(a - b @ K[:, keep])).max() >= 1.0:
+            return None
+        return K
+
+    def gains(self, motion: Maneuver) -> Array:
+        """Return the gains along a motion, shape (N, nu, nx), by Riccati's recursion."""
+        A, B = self._rollout.linearise(motion.x, motion.u)
+        P, gains = 10.0 * self._Q, np.empty((motion.steps, motion.u.shape[1], motion.x.shape[1]))
+        for k in range(motion.steps - 1, -1, -1):
+            a, b = A[k] * self._matters[:, None] * self._matters, B[k] * self._matters[:, None]
+            gains[k] = np.linalg.solve(self._R + b.T @ P @ b, b.T @ P @ a)
+            P = self._Q + a.T @ P @ (a - b @ gains[k])
+        return gains
+
+    def track(self, x0: Array, motion: Maneuver, gains: Array | None = None) -> Maneuver | None:
+        """Return what becomes of a motion from another beginning under feedback along it.
+
+        Args:
+            x0: Where to begin, shape (nx,).
+            motion: What to follow.
+            gains: Of the feedback, shape (N, nu, nx); those of ``gains`` when left out.
+        """
+        gains = self.gains(motion) if gains is None else gains
+        states, inputs = [x0], []
+        for k, (wanted, held) in enumerate(zip(motion.x[:-1], motion.u, strict=True)):
+            off = self._closing.miss(states[-1], wanted) * self._problem.scales
+            u = np.clip(held + gains[k] @ off, self._lower, self._upper)
+            reached = self._rollout.follow(states[-1], u[None])
+            if reached is None:
+                return None
+            states.append(reached[1])
+            inputs.append(u)
+        return Maneuver(np.array(states), np.array(inputs).reshape(len(inputs), -1))
+
+    def settle_at(self, x0: Array, x1: Array, u1: Array, steps: int) -> Maneuver | None:
+        """Return the motion from x0 under feedback about an equilibrium, for some steps."""
+        gain = self.hold(x1, u1)
+        if gain is None:
+            return None
+        still = Maneuver(np.tile(x1, (steps + 1, 1)), np.tile(u1, (steps, 1)))
+        return self.track(x0, still, np.tile(gain, (steps, 1, 1)))
