@@ -74,12 +74,18 @@ class Budget:
         """Begin to count the time now, when a planner has everything it needs."""
         self.started = time.monotonic()
 
-    def spent(self) -> bool:
-        """Say whether the search must end, and count one more iteration if not."""
+    @property
+    def over(self) -> bool:
+        """Whether the search must end; asking counts nothing."""
         elapsed = time.monotonic() - self.started
         too_many = self.max_iterations is not None and self.iterations >= self.max_iterations
-        if self.interrupted or too_many or elapsed > self.time_limit:
+        return self.interrupted or too_many or elapsed > self.time_limit
+
+    def spent(self) -> bool:
+        """Say whether the search must end, and count one more iteration if not."""
+        if self.over:
             return True
+        elapsed = time.monotonic() - self.started
         self.iterations += 1
         if self.progress and elapsed > self._next_report:
             self._next_report = elapsed + 0.25

@@ -325,12 +325,12 @@ class Model:
         out = np.empty((len(rows), size))
         p = _pointer(keep := self.parameter_vector(**parameters))
         inputs = np.atleast_2d(self._inputs(u, states)) if u is not None else rows
-        at, results, width = _pointer(rows), _pointer(out), out.itemsize
-        controls = _pointer(inputs) if u is not None else 0
-        for k in range(len(rows)):  # addresses are counted: asking NumPy for one costs more
-            extra = (controls + k * self.nu * width,) if u is not None else ()
-            row, result = at + k * self.nx * width, results + k * size * width
-            status = function(row, *extra, p, result, 0)
+        # Addresses are counted on: asking NumPy for those of each row costs more than the calls.
+        tables = (rows, inputs, out) if u is not None else (rows, out)
+        at, widths = [_pointer(t) for t in tables], [t.strides[0] for t in tables]
+        for k in range(len(rows)):
+            *given, result = [begin + k * width for begin, width in zip(at, widths, strict=True)]
+            status = function(*given, p, result, 0)
             if status and name in NEED_CHART:
                 raise SingularError(_failure(self, status, rows[k]))
         del keep

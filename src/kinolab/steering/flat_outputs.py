@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -29,11 +29,14 @@ class FlatOutputSteering:
         system = problem.system
         self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
 
-    def motions(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+    def motions(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
+    ) -> Iterator[Maneuver]:
         """Yield the motion from x0 to about x1, both at rest, if it can be made."""
         begin, end = self._outputs(x0), self._outputs(x1)
-        if np.abs(end - begin).max() > 0:
-            found = self._motion.follow(self._path(begin, end), x0)
+        path = self._path(begin, end)
+        if np.abs(end - begin).max() > 0 and worthwhile(self._motion.looks(path, x0)):
+            found = self._motion.follow(path, x0)
             if found is not None:
                 yield found
 

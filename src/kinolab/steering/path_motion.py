@@ -18,7 +18,10 @@ Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -
 
 SPARE = 0.9  # share of every limit that a motion may use; the rest is for what corrects it
 FIRST_RAMP = 0.5  # [s]
-TRIALS = 12  # timings that are tried
+SLOW = Timing(100.0, 100.0)  # at which speeds show and forces do not
+LOOKS = 12  # at a path, before the work of finding its motion
+COARSE = 32  # steps in which a timing is tried
+TRIALS = 14  # timings that are tried
 KEPT = 1.0 + 1e-9  # share of a limit, rounding included
 GENTLER = 1.15  # factor on a timing that asks too much, at least
 REDUNDANT = 1e-13  # of a matrix's size, added to it where inputs can do the same
@@ -49,7 +52,15 @@ class PathMotion:
         self._speeds = slice(model.nq, model.nq + len(model.independent))
         lower, upper = model.control_bounds.T
         self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
-        self._limited = np.isfinite(problem.bounds).all(axis=1)
+        self._limited = np.flatnonzero(np.isfinite(problem.bounds).all(axis=1))
+
+    def looks(self, path: Path, start: Array) -> Array:
+        """Return some states at rest along a path, shape (LOOKS, nx), its middle first."""
+        shares = np.linspace(0.0, 1.0, LOOKS)
+        shares = shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
+        states = np.tile(start, (LOOKS, 1))
+        states[:, self._known] = path(shares, np.zeros(LOOKS), np.zeros(LOOKS))
+        return states
 
     def follow(self, path: Path, start: Array) -> Maneuver | None:
         """Return the quickest motion along a path whose limits are kept; None if there is none.
@@ -61,20 +72,24 @@ class PathMotion:
             start: State at rest at the path's beginning, shape (nx,).
         """
         step = self._problem.step
-        timing = Timing(FIRST_RAMP, 1.0).stretched(step)
-        found = self._motion(path, start, timing)
+        found = self._motion(path, start, SLOW, COARSE)
         if found is None:
             return None
-        speed = timing.speed / max(self._fastest(found), 1e-9)
-        ramp = max(FIRST_RAMP, 2 * step)
+        speed = SLOW.speed / max(self._fastest(found, first=self._model.nq), 1e-9)
+        ramp, count = max(FIRST_RAMP, 2 * step), COARSE
         for _ in range(TRIALS):
             timing = Timing(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
-            found = self._motion(path, start, timing)
+            steps = round(timing.duration / step)
+            count = min(count, steps)
+            found = self._motion(path, start, timing, count)
             if found is None:
                 return None
             fast, hard = self._fastest(found), self._hardest(found)
             if fast <= KEPT and hard <= KEPT:
-                return found
+                if count == steps:
+                    return found
+                count = steps  # now look at every step
+                continue
             if hard > KEPT:
                 ramp *= max(GENTLER, min(hard, 2.0))
                 speed = min(speed, 1.0 / ramp)
@@ -82,13 +97,18 @@ class PathMotion:
                 speed /= max(GENTLER, min(fast, 2.0))
         return None
 
-    def _fastest(self, motion: Maneuver) -> float:
+    def _fastest(self, motion: Maneuver, first: int = 0) -> float:
         """Return the largest share that is used of the limits of states, less what is spared.
 
         What begins or ends close to a limit may be as close on its way.
+
+        Args:
+            motion: Whose states.
+            first: Entry of the state with which to begin.
         """
-        lower, upper = self._problem.bounds[self._limited].T
-        off = np.abs(motion.x[:, self._limited] - (lower + upper) / 2)
+        limited = [i for i in self._limited if i >= first]
+        lower, upper = self._problem.bounds[limited].T
+        off = np.abs(motion.x[:, limited] - (lower + upper) / 2)
         allowed = np.maximum(SPARE * (upper - lower) / 2, np.maximum(off[0], off[-1]))
         return float((off / allowed).max(initial=0.0))
 
@@ -101,21 +121,21 @@ class PathMotion:
             worst = max(worst, 1.5 if (margins < 0).any() else 0.0)
         return worst
 
-    def _motion(self, path: Path, start: Array, timing: Timing) -> Maneuver | None:
-        """Return states and inputs at one timing; None where constraints forbid the path."""
-        count = round(timing.duration / self._problem.step)
-        half = self._problem.step / 2  # times lie half a step apart: knots, and middles of steps
+    def _motion(self, path: Path, start: Array, timing: Timing, count: int) -> Maneuver | None:
+        """Return states and inputs of as many steps; None where constraints forbid the path."""
+        half = timing.duration / count / 2  # times are those of knots, and of middles of steps
         times: Array = half * np.arange(2 * count + 1, dtype=float)
         x = np.tile(start, (2 * count + 1, 1))
         x[:, self._known] = path(*timing.at(times))
-        rates = np.gradient(x[:, self._known], half, axis=0, edge_order=2)
+        rates = np.gradient(x[:, self._known], half, axis=0)
+        rates[[0, -1]] = 0.0  # from rest to rest
         speeds, others = self._speeds_of(x, rates)
         if speeds is None:
             return None
         x[:, self._speeds] = speeds
         gone = np.cumsum((others[1:] + others[:-1]) * half / 2, axis=0)
         x[1:, self._other] = start[self._other] + gone
-        changes = (speeds[2::2] - speeds[:-2:2]) / self._problem.step
+        changes = (speeds[2::2] - speeds[:-2:2]) / (2 * half)
         return Maneuver(x[::2], self._inputs(x[1::2], changes))
 
     def _speeds_of(self, x: Array, rates: Array) -> tuple[Array | None, Array]:

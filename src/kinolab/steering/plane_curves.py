@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from kinolab.dynamics.flatness import CURVATURE, PlaneCurves, evaluate
 from kinolab.problem import Problem
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.path_motion import PathMotion
+from kinolab.steering.path_motion import Path, PathMotion
 from kinolab.steering.reeds_shepp import Arc, arcs
 
 Array: TypeAlias = NDArray[np.float64]
@@ -60,33 +60,48 @@ class PlaneCurveSteering:
         """Of the tightest circle, in [m]; 0 where the machine turns on the spot."""
         return 1.0 / (TIGHTEST * self._sharpest) if self._flat.steered else 0.0
 
-    def motions(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+    def straightened(self, x: Array) -> Array:
+        """Return a state with what is steered as on a straight line."""
+        straight = x.copy()
+        straight[self._index[3:]] = self._steered(np.zeros(1))[0]
+        return straight
+
+    def motions(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
+    ) -> Iterator[Maneuver]:
         """Yield motions from x0 to about x1, both at rest."""
         begin, end = self._pose(x0), self._pose(x1)
+        for paths in self._ways(begin, end):
+            if all(worthwhile(self._motion.looks(path, x0)) for path in paths):
+                motion = self._chained(paths, x0)
+                if motion is not None:
+                    yield motion
+
+    def _ways(self, begin: Pose, end: Pose) -> Iterator[list[Path]]:
+        """Yield lists of paths, at the end of each of which the machine stops."""
         for path in self._smooth(begin, end):
-            yield from self._chained([path], x0)
+            yield [path]
         if self._flat.steered:
-            yield from self._chained(self._reeds_shepp(begin, end), x0)
+            yield self._reeds_shepp(begin, end)
         else:
             for gear in (FORWARD, BACKWARD):
-                yield from self._chained(self._turn_go_turn(begin, end, gear), x0)
+                yield self._turn_go_turn(begin, end, gear)
 
     def _pose(self, x: Array) -> Pose:
         px, py, heading, *steered = x[self._index]
         return Pose(float(px), float(py), float(heading), tuple(map(float, steered)))
 
-    def _chained(self, paths: list[Callable[..., Array]], x0: Array) -> Iterator[Maneuver]:
-        """Yield the motion along paths one after the other, if it can be made."""
+    def _chained(self, paths: list[Path], x0: Array) -> Maneuver | None:
+        """Return the motion along paths one after the other, if it can be made."""
         whole: Maneuver | None = None
         for path in paths:
             piece = self._motion.follow(path, x0 if whole is None else whole.x[-1])
             if piece is None:
-                return
+                return None
             whole = piece if whole is None else whole.then(piece)
-        if whole is not None:
-            yield whole
+        return whole
 
-    def _smooth(self, begin: Pose, end: Pose) -> Iterator[Callable[..., Array]]:
+    def _smooth(self, begin: Pose, end: Pose) -> Iterator[Path]:
         distance = float(np.hypot(end.x - begin.x, end.y - begin.y))
         if distance < TINY:
             return
@@ -103,7 +118,7 @@ class PlaneCurveSteering:
 
     def _curve(
         self, ends: Array, tangents: Array, begin: Pose, end: Pose, gear: float
-    ) -> Callable[..., Array] | None:
+    ) -> Path | None:
         """Return the fifth-degree curve by arc length; None where it is too sharp."""
         point, slope, bend = _hermite(ends, tangents, np.linspace(0.0, 1.0, SAMPLES))
         speed = np.hypot(*slope.T)
@@ -127,7 +142,7 @@ class PlaneCurveSteering:
         columns = [evaluate(e, {CURVATURE: curvature, **values}) for _, e in self._flat.steered]
         return np.column_stack(columns) if columns else np.empty((len(curvature), 0))
 
-    def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Callable[..., Array]]:
+    def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Path]:
         way = np.array([end.x - begin.x, end.y - begin.y])
         distance = float(np.hypot(*way))
         if distance < TINY:
@@ -140,11 +155,11 @@ class PlaneCurveSteering:
             *self._shifts([there, _turned(there, end.heading)]),
         ]
 
-    def _shifts(self, poses: list[Pose]) -> list[Callable[..., Array]]:
+    def _shifts(self, poses: list[Pose]) -> list[Path]:
         """Return straight ways between poses, those apart that lie at the same place."""
         return [_straight(a, b) for a, b in pairwise(poses) if _apart(a, b)]
 
-    def _reeds_shepp(self, begin: Pose, end: Pose) -> list[Callable[..., Array]]:
+    def _reeds_shepp(self, begin: Pose, end: Pose) -> list[Path]:
         """Return arcs, and between them what the steering must change at a stop."""
         paths, here = [], begin
         for arc in arcs(
@@ -186,17 +201,17 @@ def _hermite(ends: Array, tangents: Array, s: Array) -> tuple[Array, Array, Arra
     return point, slope, bend
 
 
-def _along(share: Array, coordinates: Array) -> Callable[..., Array]:
+def _along(share: Array, coordinates: Array) -> Path:
     spline = CubicSpline(share, coordinates)
     return lambda s, _rate, _slope: spline(s)
 
 
-def _straight(begin: Pose, end: Pose) -> Callable[..., Array]:
+def _straight(begin: Pose, end: Pose) -> Path:
     a, b = (np.array([p.x, p.y, p.heading, *p.steered]) for p in (begin, end))
     return lambda s, _rate, _slope: a + s[:, None] * (b - a)
 
 
-def _around(begin: Pose, arc: Arc) -> Callable[..., Array]:
+def _around(begin: Pose, arc: Arc) -> Path:
     def path(s: Array, _rate: Array, _slope: Array) -> Array:
         poses = np.column_stack(arc.poses((begin.x, begin.y, begin.heading), s))
         return np.hstack([poses, np.tile(begin.steered, (len(s), 1))])

@@ -31,15 +31,15 @@ class AbstractSteering(ABC):
 
     @abstractmethod
     def steer(
-        self, x0: Array, x1: Array, worthwhile: Callable[[Maneuver], bool] = ...
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = ...
     ) -> Iterator[Maneuver]:
         """Yield motions from x0 that end at x1.
 
         Args:
             x0: Beginning, shape (nx,).
             x1: End, shape (nx,).
-            worthwhile: Asked about a motion before the work of making it end exactly; it may say
-                no where the motion collides.
+            worthwhile: Asked about states on the way, shape (n, nx), before the work of making a
+                motion of them; it may say no where one collides.
         """
 
 
@@ -62,16 +62,25 @@ class Steering(AbstractSteering):
         """Of the tightest circle in [m]; None for machines that do not follow plane curves."""
         return self._curves.radius if isinstance(self._curves, PlaneCurveSteering) else None
 
+    @property
+    def reversible(self) -> bool:
+        """Whether a way back leads along the same curves, so that it touches the same things."""
+        return self._curves is not None
+
+    def straightened(self, x: Array) -> Array:
+        """Return a state whose steering stands straight, where a machine has any."""
+        curves = self._curves
+        return curves.straightened(x) if isinstance(curves, PlaneCurveSteering) else x
+
     def steer(
-        self, x0: Array, x1: Array, worthwhile: Callable[[Maneuver], bool] = lambda _: True
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
     ) -> Iterator[Maneuver]:
         """Yield motions from x0 that end at x1, as ``AbstractSteering`` says."""
         x1 = self._near(x0, x1)
-        for rough in self._rough(x0, x1):
-            if worthwhile(rough):
-                exact = self.closing.close(x0, rough.u, x1, most=PATIENCE)
-                if exact is not None:
-                    yield exact
+        for rough in self._rough(x0, x1, worthwhile):
+            exact = self.closing.close(x0, rough.u, x1, most=PATIENCE)
+            if exact is not None:
+                yield exact
 
     def _near(self, x0: Array, x1: Array) -> Array:
         """Return the end with its angles counted as near the beginning as can be."""
@@ -80,10 +89,12 @@ class Steering(AbstractSteering):
         near[circular] = x0[circular] + way[circular]
         return near
 
-    def _rough(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
+    def _rough(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
+    ) -> Iterator[Maneuver]:
         """Yield motions that end near x1."""
         if self._curves is not None and self.rests(x0) and self.rests(x1):
-            yield from self._curves.motions(x0, x1)
+            yield from self._curves.motions(x0, x1, worthwhile)
             return
         settled = settle(self._problem, x1)
         if settled is not None and np.abs(self.closing.miss(settled[0], x1)).max() < 1e-6:

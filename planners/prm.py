@@ -1,0 +1,86 @@
+"""A kinodynamic probabilistic roadmap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, final
+
+import numpy as np
+
+from kinolab.problem import Problem
+from kinolab.roadmap import Explorer, load_roadmap, save_roadmap
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+
+BATCH = 10  # milestones between two questions
+GOALS = 5  # states of the goal that are tried
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class PRM(AbstractPlanner):
+    """Probabilistic roadmap of states at rest, joined by exact steering through the dynamics.
+
+    Milestones are equilibria, or moving states where there are none. Every motion between them was
+    followed through the full dynamics and found free. A roadmap that is kept in a file answers
+    further questions about the same machine in the same world.
+
+    Source: Kavraki, Svestka, Latombe, Overmars, IEEE Trans. Robotics and Automation 12(4), 1996;
+    motions as edges as in Hsu, Kindel, Latombe, Rock, IJRR 21(3), 2002.
+    """
+
+    name: ClassVar[str] = "prm"
+
+    neighbours: int = setting(8, 1, 1000)  # nearest milestones that each is steered to
+    milestones: int = setting(150, 1, 1_000_000)  # of a roadmap that is kept in a file, at least
+    roadmap: str = setting("")  # file that keeps the roadmap; made where there is none
+
+    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+        """Ask the roadmap, and let it grow until it answers."""
+        path = Path(self.roadmap) if self.roadmap else None
+        kept = load_roadmap(path, problem) if path is not None and path.exists() else None
+        explorer = Explorer(problem, neighbours=self.neighbours, seed=seed, roadmap=kept)
+        budget.restart()  # code for this machine was compiled and loaded until here
+        size = len(explorer.roadmap.milestones)
+        if path is not None:
+            _grow(explorer, self.milestones - size, budget)
+        inputs = _answer(explorer, problem, budget)
+        if path is not None and len(explorer.roadmap.milestones) > size:
+            save_roadmap(path, explorer.roadmap, problem)
+        return _result(explorer, problem, inputs, budget)
+
+
+def _grow(explorer: Explorer, count: int, budget: Budget) -> bool:
+    """Add milestones; False where none could be added."""
+    added = 0
+    while added < count and not budget.over and explorer.grow(budget) is not None:
+        added += 1
+    return added > 0
+
+
+def _answer(explorer: Explorer, problem: Problem, budget: Budget) -> np.ndarray | None:
+    """Ask again after every batch of milestones, until there is an answer or no time."""
+    goals = explorer.goals(GOALS)
+    while goals and not budget.over:
+        inputs = explorer.answer(problem.start, goals, budget)
+        if inputs is not None:
+            return inputs
+        if not _grow(explorer, BATCH, budget):
+            break
+    return None
+
+
+def _result(
+    explorer: Explorer, problem: Problem, inputs: np.ndarray | None, budget: Budget
+) -> SearchResult:
+    outcome = Outcome.SOLVED
+    if inputs is None:
+        outcome = Outcome.INTERRUPTED if budget.interrupted else Outcome.NOT_FOUND
+        inputs = np.zeros((0, problem.model.nu))
+    statistics = {
+        "milestones": float(len(explorer.roadmap.milestones)),
+        "motions": float(len(explorer.roadmap.motions)),
+    }
+    times = problem.step * np.arange(len(inputs) + 1, dtype=float)
+    shares = explorer.rejections.shares()
+    return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares)

@@ -1,0 +1,138 @@
+"""Grows a roadmap and asks it for motions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.propagation import Propagator
+from kinolab.roadmap.roadmap import Roadmap
+from kinolab.roadmap.sampling import Sampler
+from kinolab.search import Budget
+from kinolab.steering import Maneuver, Steering
+
+Array: TypeAlias = NDArray[np.float64]
+
+ENOUGH = 2  # motions that join a start or a goal to the roadmap
+
+
+class Explorer:
+    """A roadmap of one problem's machine and world, with what is needed to grow and to ask it.
+
+    Args:
+        problem: Whose machine and world; start and goal can be others in each question.
+        neighbours: How many of the nearest milestones a new one is steered to.
+        seed: Of the random numbers.
+        roadmap: What to go on with.
+
+    Attributes:
+        roadmap: Milestones and motions.
+    """
+
+    def __init__(
+        self, problem: Problem, *, neighbours: int, seed: int, roadmap: Roadmap | None = None
+    ) -> None:
+        self._problem, self._neighbours = problem, neighbours
+        self.roadmap = Roadmap() if roadmap is None else roadmap
+        self._steering = Steering(problem)
+        self._judge = Propagator(problem)
+        self.rejections = self._judge.rejections
+        self._sampler = Sampler(problem, self._steering, self._judge, seed)
+
+    def goals(self, count: int) -> list[Array]:
+        """Return free states within the problem's goal, its middle first."""
+        return self._sampler.near_goal(count)
+
+    def grow(self, budget: Budget) -> int | None:
+        """Add a milestone with motions to and from its neighbours; None where none is free."""
+        state = self._sampler.draw()
+        if state is None:
+            return None
+        number = self.roadmap.add(state)
+        for other in self._nearest(state, self._neighbours, apart_from=number):
+            self._join(self.roadmap, number, other, budget)
+        return number
+
+    def answer(self, start: Array, goals: list[Array], budget: Budget) -> Array | None:
+        """Return inputs that lead from a start to one of some goals, shape (steps, nu).
+
+        The roadmap stays as it is. None where it does not lead there, or the budget is spent.
+        """
+        asked = self.roadmap.copy()
+        size = len(asked.milestones)
+        begin = asked.add(start)
+        left = self._joined(asked, begin, size, budget, leaving=True)
+        for goal in goals:
+            end = asked.add(goal)
+            self._steer(asked, begin, end, budget)
+            if left:
+                self._joined(asked, end, size, budget, leaving=False)
+            inputs = asked.quickest(begin, end)
+            if inputs is not None:
+                return inputs
+            if budget.over:
+                return None
+        return None
+
+    def _joined(
+        self, roadmap: Roadmap, number: int, size: int, budget: Budget, *, leaving: bool
+    ) -> int:
+        """Join a start or a goal to the roadmap's first milestones; return how often it worked."""
+        done = 0
+        for other in self._nearest(roadmap.milestones[number], 3 * self._neighbours, size=size):
+            pair = (number, other) if leaving else (other, number)
+            done += self._steer(roadmap, *pair, budget)
+            if done >= ENOUGH or budget.over:
+                break
+        return done
+
+    def _join(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> None:
+        """Steer both ways; where curves are the same back and forth, one collision is enough."""
+        there = self._steer(roadmap, a, b, budget)
+        if there or not self._steering.reversible:
+            self._steer(roadmap, b, a, budget)
+
+    def _steer(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> bool:
+        if budget.spent():
+            return False
+        begin, end = roadmap.milestones[a], roadmap.milestones[b]
+        for motion in self._steering.steer(begin, end, self._looks_free):
+            if self._is_free(motion):
+                roadmap.connect(a, b, motion.u)
+                return True
+        return False
+
+    def _looks_free(self, states: Array) -> bool:
+        """Look at some states of a way for which there is no motion yet."""
+        return all(self._judge.is_free(x) for x in states.tolist())
+
+    def _is_free(self, motion: Maneuver) -> bool:
+        """Check a motion step by step against limits, requirements and obstacles."""
+        step, states, inputs = self._problem.step, motion.x.tolist(), motion.u.tolist()
+        return all(self._judge.step(x, u, step)[1] for x, u in zip(states, inputs, strict=False))
+
+    def _nearest(
+        self, state: Array, count: int, *, apart_from: int = -1, size: int | None = None
+    ) -> Iterator[int]:
+        """Yield the milestones nearest to a state in the problem's metric."""
+        known = np.array(self.roadmap.milestones[:size])
+        if not len(known):
+            return
+        distances = np.linalg.norm(self._differences(known, state), axis=1)
+        order = np.argsort(distances, kind="stable")
+        yield from [int(k) for k in order if k != apart_from][:count]
+
+    def _differences(self, states: Array, state: Array) -> Array:
+        difference = states - state
+        wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
+        weighted = np.where(self._problem.circular, wrapped, difference) * self._problem.weights
+        for first in self._problem.model.attitudes.values():
+            four = slice(first, first + 4)
+            cosine = np.clip(np.abs(states[:, four] @ state[four]), 0.0, 1.0)
+            weighted[:, four] = 0.0
+            weighted[:, first] = 2 * np.arccos(cosine) * self._problem.weights[first]
+        return np.asarray(weighted)

@@ -1,0 +1,55 @@
+"""Milestones: states in which a machine can stay, drawn at random."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.attitude import random_attitude
+from kinolab.problem import Problem
+from kinolab.propagation import Propagator
+from kinolab.steering import Steering, ignorable, settle
+
+Array: TypeAlias = NDArray[np.float64]
+
+TRIES = 200  # draws before there is no milestone to be had
+
+
+class Sampler:
+    """Draws free milestones: equilibria, and moving states where a configuration has none."""
+
+    def __init__(self, problem: Problem, steering: Steering, judge: Propagator, seed: int) -> None:
+        self._problem, self._steering, self._judge = problem, steering, judge
+        self._generator = np.random.default_rng(seed)
+
+    def draw(self) -> Array | None:
+        """Return a free state, shape (nx,); None where none was found."""
+        lower, upper = self._problem.sampling_bounds.T
+        for _ in range(TRIES):
+            x = self._generator.uniform(lower, upper)
+            for first in self._problem.model.attitudes.values():
+                x[first : first + 4] = random_attitude(self._generator)
+            state = self._at_rest(x)
+            if self._judge.is_free(state.tolist()):
+                return state
+        return None
+
+    def near_goal(self, count: int) -> list[Array]:
+        """Return free states within the goal, at rest where they can be; its middle comes first."""
+        found = []
+        for k in range(count):
+            x = self._problem.sample_goal(self._generator, 1.0 if k else 1e-9)
+            for state in (self._at_rest(x), x):
+                inside = self._problem.goal_excess(state) <= 1.0
+                if inside and self._judge.is_free(state.tolist()):
+                    found.append(state)
+                    break
+        return found
+
+    def _at_rest(self, x: Array) -> Array:
+        """Return the equilibrium near a state, without what does not matter; or the state."""
+        x = np.where(ignorable(self._problem), 0.0, x)
+        settled = settle(self._problem, self._steering.straightened(x))
+        return x if settled is None else settled[0]
