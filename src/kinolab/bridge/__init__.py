@@ -8,7 +8,9 @@ space information or the problem definition.
 """
 
 from kinolab.bridge.bridge import Bridge
+from kinolab.bridge.configurations import Configurations
+from kinolab.bridge.geometric_roadmap import GeometricRoadmap
 from kinolab.bridge.search import search
 from kinolab.bridge.tree_planner import AbstractTreePlanner
 
-__all__ = ["AbstractTreePlanner", "Bridge", "search"]
+__all__ = ["AbstractTreePlanner", "Bridge", "Configurations", "GeometricRoadmap", "search"]

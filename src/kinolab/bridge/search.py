@@ -50,7 +50,7 @@ def search(
     trees, AAAI 2008.
     """
     bridge = Bridge(problem, min_steps=min_steps, max_steps=max_steps, goal_zoom=goal_zoom)
-    ou.RNG.setSeed(_seed(seed))  # after the bridge, which draws samples to size its cells
+    ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
     planner, definition = make(bridge.space_information), bridge.problem_definition
     planner.setProblemDefinition(definition)
     planner.setup()
@@ -125,7 +125,7 @@ class _Path:
     controls: list[list[float]]
 
 
-def _seed(seed: int) -> int:
+def ompl_seed(seed: int) -> int:
     """Return a seed for OMPL, which takes 32 bits and ignores 0."""
     mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
     return mixed or 1

@@ -51,5 +51,5 @@ class Sampler:
     def _at_rest(self, x: Array) -> Array:
         """Return the equilibrium near a state, without what does not matter; or the state."""
         x = np.where(ignorable(self._problem), 0.0, x)
-        settled = settle(self._problem, self._steering.straightened(x))
+        settled = settle(self._problem, self._steering.ways.straightened(x))
         return x if settled is None else settled[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,34 +11,35 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.flatness import FlatOutputs, evaluate, output
 from kinolab.problem import Problem
-from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.path_motion import Path, PathMotion
+from kinolab.steering.path_motion import Path
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-class FlatOutputSteering:
-    """From rest to rest with the outputs on a straight line.
+class OutputWays:
+    """Ways with flat outputs on a straight line.
+
+    Attributes:
+        coordinates: What the paths give.
 
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """
 
     def __init__(self, problem: Problem, flat: FlatOutputs) -> None:
         self._problem, self._flat = problem, flat
-        self._motion = PathMotion(problem, flat.coordinates)
+        self.coordinates = flat.coordinates
         system = problem.system
         self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
 
-    def motions(
-        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
-    ) -> Iterator[Maneuver]:
-        """Yield the motion from x0 to about x1, both at rest, if it can be made."""
+    def straightened(self, x: Array) -> Array:
+        """Return the state as it is: nothing is steered."""
+        return x
+
+    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield the straight way from x0 to x1, both at rest."""
         begin, end = self._outputs(x0), self._outputs(x1)
-        path = self._path(begin, end)
-        if np.abs(end - begin).max() > 0 and worthwhile(self._motion.looks(path, x0)):
-            found = self._motion.follow(path, x0)
-            if found is not None:
-                yield found
+        if np.abs(end - begin).max() > 0:
+            yield [self._path(begin, end)]
 
     def _outputs(self, x: Array) -> Array:
         names = self._problem.model.coordinate_names

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics import Model
 from kinolab.dynamics.symbols import Coordinate
 from kinolab.problem import Problem
 from kinolab.steering.maneuver import Maneuver
@@ -44,22 +45,30 @@ class PathMotion:
         model = problem.model
         self._problem, self._model = problem, model
         self._known = [model.coordinate_names.index(c.name) for c in known]
-        self._rates = [model.rate_names.index(f"{c.name}_dot") for c in known]
+        self._rates = [_rate_of(model, i) for i in self._known]
         self._other = [i for i in range(model.nq) if i not in self._known]
-        self._other_rates = [
-            model.rate_names.index(f"{model.coordinate_names[i]}_dot") for i in self._other
-        ]
+        self._other_rates = [_rate_of(model, i) for i in self._other]
         self._speeds = slice(model.nq, model.nq + len(model.independent))
         lower, upper = model.control_bounds.T
         self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
         self._limited = np.flatnonzero(np.isfinite(problem.bounds).all(axis=1))
 
-    def looks(self, path: Path, start: Array) -> Array:
-        """Return some states at rest along a path, shape (LOOKS, nx), its middle first."""
-        shares = np.linspace(0.0, 1.0, LOOKS)
+    def chain(self, paths: Sequence[Path], start: Array) -> Maneuver | None:
+        """Return the motion along paths one after the other, with stops between them."""
+        whole: Maneuver | None = None
+        for path in paths:
+            piece = self.follow(path, start if whole is None else whole.x[-1])
+            if piece is None:
+                return None
+            whole = piece if whole is None else whole.then(piece)
+        return whole
+
+    def looks(self, path: Path, start: Array, count: int = LOOKS) -> Array:
+        """Return some states at rest along a path, shape (count, nx), its middle first."""
+        shares = np.linspace(0.0, 1.0, count)
         shares = shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
-        states = np.tile(start, (LOOKS, 1))
-        states[:, self._known] = path(shares, np.zeros(LOOKS), np.zeros(LOOKS))
+        states = np.tile(start, (count, 1))
+        states[:, self._known] = path(shares, np.zeros(count), np.zeros(count))
         return states
 
     def follow(self, path: Path, start: Array) -> Maneuver | None:
@@ -164,6 +173,11 @@ class PathMotion:
         rows = gain[:, self._speeds] * weight[:, None] * self._half
         u: Array = self._middle + self._half * _least_squares(rows, (changes - drift) * weight)
         return u
+
+
+def _rate_of(model: Model, coordinate: int) -> int:
+    """Return where the rate of a coordinate stands among all rates."""
+    return model.rate_names.index(f"{model.coordinate_names[coordinate]}_dot")
 
 
 def _least_squares(rows: Array, right: Array) -> Array:

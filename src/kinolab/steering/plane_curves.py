@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
@@ -13,8 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from kinolab.dynamics.flatness import CURVATURE, PlaneCurves, evaluate
 from kinolab.problem import Problem
-from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.path_motion import Path, PathMotion
+from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs
 
 Array: TypeAlias = NDArray[np.float64]
@@ -37,13 +36,16 @@ class Pose:
     steered: tuple[float, ...]
 
 
-class PlaneCurveSteering:
-    """From rest to rest along plane curves.
+class PlaneWays:
+    """Ways along plane curves.
 
     Candidates, in the order in which they are tried: smooth curves forward and back (Hermite
     polynomials of fifth degree without curvature at their ends); where the machine turns on the
     spot, turn, go straight, turn; elsewhere the shortest curve of arcs and straight lines, with a
     stop wherever the steering must change.
+
+    Attributes:
+        coordinates: What the paths give.
 
     Source: Reeds, Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific J.
     Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
@@ -51,7 +53,7 @@ class PlaneCurveSteering:
 
     def __init__(self, problem: Problem, flat: PlaneCurves) -> None:
         self._problem, self._flat = problem, flat
-        self._motion = PathMotion(problem, flat.coordinates)
+        self.coordinates = flat.coordinates
         self._index = [problem.model.coordinate_names.index(c.name) for c in flat.coordinates]
         self._sharpest = _sharpest(problem, flat)
 
@@ -66,19 +68,9 @@ class PlaneCurveSteering:
         straight[self._index[3:]] = self._steered(np.zeros(1))[0]
         return straight
 
-    def motions(
-        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
-    ) -> Iterator[Maneuver]:
-        """Yield motions from x0 to about x1, both at rest."""
+    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
         begin, end = self._pose(x0), self._pose(x1)
-        for paths in self._ways(begin, end):
-            if all(worthwhile(self._motion.looks(path, x0)) for path in paths):
-                motion = self._chained(paths, x0)
-                if motion is not None:
-                    yield motion
-
-    def _ways(self, begin: Pose, end: Pose) -> Iterator[list[Path]]:
-        """Yield lists of paths, at the end of each of which the machine stops."""
         for path in self._smooth(begin, end):
             yield [path]
         if self._flat.steered:
@@ -90,16 +82,6 @@ class PlaneCurveSteering:
     def _pose(self, x: Array) -> Pose:
         px, py, heading, *steered = x[self._index]
         return Pose(float(px), float(py), float(heading), tuple(map(float, steered)))
-
-    def _chained(self, paths: list[Path], x0: Array) -> Maneuver | None:
-        """Return the motion along paths one after the other, if it can be made."""
-        whole: Maneuver | None = None
-        for path in paths:
-            piece = self._motion.follow(path, x0 if whole is None else whole.x[-1])
-            if piece is None:
-                return None
-            whole = piece if whole is None else whole.then(piece)
-        return whole
 
     def _smooth(self, begin: Pose, end: Pose) -> Iterator[Path]:
         distance = float(np.hypot(end.x - begin.x, end.y - begin.y))

@@ -9,15 +9,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.flatness import FlatOutputs, PlaneCurves
 from kinolab.problem import Problem
 from kinolab.steering.closing import Closing
 from kinolab.steering.equilibria import STILL, settle
-from kinolab.steering.flat_outputs import FlatOutputSteering
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.plane_curves import PlaneCurveSteering
+from kinolab.steering.path_motion import PathMotion
 from kinolab.steering.rollout import Rollout
 from kinolab.steering.tracking import Tracker
+from kinolab.steering.ways import ways_of
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -48,6 +47,14 @@ class Steering(AbstractSteering):
 
     From rest to rest: curves of a flat machine. Otherwise: feedback about the end where it is an
     equilibrium that feedback holds, and a boundary-value problem by shooting.
+
+    Attributes:
+        rollout: Follows inputs.
+        closing: Makes motions end where they must.
+        tracker: Feedback along motions.
+        ways: Paths between places; those of machines that are not flat may be impossible.
+        paths: Moves the machine along them; None where it has attitudes.
+        reversible: Whether a way back touches what the way there touches.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -55,22 +62,11 @@ class Steering(AbstractSteering):
         self.rollout = Rollout(problem)
         self.closing = Closing(problem, self.rollout)
         self.tracker = Tracker(problem, self.rollout)
-        self._curves = _curves(problem)
-
-    @property
-    def radius(self) -> float | None:
-        """Of the tightest circle in [m]; None for machines that do not follow plane curves."""
-        return self._curves.radius if isinstance(self._curves, PlaneCurveSteering) else None
-
-    @property
-    def reversible(self) -> bool:
-        """Whether a way back leads along the same curves, so that it touches the same things."""
-        return self._curves is not None
-
-    def straightened(self, x: Array) -> Array:
-        """Return a state whose steering stands straight, where a machine has any."""
-        curves = self._curves
-        return curves.straightened(x) if isinstance(curves, PlaneCurveSteering) else x
+        self.ways = ways_of(problem)
+        attitudes = bool(problem.model.attitudes)
+        self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates)
+        # Of flat machines a way back leads along the same curves and touches the same things.
+        self.reversible = problem.system.flat is not None
 
     def steer(
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
@@ -93,8 +89,8 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
         """Yield motions that end near x1."""
-        if self._curves is not None and self.rests(x0) and self.rests(x1):
-            yield from self._curves.motions(x0, x1, worthwhile)
+        if self.reversible and self.rests(x0) and self.rests(x1):
+            yield from self._along_curves(x0, x1, worthwhile)
             return
         settled = settle(self._problem, x1)
         if settled is not None and np.abs(self.closing.miss(settled[0], x1)).max() < 1e-6:
@@ -102,6 +98,16 @@ class Steering(AbstractSteering):
             if held is not None:
                 yield held
         yield from self._idle(x0, x1)
+
+    def _along_curves(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
+    ) -> Iterator[Maneuver]:
+        assert self.paths is not None
+        for paths in self.ways.ways(x0, x1):
+            if all(worthwhile(self.paths.looks(path, x0)) for path in paths):
+                motion = self.paths.chain(paths, x0)
+                if motion is not None:
+                    yield motion
 
     def _idle(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
         """Yield motions under inputs that hold the machine, as a boundary-value problem begins."""
@@ -129,16 +135,6 @@ class Steering(AbstractSteering):
         return bool(
             np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0) <= STILL
         )
-
-
-def _curves(problem: Problem) -> PlaneCurveSteering | FlatOutputSteering | None:
-    """Return how a flat machine steers, None for others."""
-    match problem.system.flat:
-        case PlaneCurves() as flat:
-            return PlaneCurveSteering(problem, flat)
-        case FlatOutputs() as flat:
-            return FlatOutputSteering(problem, flat)
-    return None
 
 
 def _speed(problem: Problem, coordinate: str) -> float:

@@ -1,0 +1,151 @@
+"""The configurations in which a machine can stay, as a space for OMPL's geometric planners."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from ompl import base as ob
+
+from kinolab.problem import Problem
+from kinolab.steering import Steering, ignorable, settle
+from kinolab.world.geometry import placement, sizes
+
+Array: TypeAlias = NDArray[np.float64]
+
+FEW = 12  # looks at a path, which tell how long it is
+FINEST = 0.02  # [m] between two looks at a path
+SHIFT = 0.05  # of a coordinate's scale: a change that rest may undo
+
+
+class Configurations:
+    """States at rest, told apart by the coordinates that rest leaves free.
+
+    It does not refer to OMPL's space information, which refers to it.
+
+    Args:
+        problem: Whose machine and world.
+        steering: Knows the ways between two of them.
+        margin: Room in [m] that is asked for beside obstacles.
+
+    Attributes:
+        space: OMPL's compound space of the free coordinates.
+    """
+
+    def __init__(self, problem: Problem, steering: Steering, margin: float) -> None:
+        self._problem, self._steering, self._margin = problem, steering, margin
+        self._checker = problem.checker(margin=margin)
+        self._base = _base(problem, steering)
+        self._free = _free(problem, steering, self._base)
+        self._reach = [_reach(body) for body in problem.bodies]
+        self.space = ob.CompoundStateSpace()
+        for i in self._free:
+            self.space.addSubspace(_line(problem, i), float(problem.weights[i]))
+        self.space.lock()
+        self.space.setup()
+
+    def write(self, state: Any, x: Array) -> None:
+        """Set an OMPL state from a machine's state."""
+        values = [float(x[i]) for i in self._free]
+        for k, i in enumerate(self._free):
+            if self._problem.circular[i]:
+                values[k] = (values[k] + np.pi) % (2 * np.pi) - np.pi
+        self.space.copyFromReals(state, values)
+
+    def read(self, state: Any) -> Array | None:
+        """Return the machine's state at rest; None where it cannot stay."""
+        x = self._base.copy()
+        for k, i in enumerate(self._free):
+            x[i] = state[k].value if self._problem.circular[i] else state[k][0]
+        settled = settle(self._problem, x)
+        return None if settled is None else settled[0]
+
+    def is_valid(self, state: Any) -> bool:
+        """Say whether the machine can stay there and has room."""
+        x = self.read(state)
+        return x is not None and self.has_room(x)
+
+    def has_room(self, x: Array) -> bool:
+        """Say whether a state keeps its limits and has room around it."""
+        if any(self._problem.limit_violations(x)):
+            return False
+        return not self._checker.collides(*self._problem.placement(x))
+
+    def joined(self, x0: Array, x1: Array) -> list[Any] | None:
+        """Return the first free way from one state at rest to another; None where there is none."""
+        for paths in self._steering.ways.ways(x0, x1):
+            if all(self._has_room_along(path, x0) for path in paths):
+                return paths
+        return None
+
+    def _has_room_along(self, path: Any, x0: Array) -> bool:
+        motion = self._steering.paths
+        assert motion is not None
+        few = motion.looks(path, x0, FEW)
+        if not all(map(self.has_room, few)):
+            return False
+        count = int(np.ceil(self._length(few) / max(self._margin, FINEST)))
+        return count <= FEW or all(map(self.has_room, motion.looks(path, x0, count)))
+
+    def _length(self, states: Array) -> float:
+        """Return how far a point moves at most between the first and the last of some states."""
+        order = np.argsort(np.linalg.norm(states - states[-2], axis=1), kind="stable")
+        poses = self._problem.frames(states[order]).reshape(len(states), -1, 3, 4)
+        moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
+        turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
+        return float((moved + turned * self._reach).sum(axis=0).max())
+
+
+class Ways(ob.MotionValidator):  # type: ignore[misc]
+    """Joins two configurations where the machine knows a free way."""
+
+    def __init__(self, space_information: Any, configurations: Configurations) -> None:
+        super().__init__(space_information)
+        self._configurations = configurations
+
+    def checkMotion(self, begin: Any, end: Any, *_: Any) -> bool:
+        """Say whether there is one."""
+        x0, x1 = (self._configurations.read(state) for state in (begin, end))
+        return x0 is not None and x1 is not None and bool(self._configurations.joined(x0, x1))
+
+
+def _base(problem: Problem, steering: Steering) -> Array:
+    """Return the state near the start in which the machine can stay, ignoring what may be."""
+    x = np.where(ignorable(problem), 0.0, steering.ways.straightened(problem.start))
+    settled = settle(problem, x)
+    return x if settled is None else settled[0]
+
+
+def _free(problem: Problem, steering: Steering, base: Array) -> list[int]:
+    """Return the coordinates that rest leaves free: not a rope's sway, not a wheel's rotation."""
+    found = []
+    for i in np.flatnonzero(~ignorable(problem))[: problem.model.nq].tolist():
+        shifted = base.copy()
+        lower, upper = problem.sampling_bounds[i]
+        inward = 1.0 if base[i] < (lower + upper) / 2 else -1.0
+        shifted[i] += inward * SHIFT * problem.scales[i]
+        settled = settle(problem, steering.ways.straightened(shifted))
+        if i < problem.model.nq and settled is not None:
+            kept = abs(settled[0][i] - shifted[i]) < SHIFT * problem.scales[i] / 2
+            found += [i] if kept else []
+    return found
+
+
+def _line(problem: Problem, i: int) -> Any:
+    if problem.circular[i]:
+        return ob.SO2StateSpace()
+    bounds, space = ob.RealVectorBounds(1), ob.RealVectorStateSpace(1)
+    bounds.setLow(0, float(problem.sampling_bounds[i, 0]))
+    bounds.setHigh(0, float(problem.sampling_bounds[i, 1]))
+    space.setBounds(bounds)
+    return space
+
+
+def _reach(body: Any) -> float:
+    """Return how far a body's points are from its origin at most, in [m]."""
+    distances = [
+        float(np.linalg.norm(placement(shape)[:, 3]) + np.linalg.norm(sizes(shape)[1]))
+        for shape in body.shapes
+    ]
+    return max(distances, default=0.0)

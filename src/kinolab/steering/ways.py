@@ -1,0 +1,43 @@
+"""Which ways a machine knows from one place to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.flatness import FlatOutputs, PlaneCurves
+from kinolab.dynamics.symbols import Coordinate
+from kinolab.problem import Problem
+from kinolab.steering.flat_outputs import OutputWays
+from kinolab.steering.lines import LineWays
+from kinolab.steering.path_motion import Path
+from kinolab.steering.plane_curves import PlaneWays
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Ways(Protocol):
+    """Ways from rest to rest."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """What the paths give."""
+
+    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
+
+    def straightened(self, x: Array) -> Array:
+        """Return a state whose steering stands straight, where a machine has any."""
+
+
+def ways_of(problem: Problem) -> Ways:
+    """Return the ways of a machine: those of its flat map, or straight lines."""
+    match problem.system.flat:
+        case PlaneCurves() as flat:
+            return PlaneWays(problem, flat)
+        case FlatOutputs() as flat:
+            return OutputWays(problem, flat)
+    return LineWays(problem)
