@@ -69,6 +69,8 @@ class PRMGeometric(AbstractPlanner):
         if steering.paths is None:
             return None
         configurations = Configurations(problem, steering, margin)
+        if configurations.dimension == 0:
+            return None
         roadmap = GeometricRoadmap(configurations, problem.start, goal, seed, self.neighbours)
         while not budget.over:
             path = roadmap.path()

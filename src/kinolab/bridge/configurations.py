@@ -22,6 +22,8 @@ SHIFT = 0.05  # of a coordinate's scale: a change that rest may undo
 class Configurations:
     """States at rest, told apart by the coordinates that rest leaves free.
 
+    Where rest leaves nothing free, as where the start cannot be held, it has no dimension.
+
     It does not refer to OMPL's space information, which refers to it.
 
     Args:
@@ -43,7 +45,13 @@ class Configurations:
         for i in self._free:
             self.space.addSubspace(_line(problem, i), float(problem.weights[i]))
         self.space.lock()
-        self.space.setup()
+        if self._free:  # OMPL refuses a space without extent
+            self.space.setup()
+
+    @property
+    def dimension(self) -> int:
+        """Number of free coordinates."""
+        return len(self._free)
 
     def write(self, state: Any, x: Array) -> None:
         """Set an OMPL state from a machine's state."""

@@ -14,7 +14,8 @@ from kinolab.steering import Steering, ignorable, settle
 
 Array: TypeAlias = NDArray[np.float64]
 
-TRIES = 200  # draws before there is no milestone to be had
+TRIES = 400  # draws before there is no milestone to be had
+PATIENCE = 50  # draws without an equilibrium before a moving state will do
 
 
 class Sampler:
@@ -27,12 +28,13 @@ class Sampler:
     def draw(self) -> Array | None:
         """Return a free state, shape (nx,); None where none was found."""
         lower, upper = self._problem.sampling_bounds.T
-        for _ in range(TRIES):
+        for k in range(TRIES):
             x = self._generator.uniform(lower, upper)
             for first in self._problem.model.attitudes.values():
                 x[first : first + 4] = random_attitude(self._generator)
-            state = self._at_rest(x)
-            if self._judge.is_free(state.tolist()):
+            rested = self._at_rest(x)
+            state = x if rested is None and k >= PATIENCE else rested
+            if state is not None and self._judge.is_free(state.tolist()):
                 return state
         return None
 
@@ -41,15 +43,15 @@ class Sampler:
         found = []
         for k in range(count):
             x = self._problem.sample_goal(self._generator, 1.0 if k else 1e-9)
-            for state in (self._at_rest(x), x):
-                inside = self._problem.goal_excess(state) <= 1.0
-                if inside and self._judge.is_free(state.tolist()):
-                    found.append(state)
-                    break
+            found += [s for s in (self._at_rest(x), x) if s is not None and self._ends_well(s)][:1]
         return found
 
-    def _at_rest(self, x: Array) -> Array:
-        """Return the equilibrium near a state, without what does not matter; or the state."""
+    def _ends_well(self, state: Array) -> bool:
+        inside = self._problem.goal_excess(state) <= 1.0
+        return inside and self._judge.is_free(state.tolist())
+
+    def _at_rest(self, x: Array) -> Array | None:
+        """Return the equilibrium near a state, without what does not matter, if there is one."""
         x = np.where(ignorable(self._problem), 0.0, x)
         settled = settle(self._problem, self._steering.ways.straightened(x))
-        return x if settled is None else settled[0]
+        return None if settled is None else settled[0]
