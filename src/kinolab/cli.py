@@ -66,6 +66,7 @@ def plan() -> None:
 @click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
 @click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
 @click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
+@click.option("--roadmap", metavar="FILE", help="Roadmap of the planner prm, kept between runs.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
@@ -77,6 +78,7 @@ def _scenario(
     seed: int | None,
     time_limit: float | None,
     max_iterations: int | None,
+    roadmap: str | None,
     overrides: tuple[str, ...],
     out: Path | None,
     as_json: bool,
@@ -93,6 +95,7 @@ def _scenario(
         "planner.seed": seed,
         "planner.time_limit": time_limit,
         "planner.max_iterations": max_iterations,
+        "planner.roadmap": roadmap,
     }
     problem = _load(scenario, overrides, shortcuts)
     for warning in problem.world.warnings:

@@ -10,7 +10,15 @@ space information or the problem definition.
 from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.configurations import Configurations
 from kinolab.bridge.geometric_roadmap import GeometricRoadmap
+from kinolab.bridge.ompl_planner import OmplPlanner
 from kinolab.bridge.search import search
 from kinolab.bridge.tree_planner import AbstractTreePlanner
 
-__all__ = ["AbstractTreePlanner", "Bridge", "Configurations", "GeometricRoadmap", "search"]
+__all__ = [
+    "AbstractTreePlanner",
+    "Bridge",
+    "Configurations",
+    "GeometricRoadmap",
+    "OmplPlanner",
+    "search",
+]

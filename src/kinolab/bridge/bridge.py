@@ -29,6 +29,7 @@ class Bridge:
         goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn.
 
     Attributes:
+        problem: What it was made of.
         space: The compound state space.
         space_information: Ready for any control planner.
         problem_definition: With start and goal.
@@ -44,7 +45,7 @@ class Bridge:
         max_steps: int = 20,
         goal_zoom: float = 1.0,
     ) -> None:
-        self._states = States(problem)
+        self.problem, self._states = problem, States(problem)
         propagation = Propagation(problem, self._states)
         self.forget = propagation.forget
         self.space = self._states.space
