@@ -68,7 +68,7 @@ class PRMGeometric(AbstractPlanner):
         """Return configurations on a path with room on both sides, and what joins them."""
         if steering.paths is None:
             return None
-        configurations = Configurations(problem, steering, margin)
+        configurations = Configurations(problem, steering, goal, margin)
         if configurations.dimension == 0:
             return None
         roadmap = GeometricRoadmap(configurations, problem.start, goal, seed, self.neighbours)

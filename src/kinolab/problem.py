@@ -92,10 +92,13 @@ class Problem:
 
         It judges a state x by ``checker.collides(*problem.placement(x))``.
         """
+        return self._checker.inflated(margin, ground=self.world.ground)
+
+    @cached_property
+    def _checker(self) -> CollisionChecker:
+        """What all checkers share: building the search trees of large meshes takes a while."""
         pairs = self.system.collisions
-        return CollisionChecker(
-            self.bodies, self.world, cables=self.cables, margin=margin, self_pairs=pairs
-        )
+        return CollisionChecker(self.bodies, self.world, cables=self.cables, self_pairs=pairs)
 
     def frames(self, x: Array) -> Array:
         """Return the bodies' poses at a state, shape (bodies, 12)."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ompl import base as ob
 
 from kinolab.problem import Problem
+from kinolab.propagation import Propagator
 from kinolab.steering import Steering, ignorable, settle
 from kinolab.world.geometry import placement, sizes
 
@@ -29,15 +30,18 @@ class Configurations:
     Args:
         problem: Whose machine and world.
         steering: Knows the ways between two of them.
-        margin: Room in [m] that is asked for beside obstacles.
+        goal: Where it shall end, shape (nx,).
+        margin: Room in [m] that is asked for beside obstacles; half of what start and goal have
+            where that is less.
 
     Attributes:
         space: OMPL's compound space of the free coordinates.
     """
 
-    def __init__(self, problem: Problem, steering: Steering, margin: float) -> None:
-        self._problem, self._steering, self._margin = problem, steering, margin
-        self._checker = problem.checker(margin=margin)
+    def __init__(self, problem: Problem, steering: Steering, goal: Array, margin: float) -> None:
+        self._problem, self._steering = problem, steering
+        self._margin = min(margin, *(_room(problem, x) / 2 for x in (problem.start, goal)))
+        self._judge = Propagator(problem, self._margin)
         self._base = _base(problem, steering)
         self._free = _free(problem, steering, self._base)
         self._reach = [_reach(body) for body in problem.bodies]
@@ -76,9 +80,7 @@ class Configurations:
 
     def has_room(self, x: Array) -> bool:
         """Say whether a state keeps its limits and has room around it."""
-        if any(self._problem.limit_violations(x)):
-            return False
-        return not self._checker.collides(*self._problem.placement(x))
+        return self._judge.is_free(x.tolist())
 
     def joined(self, x0: Array, x1: Array) -> list[Any] | None:
         """Return the first free way from one state at rest to another; None where there is none."""
@@ -148,6 +150,11 @@ def _line(problem: Problem, i: int) -> Any:
     bounds.setHigh(0, float(problem.sampling_bounds[i, 1]))
     space.setBounds(bounds)
     return space
+
+
+def _room(problem: Problem, x: Array) -> float:
+    """Return how far every point may move from a state before anything touches, in [m]."""
+    return problem.checker().clearance(*problem.placement(x))
 
 
 def _reach(body: Any) -> float:

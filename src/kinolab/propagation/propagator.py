@@ -23,14 +23,18 @@ class Propagator:
     What is accepted is free between its ends too, as far as the bound on the speed of the
     machine's points holds. It is a filter: the verifier alone decides.
 
+    Args:
+        problem: Whose machine and world.
+        margin: Room in [m] that is asked for beside obstacles.
+
     Attributes:
         rejections: How many motions were refused, by cause and culprit.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, margin: float = 0.0) -> None:
         self._problem = problem
         self._calls = CompiledStep(problem)
-        self._sweep = Sweep(problem, self._calls)
+        self._sweep = Sweep(problem, self._calls, margin)
         self._limits = [
             (i, float(lower), float(upper))
             for i, (lower, upper) in enumerate(problem.bounds)

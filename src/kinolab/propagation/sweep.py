@@ -22,12 +22,17 @@ class Sweep:
 
     A look at the middle of a way, with a margin of half its length, proves the whole way free.
     Where it fails the way is cut into pieces, down to a resolution that counts as contact.
+
+    Args:
+        problem: Whose machine and world.
+        calls: The step that is looked at.
+        margin: Room in [m] that is asked for in addition.
     """
 
-    def __init__(self, problem: Problem, calls: CompiledStep) -> None:
+    def __init__(self, problem: Problem, calls: CompiledStep, margin: float = 0.0) -> None:
         self._calls = calls
         self._resolution = _resolution(problem)
-        self._tight = problem.checker(margin=self._resolution / 2)
+        self._tight = problem.checker(margin=margin + self._resolution / 2)
         self._coarse: dict[int, CollisionChecker] = {}
         self._ground = _moves_upright(problem, touching=False)
         # A foot may come down to the ground and no further: only fine looks tell the difference.
@@ -80,7 +85,7 @@ class Sweep:
         if level == 0:
             return self._tight
         if level not in self._coarse:
-            margin = self._resolution / 2 * 2**level
+            margin = self._tight.margin - self._resolution / 2 + self._resolution / 2 * 2**level
             self._coarse[level] = self._tight.inflated(margin, ground=self._ground)
         return self._coarse[level]
 
