@@ -21,8 +21,12 @@ class RRT(AbstractTreePlanner):
 
     name: ClassVar[str] = "rrt"
 
-    goal_bias: float = setting(0.05, 0.0, 1.0)  # probability of growing toward the goal
-    intermediate_states: bool = setting(False)  # whether every propagation step becomes a node
+    goal_bias: float = setting(
+        0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
+    )
+    intermediate_states: bool = setting(
+        False, meaning="Whether every step becomes a node, not only the ends of held inputs."
+    )
 
     def make(self, space_information: object) -> object:
         """Return OMPL's planner."""

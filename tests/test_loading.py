@@ -252,6 +252,41 @@ def test_a_users_file_that_fails_is_the_users_mistake(
     assert "[system] file" in " ".join(found)
 
 
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (
+            "\n\n1 / 0\n",
+            "running own.py failed on line 3 (ZeroDivisionError: division by zero).",
+        ),
+        (
+            "\ndef make():\n    return [].pop()\n",
+            "running make() of own.py failed on line 3 (IndexError: pop from empty list).",
+        ),
+        (
+            "\nimport nowhere\n",
+            "running own.py failed on line 2 (ModuleNotFoundError: No module named 'nowhere').",
+        ),
+        (
+            "\ndef make(:\n",
+            "running own.py failed on line 2 (SyntaxError: invalid syntax (own.py, line 2)).",
+        ),
+        (
+            "import json\ndef make():\n    return json.loads('{')\n",
+            "running make() of own.py failed on line 3 (JSONDecodeError: Expecting property name "
+            "enclosed in double quotes: line 1 column 2 (char 1)).",
+        ),
+    ],
+)
+def test_a_failure_is_told_by_the_line_of_the_users_file(
+    tmp_path: Path, code: str, told: str
+) -> None:
+    """Not by the line of Python's own that gave up."""
+    (tmp_path / "own.py").write_text(code)
+    text = OPEN.replace('name = "rolling_disk"', 'file = "own.py:make"')
+    assert mistakes(tmp_path, text) == [f"table.toml [system] file: {told}"]
+
+
 def test_two_files_of_one_name_do_not_shadow_each_other(tmp_path: Path) -> None:
     for name in ("rolling_disk", "pendulum"):
         (tmp_path / name).mkdir()

@@ -368,8 +368,3 @@ def test_a_search_from_a_start_that_is_outside_by_rounding_ends(name: str, tmp_p
 def test_every_outcome_is_a_sentence() -> None:
     for outcome in Outcome:
         assert outcome.value.endswith(".")
-
-
-@every_planner
-def test_every_planner_describes_itself(name: str) -> None:
-    assert planners.summary(name).endswith(".")

@@ -10,7 +10,7 @@ import threading
 import time
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +62,7 @@ def plan() -> None:
 
 @plan.command("scenario", hidden=True)
 @click.argument("scenario")
-@click.option("--planner", metavar="NAME", help="Planner, instead of the scenario's.")
+@click.option("--planner", metavar="NAME", help="A planner's name, or file.py:Class.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
 @click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
 @click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
@@ -119,15 +119,21 @@ def _scenario(
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
     """Load a scenario; mistakes in options are reported as the options that were typed."""
     from kinolab.loading import load
+    from kinolab.plugins import seen_from
+    from kinolab.scenario import override_place, scenario_path
 
+    if shortcuts["planner.name"]:  # a file is meant as the shell completes it, from here
+        folder = scenario_path(scenario).parent
+        shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
     given = {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
     try:
-        return load(scenario, overrides=[*overrides, *given])
+        with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+            return load(scenario, overrides=[*overrides, *given])
     except InputError as error:
         typed = {
-            f"--set {text}": f"--{key.removeprefix('planner.').replace('name', 'planner')}".replace(
-                "_", "-"
-            )
+            override_place(
+                text
+            ): f"--{key.removeprefix('planner.').replace('name', 'planner')}".replace("_", "-")
             for text, key in given.items()
         }
         raise InputError(
@@ -146,7 +152,7 @@ def _search(problem: Problem, progress: _Progress) -> Plan:
     name = problem.scenario.planner.name
     progress(f"searching with {name}, seed {problem.scenario.planner.seed}")
     budgets: list[Budget] = []
-    with _ending_on_interrupt(budgets):
+    with _ending_on_interrupt(budgets), redirect_stdout(sys.stderr):
         found = solve(problem, progress=report, watch=budgets.append)
     progress("verified" if found.certificate else found.message)
     return found
@@ -217,30 +223,23 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
 
 
 @plan.command("list")
+@click.argument("group", type=click.Choice(["scenarios", "systems", "planners"]), required=False)
+@click.argument("names", nargs=-1)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def _list(as_json: bool) -> int:
-    """Name the scenarios, systems and planners."""
-    from kinolab import planners, systems
-    from kinolab.scenario import builtin_scenarios, load_scenario
+def _list(group: str | None, names: tuple[str, ...], as_json: bool) -> int:
+    """Name the scenarios, systems and planners.
 
-    titles = {name: load_scenario(path).title for name, path in builtin_scenarios().items()}
-    groups = {
-        "scenarios": titles,
-        "systems": {name: systems.summary(name) for name in systems.names()},
-        "planners": {name: planners.summary(name) for name in planners.names()},
-    }
-    if as_json:
-        entries = {
-            group: [{"name": name, "summary": summary} for name, summary in names.items()]
-            for group, names in groups.items()
-        }
-        click.echo(json.dumps(entries, ensure_ascii=False))
-        return 0
-    for group, names in groups.items():
-        click.echo(group)
-        width = max(map(len, names), default=0)
-        for name, summary in names.items():
-            click.echo(f"  {name:<{width}}  {summary}")
+    `plan list planners` shows the settings of every planner, `plan list planners NAME` those of
+    one; NAME may be file.py:Class.
+    """
+    from kinolab.listing import listed, listed_as_text
+
+    with redirect_stdout(sys.stderr):  # what a planner's file prints is no result
+        if as_json:
+            text = json.dumps(listed(group, names), ensure_ascii=False)
+        else:
+            text = listed_as_text(group, names)
+    click.echo(text)
     return 0
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -20,13 +17,12 @@ from kinolab.dynamics.machine_file import load_machine
 from kinolab.dynamics.symbols import Rate
 from kinolab.errors import (
     InputError,
-    KinolabError,
     MissingPlannerError,
     Mistake,
     UnknownNameError,
-    unknown_name,
 )
 from kinolab.goal import AttitudeTarget, DirectionTarget, Goal, KeepOutCone, PointTarget
+from kinolab.plugins import full_reference
 from kinolab.problem import Problem
 from kinolab.scenario import (
     Finding,
@@ -40,6 +36,7 @@ from kinolab.scenario import (
     read_scenario,
     scenario_from,
 )
+from kinolab.user_code import blamed, run_file
 from kinolab.world import (
     Obstacle,
     World,
@@ -72,19 +69,21 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
     return build_problem(scenario)
 
 
-def build_problem(scenario: Scenario, *, planning: bool = True) -> Problem:
+def build_problem(scenario: Scenario, *, planning: bool = True, planner: bool = True) -> Problem:
     """Build the problem of a scenario.
 
     Args:
         scenario: What to build.
         planning: Whether it will be planned for, which needs limits on everything; a machine that
             is only simulated needs none.
+        planner: Whether the planner that it names must be here and its settings fit. Where not, no
+            code of a planner's is run.
 
     Raises:
         InputError: With every mistake in the machine, the meshes and the names.
     """
     mistakes: list[Mistake] = []
-    system, obstacles = _parts(scenario, mistakes)
+    system, obstacles = _parts(scenario, mistakes, planner=planner)
     model = None if system is None else _collect(mistakes, system.model)
     if model is not None:
         mistakes += _ill_posed(scenario, model) if planning else ()
@@ -107,7 +106,7 @@ def _mistakes(scenario: Scenario) -> list[Mistake]:
 
 
 def _parts(
-    scenario: Scenario, mistakes: list[Mistake]
+    scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
 ) -> tuple[System | None, list[Obstacle | None]]:
     """Return machine and obstacles, None for what is broken, and add what is wrong to a list."""
     obstacles = [
@@ -118,7 +117,8 @@ def _parts(
     system = _collect(mistakes, lambda: find_system(scenario))
     if system is not None:
         mistakes += _name_mistakes(scenario, system)
-    mistakes += _planner_mistakes(scenario)
+    if planner:
+        mistakes += _planner_mistakes(scenario)
     return system, obstacles
 
 
@@ -150,39 +150,17 @@ def _at(scenario: Scenario, path: tuple[str, ...], what: str, remedy: str = "") 
 
 def system_from_python(path: Path, function: str, where: str) -> System:
     """Run a user's Python file and return the system that one of its functions makes."""
-    specification = importlib.util.spec_from_file_location(f"kinolab_user_{path.stem}", path)
-    if specification is None or specification.loader is None or not path.is_file():
-        raise InputError([Mistake(where, f"there is no Python file {path}.")])
-    module = importlib.util.module_from_spec(specification)
-    sys.modules[specification.name] = module
-    try:
-        specification.loader.exec_module(module)
-    except KinolabError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise InputError([_user_failure(path.name, error, where)]) from error
+    module = run_file(path, where)
     factory = getattr(module, function, None)
     if not callable(factory):
         known = sorted(name for name, value in vars(module).items() if callable(value))
         raise UnknownNameError(f"function of {path.name}", function, known=known, where=where)
-    try:
+    with blamed(f"running {function}() of {path.name}", where, path.resolve()):
         system = factory()
-    except KinolabError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise InputError([_user_failure(f"{function}()", error, where)]) from error
     if not isinstance(system, System):
         what = f"{function}() returned {type(system).__name__}, not a System."
         raise InputError([Mistake(where, what)])
     return system
-
-
-def _user_failure(what: str, error: BaseException, where: str) -> Mistake:
-    """Describe an exception in code that the user named."""
-    line = traceback.extract_tb(error.__traceback__)[-1].lineno
-    return Mistake(
-        where, f"running {what} failed on line {line} ({type(error).__name__}: {error})."
-    )
 
 
 def _system_from_file(folder: Path, text: str, where: str) -> System:
@@ -237,17 +215,16 @@ def _name_mistakes(scenario: Scenario, system: System) -> list[Mistake]:
 def _planner_mistakes(scenario: Scenario) -> list[Mistake]:
     """Check the planner's name, and the names and values of its settings."""
     section = scenario.planner
-    if section.name not in planners.names():
-        unknown = unknown_name("planner", section.name, known=planners.names())
-        return [_at(scenario, ("planner", "name"), unknown.what, unknown.remedy)]
+    name = full_reference(section.name, scenario.folder)
     try:
-        planner = planners.get(section.name)
+        planner = planners.get(name)
+        misfits = planners.misfits(planner, section.settings)
     except MissingPlannerError:
         return []  # the machine and the world can be looked at without it
-    return [
-        _at(scenario, ("planner", key), what, remedy)
-        for key, what, remedy in planner.misfits(section.settings)
-    ]
+    except InputError as error:
+        path = ("planner", "name")
+        return [_at(scenario, path, wrong.what, wrong.remedy) for wrong in error.mistakes]
+    return [_at(scenario, ("planner", key), what, remedy) for key, what, remedy in misfits]
 
 
 def _ill_posed(scenario: Scenario, model: Model) -> Iterator[Mistake]:

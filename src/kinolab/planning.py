@@ -6,10 +6,12 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from kinolab import planners
 from kinolab.motion import DivergedError, resimulate
+from kinolab.plugins import full_reference, search
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.trajectory import Trajectory
@@ -74,9 +76,10 @@ def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -
         InputError: If the planner or a setting does not exist.
     """
     section = problem.scenario.planner
-    chosen = name or section.name
-    inherited = dict(section.settings) if chosen == section.name else {}
-    return planners.get(chosen).from_settings(inherited | settings)
+    own = full_reference(section.name, problem.scenario.folder)
+    chosen = own if name is None else full_reference(name, Path.cwd())
+    inherited = dict(section.settings) if chosen == own else {}
+    return planners.make(chosen, inherited | settings)
 
 
 def solve(
@@ -94,7 +97,8 @@ def solve(
 
     Args:
         problem: What to solve.
-        planner: Name of the planner; the scenario's when left out, as are the next three.
+        planner: Name of the planner, or ``file.py:Class`` with a path from the working folder; the
+            scenario's when left out, as are the next three.
         seed: Seed of the random numbers.
         time_limit: Of the search, in [s].
         max_iterations: Of the search.
@@ -115,7 +119,7 @@ def solve(
     if watch:
         watch(budget)
     begun = time.perf_counter()
-    result = searcher.solve(problem, seed, budget)
+    result = search(searcher, problem, seed, budget)
     timings = {"search": time.perf_counter() - begun}
     return _judge(problem, searcher, seed, result, timings)
 

@@ -238,7 +238,8 @@ class Problem:
         """Search for a plan, re-simulate it and verify it.
 
         Args:
-            planner: Name of the planner; the scenario's when left out.
+            planner: Name of the planner, or ``file.py:Class`` with a path from the working folder;
+                the scenario's when left out.
             seed: Seed of the random numbers; the scenario's when left out.
             time_limit: Of the search, in [s]; the scenario's when left out.
             options: ``max_iterations``, and settings of the planner.

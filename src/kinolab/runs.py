@@ -1,7 +1,8 @@
 """The folder of a run: everything needed to check, draw and mail a plan.
 
 Every file is written whole or not at all. The folder is self-contained: the scenario in it points
-at copies of the machine and of all meshes below ``assets/``.
+at copies of the machine, of all meshes and of a planner's file below ``assets/``. Reading it back
+runs no code: the machine is data, and the planner is not asked again.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.scenario import Origin, Scenario, load_scenario, write_scenario
 from kinolab.trajectory import Trajectory, read_csv
+from kinolab.user_code import python_reference, text_of
 from kinolab.verification import Certificate, Check, verify
 
 SCHEMA_VERSION = 1
@@ -109,7 +111,7 @@ def read_run(folder: Path) -> Run:
         where = str(folder / "scenario.toml [system] file")
         what = "a finished run carries its machine as data, in assets/machine.json."
         raise InputError([Mistake(where, what, "Nothing was run.")])
-    problem = build_problem(scenario)
+    problem = build_problem(scenario, planner=False)
     model = problem.model
     trajectory = read_csv(folder / "trajectory.csv", model.state_names, model.control_names)
     return Run(folder, problem, report, trajectory)
@@ -127,10 +129,12 @@ def check_run(folder: Path) -> Certificate:
 
 
 def _intact(run: Run) -> Check:
-    """Compare the machine and the meshes that the scenario uses with the hashes in the report."""
+    """Compare the files that the scenario uses with the hashes in the report."""
     recorded = run.report.get("assets")
     hashes = recorded if isinstance(recorded, dict) else {}
-    used = {"machine.json", *(path.name for path in _meshes(run.problem.scenario).values())}
+    scenario = run.problem.scenario
+    files = [*_meshes(scenario).values(), _planner_file(scenario)]
+    used = {"machine.json", *(path.name for path in files if path is not None)}
     changed = [
         name
         for name in sorted(used | set(hashes))
@@ -145,12 +149,14 @@ def _digest_of(path: Path) -> str | None:
 
 
 def _assets(problem: Problem) -> dict[str, bytes]:
-    """Return the files below assets/ by name: the machine, and a copy of every mesh."""
+    """Return the files below assets/ by name: the machine, copies of meshes and of a planner."""
     meshes = {
         _mesh_name(index, path): path.read_bytes()
         for index, path in _meshes(problem.scenario).items()
     }
-    return {"machine.json": machine_to_json(problem.system).encode(), **meshes}
+    file = _planner_file(problem.scenario)
+    code = {file.name: text_of(file)} if file is not None else {}
+    return {"machine.json": machine_to_json(problem.system).encode(), **meshes, **code}
 
 
 def _meshes(scenario: Scenario) -> dict[int, Path]:
@@ -161,12 +167,18 @@ def _meshes(scenario: Scenario) -> dict[int, Path]:
     }
 
 
+def _planner_file(scenario: Scenario) -> Path | None:
+    """Return the file of the user's that the planner is in, if it is in one."""
+    reference = python_reference(scenario.planner.name)
+    return scenario.folder / reference[0] if reference else None
+
+
 def _mesh_name(index: int, path: Path) -> str:
     return f"{index + 1}_{path.name}"
 
 
 def _portable(problem: Problem) -> Scenario:
-    """Return the scenario with the machine and the meshes taken from assets/."""
+    """Return the scenario with the machine, the meshes and the planner taken from assets/."""
     scenario = problem.scenario
     meshes = _meshes(scenario)
     obstacles = tuple(
@@ -179,9 +191,16 @@ def _portable(problem: Problem) -> Scenario:
     return scenario.model_copy(
         update={
             "system": scenario.system.model_copy(update=machine),
+            "planner": scenario.planner.model_copy(update={"name": _portable_planner(scenario)}),
             "world": scenario.world.model_copy(update={"obstacle": obstacles}),
         }
     ).located(Origin(Path("scenario.toml")))
+
+
+def _portable_planner(scenario: Scenario) -> str:
+    """Return the planner's name, its file taken from assets/ if it has one."""
+    file, name = _planner_file(scenario), scenario.planner.name
+    return name if file is None else f"assets/{file.name}:{name.rpartition(':')[2]}"
 
 
 def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
@@ -12,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake, unknown_name
+from kinolab.settings import setting, settings_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from kinolab.problem import Problem
+
+__all__ = ["AbstractPlanner", "Array", "Budget", "Outcome", "SearchResult", "setting"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -126,44 +129,16 @@ class AbstractPlanner(ABC):
     @classmethod
     def misfits(cls, settings: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         """Yield (key, what is wrong, what would work) of settings that do not fit."""
-        defaults = {f.name: f.default for f in fields(cls)}
-        ranges = {f.name: f.metadata.get("range", (None, None)) for f in fields(cls)}
+        known = {entry.name: entry for entry in settings_of(cls)}
         for key, value in settings.items():
-            if key not in defaults:
-                unknown = unknown_name(f"setting of {cls.name}", key, known=sorted(defaults))
+            if key not in known:
+                unknown = unknown_name(f"setting of {cls.name}", key, known=sorted(known))
                 yield key, unknown.what, unknown.remedy
-            elif not _fits(value, defaults[key]):
-                remedy = f"Give a {_kind(defaults[key])}, such as the default {defaults[key]!r}."
-                yield key, f"{value!r} does not fit.", remedy
-            elif not _within(value, *ranges[key]):
-                lowest, highest = ranges[key]
-                wanted = f"at least {lowest}" + ("" if highest is None else f", at most {highest}")
-                yield key, f"{value!r} is out of range.", f"Give {wanted}."
-        sound = {k: v for k, v in settings.items() if k in defaults and _fits(v, defaults[k])}
+            elif misfit := known[key].misfit(value):
+                yield key, *misfit
+        sound = {k: v for k, v in settings.items() if k in known and known[k].accepts(v)}
         yield from cls(**sound).conflicts()
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
         """Yield (key, what is wrong, what would work) of settings that contradict each other."""
         yield from ()
-
-
-def setting(default: Any, lowest: float | None = None, highest: float | None = None) -> Any:
-    """Declare a setting of a planner with its default and range."""
-    return field(default=default, metadata={"range": (lowest, highest)})
-
-
-def _within(value: Any, lowest: float | None, highest: float | None) -> bool:
-    return (lowest is None or value >= lowest) and (highest is None or value <= highest)
-
-
-def _fits(value: Any, default: Any) -> bool:
-    if isinstance(default, bool) or isinstance(value, bool):
-        return isinstance(value, bool) and isinstance(default, bool)
-    if isinstance(default, float):
-        return isinstance(value, int | float)
-    return isinstance(value, type(default))
-
-
-def _kind(default: Any) -> str:
-    names = {bool: "truth value", int: "whole number", float: "number", str: "text"}
-    return names.get(type(default), type(default).__name__)

@@ -15,10 +15,29 @@ from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
 class AbstractTreePlanner(AbstractPlanner):
     """A control planner of OMPL that grows a tree from the start."""
 
-    min_steps: int = setting(1, 1, 100_000)  # propagation steps for which an input is held at least
-    max_steps: int = setting(20, 1, 100_000)  # propagation steps for which an input is held at most
-    goal_zoom: float = setting(1.0, 1.0, 1e6)  # around the goal that growth aims at, in tolerances
-    restart_after: int = setting(20_000, 0)  # iterations before a new tree, then 1.5 times as many
+    min_steps: int = setting(
+        1,
+        1,
+        100_000,
+        unit="steps",
+        meaning="For how many steps of the integration an input is held at least.",
+    )
+    max_steps: int = setting(
+        20,
+        1,
+        100_000,
+        unit="steps",
+        meaning="For how many steps of the integration an input is held at most.",
+    )
+    goal_zoom: float = setting(
+        1.0, 1.0, 1e6, unit="tolerances", meaning="How far around the goal growth aims."
+    )
+    restart_after: int = setting(
+        20_000,
+        0,
+        unit="iterations",
+        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
+    )
 
     @abstractmethod
     def make(self, space_information: object) -> object:

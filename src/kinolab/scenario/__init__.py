@@ -1,9 +1,18 @@
 """What a scenario file says: its schema, how it is read, checked and written."""
 
 from kinolab.scenario.findings import Finding, Origin
-from kinolab.scenario.load import builtin_scenarios, load_scenario, read_scenario, scenario_from
+from kinolab.scenario.load import (
+    builtin_scenarios,
+    load_scenario,
+    read_scenario,
+    scenario_from,
+    scenario_path,
+)
 from kinolab.scenario.names import check_names, check_settings
+from kinolab.scenario.overrides import override_place
 from kinolab.scenario.places import mistake_at
+from kinolab.scenario.planner_keys import shared_settings
+from kinolab.scenario.rules import PLANNER_KEYS
 from kinolab.scenario.schema import (
     DirectionGoal,
     GoalSection,
@@ -21,6 +30,7 @@ from kinolab.scenario.schema import (
 from kinolab.scenario.write import write_scenario
 
 __all__ = [
+    "PLANNER_KEYS",
     "DirectionGoal",
     "Finding",
     "GoalSection",
@@ -40,7 +50,10 @@ __all__ = [
     "check_settings",
     "load_scenario",
     "mistake_at",
+    "override_place",
     "read_scenario",
     "scenario_from",
+    "scenario_path",
+    "shared_settings",
     "write_scenario",
 ]

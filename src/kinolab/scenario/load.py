@@ -68,7 +68,7 @@ def read_scenario(
     Raises:
         InputError: If there is no such file or it is not TOML.
     """
-    path = _find(source)
+    path = scenario_path(source)
     document = _parse(path, _read(path))
     applied, mistakes = apply_overrides(document, overrides)
     return _checked(document, Origin(path, applied), mistakes)
@@ -136,7 +136,8 @@ def _length(value: object) -> int:
     return len(value) if isinstance(value, list) else 0
 
 
-def _find(source: str | Path) -> Path:
+def scenario_path(source: str | Path) -> Path:
+    """Return the file that a path or the name of a built-in scenario means."""
     if isinstance(source, Path) or _looks_like_path(source):
         return Path(source)
     return builtin_scenarios().get(source, Path(source))

@@ -10,6 +10,7 @@ from kinolab.errors import Mistake
 from kinolab.scenario.findings import KeyPath, Override
 from kinolab.scenario.toml_text import shortened, shown
 
+_SHOWN = 200  # characters of an override that a message quotes
 _SHAPE = "Write KEY=VALUE, for example planner.time_limit=5."
 
 
@@ -24,11 +25,15 @@ def apply_overrides(
     done, mistakes = [], []
     for text in texts:
         try:
-            done.append(Override(shortened(text, 200), _apply(document, text)))
+            done.append(Override(shortened(text, _SHOWN), _apply(document, text)))
         except _RefusedError as refused:
-            where = f"--set {shortened(ascii(text)[1:-1] if _is_broken(text) else text, 200)}"
-            mistakes.append(Mistake(where, *refused.args))
+            mistakes.append(Mistake(override_place(text), *refused.args))
     return tuple(done), mistakes
+
+
+def override_place(text: str) -> str:
+    """Return how mistakes name an override."""
+    return f"--set {shortened(ascii(text)[1:-1] if _is_broken(text) else text, _SHOWN)}"
 
 
 def _apply(document: dict[str, Any], text: str) -> KeyPath:

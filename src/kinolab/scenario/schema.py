@@ -34,6 +34,7 @@ from kinolab.scenario.values import (
     Direction,
     Effort,
     Limits,
+    Meaning,
     MeshPath,
     Metres,
     Name,
@@ -223,11 +224,17 @@ class PlannerSection(Section):
         "a finite number, text in quotes, true or false, or a list or table of these"
     )
 
-    name: PlannerName = "rrt"
-    time_limit: Seconds = 30.0
-    max_iterations: Count | None = None
-    seed: Seed = 1
-    improve: Effort = 2.0  # time for making a found trajectory better
+    name: PlannerName = "rrt"  # Python is code that runs; relative to the scenario
+    time_limit: Annotated[Seconds, Meaning("How long a search may take.", "s")] = 30.0
+    max_iterations: Annotated[
+        Count | None,
+        Meaning("How many iterations a search may take; left out: any number.", "iterations"),
+    ] = None
+    seed: Annotated[Seed, Meaning("Seed of the random numbers.")] = 1
+    improve: Annotated[
+        Effort,
+        Meaning("How long to go on making a found motion better; no planner does so yet.", "s"),
+    ] = 2.0
 
     @property
     def settings(self) -> dict[str, Any]:

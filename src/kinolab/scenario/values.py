@@ -13,6 +13,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
+from kinolab.user_code import python_reference
+
 MESH_FORMATS = (".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
@@ -25,6 +27,14 @@ class Wanted:
     """What a key takes, worded to follow "Give"."""
 
     phrase: str
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a key is for, in a sentence, and the unit of its values."""
+
+    sentence: str
+    unit: str = ""
 
 
 def refusal(predicate: str) -> PydanticCustomError:
@@ -66,11 +76,20 @@ def _mesh_path(text: str) -> str:
 
 
 def _system_file(text: str) -> str:
-    path, _, name = text.rpartition(":")
-    python = path.endswith(".py") and name.isidentifier()
-    if not (python or text.endswith(".json")):
+    python = python_reference(text)
+    if python is None and not text.endswith(".json"):
         raise refusal("does not name a machine in a file")
-    if not _is_relative(path if python else text):
+    if not _is_relative(python[0] if python else text):
+        raise refusal("is not relative to the scenario's folder")
+    return text
+
+
+def _planner_name(text: str) -> str:
+    """Let every text pass as a name, but for a file that cannot be read as file.py:Class."""
+    python = python_reference(text)
+    if python is None and text.rpartition(":")[0].endswith(".py") | text.endswith(".py"):
+        raise refusal("does not name a class in a file")
+    if python is not None and not _is_relative(python[0]):
         raise refusal("is not relative to the scenario's folder")
     return text
 
@@ -131,7 +150,12 @@ SchemaVersion = Annotated[
 Text = Annotated[str, Field(min_length=1), Wanted("a line of text in quotes")]
 Name = Annotated[str, Field(min_length=1), Wanted("a name in quotes")]
 BodyName = Annotated[str, Field(min_length=1), Wanted("the name of a body in quotes")]
-PlannerName = Annotated[str, Field(min_length=1), Wanted("the name of a planner in quotes")]
+PlannerName = Annotated[
+    str,
+    Field(min_length=1),
+    AfterValidator(_planner_name),
+    Wanted('the name of a planner in quotes, or "my_planner.py:Class"'),
+]
 SystemFile = Annotated[
     str, AfterValidator(_system_file), Wanted('"my_machine.py:crane" or "machine.json"')
 ]
@@ -150,7 +174,7 @@ Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
 Angle = Annotated[
     float, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
 ]
-Count = Annotated[int, Field(gt=0, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
+Count = Annotated[int, Field(ge=1, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
 Seed = Annotated[
     int,
     Field(ge=0, le=WHOLE_MAX),

@@ -1,0 +1,40 @@
+"""The keys of ``[planner]`` that all planners share, as settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from pydantic.fields import FieldInfo
+
+from kinolab.scenario.schema import PlannerSection
+from kinolab.scenario.values import Meaning
+from kinolab.settings import Setting
+
+_LIMITS = {"gt": "above", "ge": "lowest", "le": "highest"}  # as pydantic and settings name them
+
+
+def shared_settings() -> tuple[Setting, ...]:
+    """Return what every planner's section may say besides its name, read from the schema."""
+    keys = PlannerSection.model_fields.items()
+    return tuple(_setting(name, key) for name, key in keys if name != "name")
+
+
+def _setting(name: str, key: FieldInfo) -> Setting:
+    told: dict[str, Any] = {}
+    for note in _notes(key):
+        if isinstance(note, Meaning):
+            told |= {"meaning": note.sentence, "unit": note.unit}
+        told |= {_LIMITS[end]: getattr(note, end) for end in _LIMITS if hasattr(note, end)}
+    return Setting(name, key.default, **told)
+
+
+def _notes(annotation: object) -> Iterator[object]:
+    """Yield what is noted on a key's type, and on the types within it."""
+    if isinstance(annotation, FieldInfo):
+        yield from _notes(annotation.annotation)
+        yield from annotation.metadata
+    for note in getattr(annotation, "__metadata__", ()):
+        yield from _notes(note) if isinstance(note, FieldInfo) else (note,)
+    for part in get_args(annotation):
+        yield from _notes(part)
