@@ -46,7 +46,10 @@ def search(planner: AbstractPlanner, problem: Problem, seed: int, budget: Budget
     what = f"{kind.__name__}.solve(){_of(file)}"
     with blamed(f"running {what}", WHERE, file, passing=()):
         result = planner.solve(problem, seed, budget)
-    return _checked(result, what, problem)
+    result = _checked(result, what, problem)
+    if budget.interrupted and result.outcome is not Outcome.SOLVED:
+        return replace(result, outcome=Outcome.INTERRUPTED)  # whatever it took the end for
+    return result
 
 
 def _file_of(planner: type[AbstractPlanner]) -> Path | None:
