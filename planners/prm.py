@@ -31,9 +31,15 @@ class PRM(AbstractPlanner):
 
     name: ClassVar[str] = "prm"
 
-    neighbours: int = setting(8, 1, 1000)  # nearest milestones that each is steered to
-    milestones: int = setting(150, 1, 1_000_000)  # of a roadmap that is kept in a file, at least
-    roadmap: str = setting("")  # file that keeps the roadmap; made where there is none
+    neighbours: int = setting(
+        8, 1, 1000, meaning="How many of the nearest milestones each is steered to."
+    )
+    milestones: int = setting(
+        150, 1, 1_000_000, meaning="How many a roadmap that is kept in a file has at least."
+    )
+    roadmap: str = setting(
+        "", meaning="File that keeps the roadmap, made where there is none; empty to keep none."
+    )
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Ask the roadmap, and let it grow until it answers."""

@@ -38,8 +38,12 @@ class PRMGeometric(AbstractPlanner):
 
     name: ClassVar[str] = "prm_geometric"
 
-    neighbours: int = setting(8, 1, 1000)  # configurations that each is joined to
-    margin: float = setting(0.02, 0.0, 10.0)  # [m] that paths keep from obstacles at first
+    neighbours: int = setting(
+        8, 1, 1000, meaning="How many of the nearest configurations each is joined to."
+    )
+    margin: float = setting(
+        0.02, 0.0, 10.0, unit="m", meaning="How far paths keep from obstacles at first."
+    )
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Find paths and follow them until the motion of one is free and reaches the goal."""

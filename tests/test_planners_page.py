@@ -14,6 +14,7 @@ import pytest
 from kinolab import cli, planners
 from kinolab.planning import Plan
 from kinolab.problem import Problem
+from kinolab.propagation import Propagator
 from kinolab.scenario import shared_settings
 from kinolab.search import Budget
 from kinolab.settings import settings_of
@@ -159,6 +160,8 @@ def test_everything_that_the_page_says_a_problem_has_is_there(table: Problem) ->
     rows = PAGE.partition("### What `solve` works with")[2].partition("Draw random")[0]
     names = {
         "problem": table,
+        "Propagator": Propagator,
+        "judge": Propagator(table),
         "checker": table.checker(),
         "x": table.start,
         "u": np.zeros(2),
@@ -170,5 +173,5 @@ def test_everything_that_the_page_says_a_problem_has_is_there(table: Problem) ->
     for expression in expressions:
         if expression == "solve":
             continue
-        owner = "" if expression.startswith(("problem.", "checker.")) else "problem.model."
-        eval(owner + expression, dict(names))
+        owner = "" if expression.startswith(("problem.", "checker.", "judge")) else "problem.model."
+        eval(owner + expression.removeprefix("judge = "), dict(names))

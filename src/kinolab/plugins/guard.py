@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -78,9 +78,19 @@ def _checked(result: Any, what: str, problem: Problem) -> SearchResult:
     with blamed(f"reading what {what} returned", WHERE):
         t, u = (np.asarray(values, dtype=float) for values in (result.t, result.u))
         iterations = int(result.iterations)
-        statistics = {str(name): float(value) for name, value in result.statistics.items()}
+        statistics = _numbers(result.statistics)
+        rejections = {str(cause): _numbers(shares) for cause, shares in result.rejections.items()}
     _check_rows(t, u, what, problem.model.nu)
-    return replace(result, t=t, u=u, iterations=iterations, statistics=statistics)
+    told: dict[str, Any] = {
+        "iterations": iterations,
+        "statistics": statistics,
+        "rejections": rejections,
+    }
+    return replace(result, t=t, u=u, **told)
+
+
+def _numbers(named: Mapping[str, float]) -> dict[str, float]:
+    return {str(name): float(value) for name, value in named.items()}
 
 
 def _check_rows(t: Array, u: Array, what: str, nu: int) -> None:
