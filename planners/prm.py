@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.problem import Problem
 from kinolab.roadmap import Explorer, load_roadmap, save_roadmap
@@ -50,10 +51,16 @@ class PRM(AbstractPlanner):
         size = len(explorer.roadmap.milestones)
         if path is not None:
             _grow(explorer, self.milestones - size, budget)
-        inputs = _answer(explorer, problem, budget)
+        outcome, inputs = _answer(explorer, problem, budget)
         if path is not None and len(explorer.roadmap.milestones) > size:
             save_roadmap(path, explorer.roadmap, problem)
-        return _result(explorer, problem, inputs, budget)
+        statistics = {
+            "milestones": float(len(explorer.roadmap.milestones)),
+            "motions": float(len(explorer.roadmap.motions)),
+        }
+        times = problem.step * np.arange(len(inputs) + 1, dtype=float)
+        shares = explorer.rejections.shares()
+        return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares)
 
 
 def _grow(explorer: Explorer, count: int, budget: Budget) -> bool:
@@ -64,29 +71,19 @@ def _grow(explorer: Explorer, count: int, budget: Budget) -> bool:
     return added > 0
 
 
-def _answer(explorer: Explorer, problem: Problem, budget: Budget) -> np.ndarray | None:
+def _answer(
+    explorer: Explorer, problem: Problem, budget: Budget
+) -> tuple[Outcome, NDArray[np.float64]]:
     """Ask again after every batch of milestones, until there is an answer or no time."""
+    if problem.goal_excess(problem.start) <= 1.0:
+        return Outcome.SOLVED, np.zeros((0, problem.model.nu))
     goals = explorer.goals(GOALS)
     while goals and not budget.over:
         inputs = explorer.answer(problem.start, goals, budget)
         if inputs is not None:
-            return inputs
+            return Outcome.SOLVED, inputs
         if not _grow(explorer, BATCH, budget):
             break
-    return None
-
-
-def _result(
-    explorer: Explorer, problem: Problem, inputs: np.ndarray | None, budget: Budget
-) -> SearchResult:
-    outcome = Outcome.SOLVED
-    if inputs is None:
-        outcome = Outcome.INTERRUPTED if budget.interrupted else Outcome.NOT_FOUND
-        inputs = np.zeros((0, problem.model.nu))
-    statistics = {
-        "milestones": float(len(explorer.roadmap.milestones)),
-        "motions": float(len(explorer.roadmap.motions)),
-    }
-    times = problem.step * np.arange(len(inputs) + 1, dtype=float)
-    shares = explorer.rejections.shares()
-    return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares)
+    inputs = explorer.approach(problem.start, problem.goal_distance)
+    outcome = Outcome.APPROXIMATE if len(inputs) else Outcome.NOT_FOUND
+    return Outcome.INTERRUPTED if budget.interrupted else outcome, inputs

@@ -49,16 +49,20 @@ class PRMGeometric(AbstractPlanner):
         """Find paths and follow them until the motion of one is free and reaches the goal."""
         follower = _Follower(problem)
         goal, margin, tried = follower.goal(seed), self.margin, 0
+        nearest = follower.still
+        if follower.excess(nearest) <= 1.0:
+            return _result(problem, nearest, follower, budget, tried)
         budget.restart()  # code for this machine was compiled and loaded until here
-        while goal is not None and not budget.over:
+        while goal is not None and not budget.spent():
             path = self._path(problem, follower.steering, goal, margin, seed + tried, budget)
             if path is None:
                 break
-            motion = follower.follow(path)
-            if motion is not None:
+            motion = follower.follow(*path)
+            if follower.excess(motion) <= 1.0:
                 return _result(problem, motion, follower, budget, tried)
+            nearest = min(nearest, motion, key=lambda m: problem.goal_distance(m.x[-1]))
             margin, tried = max(WIDER * margin, 0.005), tried + 1
-        return _result(problem, None, follower, budget, tried)
+        return _result(problem, nearest, follower, budget, tried)
 
     def _path(
         self,
@@ -81,7 +85,7 @@ class PRMGeometric(AbstractPlanner):
             if path is not None:
                 return configurations, path
             roadmap.grow(BATCH, budget)
-        return None
+        return configurations, roadmap.approach(problem.goal_distance)
 
 
 class _Follower:
@@ -105,15 +109,24 @@ class _Follower:
     def _ends_well(self, x: Array) -> bool:
         return self._problem.goal_excess(x) <= 1.0 and self._judge.is_free(x.tolist())
 
-    def follow(self, found: tuple[Configurations, list[Array]]) -> Maneuver | None:
-        """Return the motion along a path, if it is free and ends in the goal."""
-        reached = Maneuver(self._problem.start[None], np.zeros((0, self._problem.model.nu)))
-        for wanted in self._wanted(*found):
+    @property
+    def still(self) -> Maneuver:
+        """The motion that stays at the start."""
+        return Maneuver(self._problem.start[None], np.zeros((0, self._problem.model.nu)))
+
+    def excess(self, motion: Maneuver) -> float:
+        """Return how far outside the goal a motion ends, at most 1 inside."""
+        return self._problem.goal_excess(motion.x[-1])
+
+    def follow(self, configurations: Configurations, path: list[Array]) -> Maneuver:
+        """Return the motion along a path, as far as it is free."""
+        reached = self.still
+        for wanted in self._wanted(configurations, path):
             piece = self.steering.tracker.track(reached.x[-1], wanted)
             if piece is None or not self._is_free(piece):
-                return None
+                break
             reached = reached.then(piece)
-        return reached if self._problem.goal_excess(reached.x[-1]) <= 1.0 else None
+        return reached
 
     def _wanted(self, configurations: Configurations, path: list[Array]) -> Iterator[Maneuver]:
         """Yield what feedback shall follow from one configuration to the next."""
@@ -132,13 +145,13 @@ class _Follower:
 
 
 def _result(
-    problem: Problem, motion: Maneuver | None, follower: _Follower, budget: Budget, tried: int
+    problem: Problem, motion: Maneuver, follower: _Follower, budget: Budget, tried: int
 ) -> SearchResult:
     outcome = Outcome.SOLVED
-    if motion is None:
-        outcome = Outcome.INTERRUPTED if budget.interrupted else Outcome.NOT_FOUND
-    inputs = np.zeros((0, problem.model.nu)) if motion is None else motion.u
-    times = problem.step * np.arange(len(inputs) + 1, dtype=float)
+    if follower.excess(motion) > 1.0:
+        outcome = Outcome.APPROXIMATE if motion.steps else Outcome.NOT_FOUND
+        outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
+    times = problem.step * np.arange(motion.steps + 1, dtype=float)
     statistics = {"paths_not_followed": float(tried)}
     shares = follower.rejections.shares()
-    return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares)
+    return SearchResult(outcome, times, motion.u, budget.iterations, statistics, shares)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -9,6 +10,8 @@ from numpy.typing import NDArray
 from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from kinolab.bridge.configurations import Configurations, Ways
 from kinolab.bridge.search import ompl_seed
@@ -16,14 +19,15 @@ from kinolab.search import Budget
 
 Array: TypeAlias = NDArray[np.float64]
 
-MOMENT = 0.2  # [s] for a question, which takes OMPL a millisecond where there is an answer
+TINY = 1e-12  # what SciPy takes for an edge of no length
 
 
 class GeometricRoadmap:
     """OMPL's probabilistic roadmap between a start and a goal.
 
-    OMPL looks for solutions in a thread of its own while its roadmap grows, so that equal seeds
-    would give different paths. Here it grows first, and is asked while no sample counts as valid.
+    OMPL answers questions in a thread of its own, beside the one in which its roadmap grows, so
+    that equal seeds would give different paths. Here it only grows: start and goal are made part of
+    it by a question that ends at once, and the shortest path is read off its graph.
 
     Args:
         configurations: Where the machine can stay.
@@ -37,9 +41,8 @@ class GeometricRoadmap:
         self, configurations: Configurations, start: Array, goal: Array, seed: int, neighbours: int
     ) -> None:
         self._configurations = configurations
-        self._growing = _Switch(configurations, start, goal)
         information = ob.SpaceInformation(configurations.space)
-        information.setStateValidityChecker(self._growing.is_valid)
+        information.setStateValidityChecker(configurations.is_valid)
         information.setMotionValidator(Ways(information, configurations))
         information.setup()
         definition = ob.ProblemDefinition(information)
@@ -48,10 +51,11 @@ class GeometricRoadmap:
         configurations.write(end, goal)
         definition.setStartAndGoalStates(begin, end)
         ou.RNG.setSeed(ompl_seed(seed))
-        self._planner, self._definition = og.PRM(information), definition
+        self._information, self._planner = information, og.PRM(information)
         self._planner.setMaxNearestNeighbors(neighbours)
         self._planner.setProblemDefinition(definition)
         self._planner.setup()
+        self._planner.solve(ob.timedPlannerTerminationCondition(0.0))
 
     @property
     def size(self) -> int:
@@ -66,27 +70,65 @@ class GeometricRoadmap:
 
     def path(self) -> list[Array] | None:
         """Return states at rest from start to goal; None where the roadmap does not lead there."""
-        self._growing.on = False
-        try:
-            self._planner.solve(ob.timedPlannerTerminationCondition(MOMENT))
-        finally:
-            self._growing.on = True
-        if not self._definition.hasExactSolution():
-            return None
-        path = self._definition.getSolutionPath()
-        states = [self._configurations.read(path.getState(k)) for k in range(path.getStateCount())]
+        graph = _Graph(self._information, self._planner)
+        way = graph.way_to(graph.goal) if graph.goal in graph.distances else []
+        return self._states(graph, way) or None
+
+    def approach(self, distance: Callable[[Array], float]) -> list[Array]:
+        """Return states at rest from the start to the nearest one that the roadmap leads to.
+
+        Args:
+            distance: Of a state from where it should be.
+        """
+        graph = _Graph(self._information, self._planner)
+        states = {k: self._configurations.read(graph.state(k)) for k in graph.distances}
+        apart = {k: distance(x) for k, x in states.items() if x is not None}
+        way = graph.way_to(min(apart, key=lambda k: apart[k])) if apart else []
+        return self._states(graph, way)
+
+    def _states(self, graph: _Graph, way: list[int]) -> list[Array]:
+        states = (self._configurations.read(graph.state(k)) for k in way)
         return [x for x in states if x is not None]
 
 
-class _Switch:
-    """Whether samples count, or start and goal alone."""
+class _Graph:
+    """What OMPL's roadmap is at a moment; it must not outlive its planner.
 
-    def __init__(self, configurations: Configurations, start: Array, goal: Array) -> None:
-        self._configurations, self._ends, self.on = configurations, (start, goal), True
+    Attributes:
+        distances: From the start to every configuration that edges lead to.
+        goal: Number of the goal; -1 where it is not part of the roadmap.
+    """
 
-    def is_valid(self, state: Any) -> bool:
-        """Say whether a configuration may become part of the roadmap."""
-        if self.on:
-            return self._configurations.is_valid(state)
-        x = self._configurations.read(state)
-        return x is not None and any(np.allclose(x, end, atol=1e-9) for end in self._ends)
+    def __init__(self, information: Any, planner: Any) -> None:
+        self._data = ob.PlannerData(information)
+        planner.getPlannerData(self._data)
+        self._begin = self._data.getStartIndex(0) if self._data.numStartVertices() else -1
+        self.goal = self._data.getGoalIndex(0) if self._data.numGoalVertices() else -1
+        edges = [(a, b) for a in range(self._data.numVertices()) for b in self._data.getEdges(a)]
+        lengths = [information.distance(self.state(a), self.state(b)) for a, b in edges]
+        self.distances, self._before = self._shortest(edges, lengths)
+
+    def _shortest(
+        self, edges: list[tuple[int, int]], lengths: list[float]
+    ) -> tuple[dict[int, float], Any]:
+        if self._begin < 0:
+            return {}, []
+        rows = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        size = self._data.numVertices()
+        table = csr_array((np.maximum(lengths, TINY), (rows[:, 0], rows[:, 1])), (size, size))
+        found, before = dijkstra(
+            table, directed=False, indices=self._begin, return_predecessors=True
+        )
+        reached = np.flatnonzero(np.isfinite(found))
+        return {int(k): float(found[k]) for k in reached}, before
+
+    def state(self, vertex: int) -> Any:
+        """Return OMPL's state of a configuration."""
+        return self._data.getVertex(vertex).getState()
+
+    def way_to(self, vertex: int) -> list[int]:
+        """Return the configurations from the start to one that is reached."""
+        way = [vertex]
+        while way[-1] != self._begin:
+            way.append(int(self._before[way[-1]]))
+        return way[::-1]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import numpy as np
@@ -17,6 +18,7 @@ from kinolab.steering import Maneuver, Steering
 
 Array: TypeAlias = NDArray[np.float64]
 
+LAST_TRIES = 6  # of joining a start to a roadmap that grows no more
 ENOUGH = 2  # motions that join a start or a goal to the roadmap
 
 
@@ -77,6 +79,21 @@ class Explorer:
             if budget.over:
                 return None
         return None
+
+    def approach(self, start: Array, distance: Callable[[Array], float]) -> Array:
+        """Return inputs, shape (steps, nu), that lead from a start as near as is known.
+
+        Args:
+            start: Where to begin, shape (nx,).
+            distance: Of a state from where it should be.
+        """
+        asked = self.roadmap.copy()
+        begin = asked.add(start)
+        self._joined(asked, begin, begin, Budget(math.inf, LAST_TRIES), leaving=True)
+        reached = [k for k in asked.reached(begin) if k != begin]
+        nearest = min(reached, key=lambda k: distance(asked.milestones[k]), default=begin)
+        inputs = asked.quickest(begin, nearest) if reached else None
+        return np.zeros((0, self._problem.model.nu)) if inputs is None else inputs
 
     def _joined(
         self, roadmap: Roadmap, number: int, size: int, budget: Budget, *, leaving: bool

@@ -12,8 +12,6 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 Array: TypeAlias = NDArray[np.float64]
 
-UNREACHED = -9999  # what SciPy writes where there is no predecessor
-
 
 @dataclass
 class Roadmap:
@@ -57,6 +55,11 @@ class Roadmap:
             way.append(int(before[way[-1]]))
         pairs = zip(way[:0:-1], way[-2::-1], strict=True)
         return np.vstack([self.motions[pair] for pair in pairs])
+
+    def reached(self, begin: int) -> list[int]:
+        """Return the milestones to which motions lead from one, itself included."""
+        lengths = dijkstra(self._steps(), indices=begin)
+        return [int(k) for k in np.flatnonzero(np.isfinite(lengths))]
 
     def _steps(self) -> csr_array:
         size = len(self.milestones)

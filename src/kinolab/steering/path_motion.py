@@ -22,6 +22,7 @@ FIRST_RAMP = 0.5  # [s]
 SLOW = Timing(100.0, 100.0)  # at which speeds show and forces do not
 LOOKS = 12  # at a path, before the work of finding its motion
 COARSE = 32  # steps in which a timing is tried
+MOST = 20_000  # steps of one motion
 TRIALS = 14  # timings that are tried
 KEPT = 1.0 + 1e-9  # share of a limit, rounding included
 GENTLER = 1.15  # factor on a timing that asks too much, at least
@@ -89,6 +90,8 @@ class PathMotion:
         for _ in range(TRIALS):
             timing = Timing(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
             steps = round(timing.duration / step)
+            if steps > MOST:
+                return None
             count = min(count, steps)
             found = self._motion(path, start, timing, count)
             if found is None:

@@ -13,7 +13,7 @@ from kinolab.problem import Problem
 from kinolab.steering.closing import Closing
 from kinolab.steering.equilibria import STILL, settle
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.path_motion import PathMotion
+from kinolab.steering.path_motion import MOST, PathMotion
 from kinolab.steering.rollout import Rollout
 from kinolab.steering.tracking import Tracker
 from kinolab.steering.ways import ways_of
@@ -116,6 +116,8 @@ class Steering(AbstractSteering):
         u0, u1 = (idle if found is None else found[1] for found in (begin, end))
         for factor in DURATIONS:
             steps = max(int(np.ceil(factor * self._duration(x0, x1) / self.rollout.step)), 4)
+            if steps > MOST:
+                return
             share = (np.arange(steps)[:, None] + 0.5) / steps
             inputs = u0 + share * (u1 - u0)
             states = self.rollout.follow(x0, inputs)
