@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from math import copysign, cos, pi, sin
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,11 +14,11 @@ from ompl import base as ob
 Array: TypeAlias = NDArray[np.float64]
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
 
-LOOKS = 240  # along a curve, to tell its arcs apart
-NEAR = 1e-5  # of a curve's length, over which its kind is looked at
-HALVINGS = 40  # to find where one arc ends and the next begins
+NEAR = 1e-12  # of all lengths at hand: by how much a pose may be off the arc that it is on
+SMALLEST = 2.0**-40  # share of a curve that is not looked into any more
+KINDS = [(gear, side) for gear in (1, -1) for side in (0, 1, -1)]
 WORLD = 1e6  # [m] that OMPL wants to be told of
-SHORTEST = 1e-6  # [m] of an arc
+SHORTEST = 1e-6  # [m] of an arc that is worth a motion
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,22 @@ class Arc:
             turned,
         )
 
+    def continues(self, other: Arc) -> bool:
+        """Say whether another arc goes on as this one goes."""
+        return self.curvature == other.curvature and self.length * other.length > 0
+
+    def longer(self, by: float) -> Arc:
+        """Return the arc made longer, in [m]."""
+        return Arc(self.length + copysign(by, self.length), self.curvature)
+
     def after(self, begin: PlanePose) -> PlanePose:
         """Return the pose at its end."""
-        x, y, heading = (float(values[0]) for values in self.poses(begin, np.ones(1)))
-        return x, y, heading
+        x, y, heading = begin
+        turned = heading + self.curvature * self.length
+        if self.curvature == 0.0:
+            return x + self.length * cos(heading), y + self.length * sin(heading), turned
+        r = 1.0 / self.curvature
+        return x + r * (sin(turned) - sin(heading)), y - r * (cos(turned) - cos(heading)), turned
 
 
 def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = True) -> list[Arc]:
@@ -62,28 +74,22 @@ def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = Tr
         radius: Of the tightest circle.
         backward: Whether it may go back (Reeds and Shepp), or not (Dubins).
     """
-    curve = _Curve(begin, end, radius, backward=backward)
-    edges, kinds = [0.0], [curve.kind(0.0)]
-    looks = np.linspace(0.0, 1.0 - 2 * NEAR, LOOKS)
-    for before, look in pairwise(looks.tolist()):
-        if curve.kind(look) != kinds[-1]:
-            edges.append(_edge(curve.kind, before, look))
-            kinds.append(curve.kind(look))
-    lengths = np.diff([*edges, 1.0]) * curve.length
-    found = [
-        Arc(float(length) * gear, bend / radius)
-        for length, (gear, bend) in zip(lengths, kinds, strict=True)
-    ]
+    pieces = _Curve(begin, end, radius, backward=backward).arcs()
+    whole = _merged(pieces, lambda last, arc: last.continues(arc))
+    # Where two arcs meet, a piece of both may pass for a third one.
+    found = _merged(whole, lambda _, arc: abs(arc.length) <= SHORTEST)
     return [arc for arc in found if abs(arc.length) > SHORTEST]
 
 
-def _edge(kind: Callable[[float], tuple[int, int]], before: float, after: float) -> float:
-    """Return where a curve stops being of the kind that it has before."""
-    first = kind(before)
-    for _ in range(HALVINGS):
-        middle = (before + after) / 2
-        before, after = (middle, after) if kind(middle) == first else (before, middle)
-    return (before + after) / 2
+def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Arc]:
+    """Return arcs with those that belong to the one before made part of it."""
+    found: list[Arc] = []
+    for arc in arcs:
+        if found and belongs(found[-1], arc):
+            found[-1] = found[-1].longer(abs(arc.length))
+        else:
+            found.append(arc)
+    return found
 
 
 class _Curve:
@@ -102,17 +108,36 @@ class _Curve:
             state.setXY(x, y)
             state.setYaw(heading)
         self.length, self._radius = float(self._space.distance(self._begin, self._end)), radius
+        self.size = max(self.length, radius, *map(abs, (*begin[:2], *end[:2])))
 
     def pose(self, share: float) -> PlanePose:
         """Return the pose at a share of the length."""
         self._space.interpolate(self._begin, self._end, share, self._here)
         return self._here.getX(), self._here.getY(), self._here.getYaw()
 
-    def kind(self, share: float) -> tuple[int, int]:
-        """Return the gear, 1 or -1, and the side to which it bends, -1, 0 or 1."""
-        (x0, y0, a), (x1, y1, b) = self.pose(share), self.pose(share + NEAR)
-        ahead = (x1 - x0) * np.cos(a) + (y1 - y0) * np.sin(a)
-        gear = 1 if ahead > 0 else -1
-        turned = (b - a + np.pi) % (2 * np.pi) - np.pi
-        bend = turned * self._radius / (NEAR * self.length) * gear
-        return gear, round(float(bend)) if abs(bend) <= 1.5 else int(np.sign(bend))
+    def arcs(self) -> Iterator[Arc]:
+        """Yield its arcs, cut in half until each piece is a single one."""
+        yield from self._between(0.0, 1.0, self.pose(0.0), self.pose(1.0))
+
+    def _between(
+        self, begin: float, end: float, before: PlanePose, after: PlanePose
+    ) -> Iterator[Arc]:
+        arc = self._single((end - begin) * self.length, before, after)
+        if arc is not None:
+            yield arc
+        elif end - begin > SMALLEST:
+            middle = (begin + end) / 2
+            half = self.pose(middle)
+            yield from self._between(begin, middle, before, half)
+            yield from self._between(middle, end, half, after)
+
+    def _single(self, length: float, before: PlanePose, after: PlanePose) -> Arc | None:
+        """Return the arc of a length from one pose to another; None where no single one leads."""
+        for gear, side in KINDS:
+            arc = Arc(gear * length, side / self._radius)
+            x, y, heading = arc.after(before)
+            turned = (heading - after[2] + pi) % (2 * pi) - pi
+            off = max(abs(x - after[0]), abs(y - after[1]), abs(turned) * self._radius)
+            if off <= NEAR * self.size:
+                return arc
+        return None
