@@ -27,8 +27,7 @@ def ignorable(problem: Problem) -> NDArray[np.bool_]:
     whose change moves no shape, but for spin about an axis of symmetry.
     """
     model = problem.model
-    states = _states(problem)
-    u = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    states, u = _states(problem), _inputs(problem)
     slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # of f's entries by the state's
     sensitive = (slopes > ROUNDING * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
     wanted = set(problem.goal.indices) | {i for a in problem.goal.attitudes for i in _entries(a)}
@@ -37,7 +36,9 @@ def ignorable(problem: Problem) -> NDArray[np.bool_]:
         unbounded = problem.circular[i] or not np.isfinite(problem.bounds[i]).any()
         attitude = any(first <= i < first + 4 for first in model.attitudes.values())
         bound = sensitive[i] or attitude or i in wanted or not unbounded
-        found[i] = not bound and not _shows(problem, states, i) and not _demands(problem, states, i)
+        found[i] = not bound and not any(
+            matters(problem, states, i) for matters in (_shows, _turns_what_is_aimed, _demands)
+        )
     return found
 
 
@@ -51,6 +52,12 @@ def _states(problem: Problem) -> Array:
     return np.array([problem.sample_goal(generator) for _ in range(STATES)])
 
 
+def _inputs(problem: Problem) -> Array:
+    """Return inputs at random: what steers a force shows only where the force is not zero."""
+    lower, upper = problem.model.control_bounds.T
+    return np.random.default_rng(1).uniform(lower, upper, (STATES, problem.model.nu))
+
+
 def _turned(states: Array, i: int) -> Array:
     turned = states.copy()
     turned[:, i] += 1.0
@@ -61,7 +68,7 @@ def _demands(problem: Problem, states: Array, i: int) -> bool:
     """Say whether what the machine requires depends on an entry of the state."""
     if not problem.system.requirements:
         return False
-    u = np.clip(np.zeros(problem.model.nu), *problem.model.control_bounds.T)
+    u = _inputs(problem)
     before, after = (problem.model.requirements(x, u) for x in (states, _turned(states, i)))
     return bool(np.abs(after - before).max() > MOVED)
 
@@ -86,6 +93,16 @@ def _shows(problem: Problem, states: Array, i: int) -> bool:
                 ):
                     return True
     return False
+
+
+def _turns_what_is_aimed(problem: Problem, states: Array, i: int) -> bool:
+    """Say whether an entry of the state moves a body whose points or axes a problem speaks of."""
+    goal = problem.goal
+    bodies = [target.body for target in (*goal.points, *goal.directions, *problem.keep_outs)]
+    if not bodies:
+        return False
+    before, after = (problem.frames(x)[:, bodies] for x in (states, _turned(states, i)))
+    return bool(np.abs(after - before).max() > MOVED)
 
 
 def _visible(shape: object) -> list[int]:
