@@ -30,7 +30,7 @@ ON_ARRAYS: dict[str, np.ufunc] = {
     **{"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide},
     "fmax": np.maximum,
 }
-ORDERS = 5  # derivatives of an output that a flat map may use: 0 to 4
+ORDERS = 3  # of an output that a flat map may use: 0 to 2, which is what curves are drawn with
 
 
 class OutputSymbol(MachineSymbol):
@@ -45,7 +45,7 @@ class OutputSymbol(MachineSymbol):
 
 
 def output(name: str, order: int = 0) -> OutputSymbol:
-    """Return the symbol of a flat output, or of its derivative by time of an order up to 4."""
+    """Return the symbol of a flat output, or of its derivative by time of an order up to 2."""
     return OutputSymbol(name, order)
 
 

@@ -194,7 +194,7 @@ def _flatness(system: System) -> Iterator[Mistake]:
     outputs = getattr(system.flat, "outputs", ())
     known = {*system.coordinates, *system.parameters, *output_symbols(n for n, _ in outputs)}
     for symbol in sorted(symbols_used(system.flat) - known, key=str):
-        remedy = "Use output(name, order), coordinates and parameters."
+        remedy = "Use output(name, order) up to order 2, coordinates and parameters."
         yield Mistake(where, f"the symbol {symbol} means nothing here.", remedy)
 
 
