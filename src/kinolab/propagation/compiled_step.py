@@ -16,6 +16,10 @@ SAMPLES = 4  # of what a machine demands, along a step
 class CompiledStep:
     """One step of the machine, and where it leads.
 
+    Args:
+        problem: Whose machine.
+        method: Of integration; that of the problem when left out.
+
     Attributes:
         x: The state before a step.
         u: The inputs held during it.
@@ -24,7 +28,7 @@ class CompiledStep:
         ends: Of the cables at ``next``, shape (cables, 6).
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, method: str | None = None) -> None:
         model, bodies, cables = problem.model, len(problem.bodies), len(problem.cables)
         self.x: Any = (ctypes.c_double * model.nx)()
         self.next: Any = (ctypes.c_double * model.nx)()
@@ -36,8 +40,8 @@ class CompiledStep:
         self._p = model.parameter_vector()
         self._model = model  # owns the machine code behind the addresses
         pointer, number = ctypes.c_void_p, ctypes.c_double
-        method = f"step_{problem.scenario.integration.method}"
-        self._step = self._function(method, pointer, pointer, pointer, number, pointer)
+        stepper = f"step_{method or problem.scenario.integration.method}"
+        self._step = self._function(stepper, pointer, pointer, pointer, number, pointer)
         self._frames = self._function("frames", pointer, pointer, pointer)
         self._cables = self._function("cables", pointer, pointer, pointer)
         self._point_speed = self._function("point_speed", pointer, pointer, pointer, pointer)

@@ -26,8 +26,12 @@ class Rollout:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._calls, self.step = problem, CompiledStep(problem), problem.step
-        discrete = problem.scenario.integration.truth == "discrete"
+        settings = problem.scenario.integration
+        discrete = settings.truth == "discrete"
+        # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
+        coarse = settings.method == "euler" and not discrete
+        self._calls = CompiledStep(problem, "rk4" if coarse else settings.method)
+        self._problem, self.step = problem, problem.step
         self._pieces = 1 if discrete else _pieces(problem)
 
     def follow(self, x0: Array, u: Array) -> Array | None:
