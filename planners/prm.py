@@ -9,6 +9,7 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
 from kinolab.roadmap import Explorer, load_roadmap, save_roadmap
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
@@ -45,6 +46,9 @@ class PRM(AbstractPlanner):
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Ask the roadmap, and let it grow until it answers."""
         path = Path(self.roadmap) if self.roadmap else None
+        if path is not None and not path.parent.is_dir():
+            what = f"there is no folder {str(path.parent)!r}."
+            raise InputError([Mistake("[planner] roadmap", what, "Make it, or name another file.")])
         kept = load_roadmap(path, problem) if path is not None and path.exists() else None
         explorer = Explorer(problem, neighbours=self.neighbours, seed=seed, roadmap=kept)
         budget.restart()  # code for this machine was compiled and loaded until here

@@ -43,7 +43,8 @@ class Explorer:
         self._steering = Steering(problem)
         self._judge = Propagator(problem)
         self.rejections = self._judge.rejections
-        self._sampler = Sampler(problem, self._steering, self._judge, seed)
+        known = len(self.roadmap.milestones)  # which were drawn, and are not to be drawn again
+        self._sampler = Sampler(problem, self._steering, self._judge, (seed, known))
 
     def goals(self, count: int) -> list[Array]:
         """Return free states within the problem's goal, its middle first."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,11 @@ VERSION = 1
 
 
 def save_roadmap(path: Path, roadmap: Roadmap, problem: Problem) -> None:
-    """Write a roadmap as a whole file, with what it rests on."""
+    """Write a roadmap as a whole file, with what it rests on.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
     model = problem.model
     motions = list(roadmap.motions.values())
     out = io.BytesIO()
@@ -34,7 +37,11 @@ def save_roadmap(path: Path, roadmap: Roadmap, problem: Problem) -> None:
         **{f"of_{key}": np.array(value) for key, value in fingerprints(problem).items()},
     }
     np.savez_compressed(out, **tables)
-    write_whole(path, out.getvalue())
+    try:
+        write_whole(path, out.getvalue())
+    except OSError as error:
+        what = f"the roadmap cannot be written ({error.strerror})."
+        raise InputError([Mistake(str(path), what, "Name another file.")]) from error
 
 
 def load_roadmap(path: Path, problem: Problem) -> Roadmap:
@@ -48,7 +55,9 @@ def load_roadmap(path: Path, problem: Problem) -> Roadmap:
             content = {name: file[name] for name in file.files}
         _refuse_strangers(path, content, problem)
         return _roadmap(content, problem)
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except InputError:
+        raise
+    except Exception as error:  # there is no end to what a file of any kind makes readers raise
         what = f"it is no roadmap ({type(error).__name__}: {error})."
         raise InputError(
             [Mistake(str(path), what, "Name a file that does not exist yet.")]
@@ -56,8 +65,8 @@ def load_roadmap(path: Path, problem: Problem) -> Roadmap:
 
 
 def _refuse_strangers(path: Path, content: dict[str, np.ndarray], problem: Problem) -> None:
-    if int(content["version"]) != VERSION:
-        raise ValueError(f"its version is {content['version']}")
+    if content["version"].tolist() != VERSION:
+        raise ValueError(f"its version is not {VERSION}")
     wanted = fingerprints(problem)
     changed = [key for key, value in wanted.items() if str(content[f"of_{key}"]) != value]
     if changed:
@@ -71,9 +80,11 @@ def _roadmap(content: dict[str, np.ndarray], problem: Problem) -> Roadmap:
     milestones, pairs, steps = (content[name] for name in ("milestones", "pairs", "steps"))
     inputs = content["inputs"]
     sound = (
-        milestones.shape[1:] == (problem.model.nx,)
+        [table.dtype.kind for table in (milestones, inputs, pairs, steps)] == ["f", "f", "i", "i"]
+        and milestones.shape[1:] == (problem.model.nx,)
         and inputs.shape == (steps.sum(), problem.model.nu)
-        and len(pairs) == len(steps)
+        and pairs.shape == (*steps.shape, 2)
+        and steps.min(initial=1) >= 1
         and pairs.min(initial=0) >= 0
         and pairs.max(initial=-1) < len(milestones)
         and all(np.isfinite(table).all() for table in (milestones, inputs))

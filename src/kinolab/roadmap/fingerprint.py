@@ -8,6 +8,7 @@ import numpy as np
 
 from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.problem import Problem
+from kinolab.steering import ignorable
 
 
 def fingerprints(problem: Problem) -> dict[str, str]:
@@ -22,7 +23,11 @@ def fingerprints(problem: Problem) -> dict[str, str]:
             *shapes, repr((solids, world.ground, sorted(world.bounds.items()))).encode()
         ),
         "limits": _hash(*limits, repr(problem.keep_outs).encode()),
-        "integration": _hash(repr((integration.step, integration.truth)).encode()),
+        "integration": _hash(
+            repr((integration.step, integration.truth, integration.method)).encode()
+        ),
+        # Motions end anywhere in what is ignorable, which a goal may not be content with.
+        "relevance of coordinates": _hash(ignorable(problem).tobytes()),
     }
 
 

@@ -21,7 +21,9 @@ PATIENCE = 50  # draws without an equilibrium before a moving state will do
 class Sampler:
     """Draws free milestones: equilibria, and moving states where a configuration has none."""
 
-    def __init__(self, problem: Problem, steering: Steering, judge: Propagator, seed: int) -> None:
+    def __init__(
+        self, problem: Problem, steering: Steering, judge: Propagator, seed: int | tuple[int, ...]
+    ) -> None:
         self._problem, self._steering, self._judge = problem, steering, judge
         self._generator = np.random.default_rng(seed)
 
