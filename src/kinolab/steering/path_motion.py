@@ -21,9 +21,11 @@ SPARE = 0.9  # share of every limit that a motion may use; the rest is for what 
 FIRST_RAMP = 0.5  # [s]
 SLOW = Timing(100.0, 100.0)  # at which speeds show and forces do not
 LOOKS = 12  # at a path, before the work of finding its motion
+CLOSE = 128  # steps in which it is looked at whether slowness helps at all
 COARSE = 32  # steps in which a timing is tried
 MOST = 20_000  # steps of one motion
-TRIALS = 14  # timings that are tried
+TRIALS = 24  # timings that are tried
+PATIENCE = 10.0  # times the duration at full speed, after which slowness is no help
 KEPT = 1.0 + 1e-9  # share of a limit, rounding included
 GENTLER = 1.15  # factor on a timing that asks too much, at least
 REDUNDANT = 1e-13  # of a matrix's size, added to it where inputs can do the same
@@ -53,6 +55,7 @@ class PathMotion:
         lower, upper = model.control_bounds.T
         self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
         self._limited = np.flatnonzero(np.isfinite(problem.bounds).all(axis=1))
+        self._limited_rates = np.flatnonzero(np.isfinite(problem.rate_bounds).all(axis=1))
 
     def chain(self, paths: Sequence[Path], start: Array) -> Maneuver | None:
         """Return the motion along paths one after the other, with stops between them."""
@@ -82,30 +85,36 @@ class PathMotion:
             start: State at rest at the path's beginning, shape (nx,).
         """
         step = self._problem.step
-        found = self._motion(path, start, SLOW, COARSE)
-        if found is None:
-            return None
+        found = self._motion(path, start, SLOW, CLOSE)
+        if found is None or self._fastest(found) > KEPT:
+            return None  # the path itself, or its direction, passes a limit
         speed = SLOW.speed / max(self._fastest(found, first=self._model.nq), 1e-9)
-        ramp, count = max(FIRST_RAMP, 2 * step), COARSE
+        ramp, closely = max(FIRST_RAMP, 2 * step), False
+        longest = max(SLOW.duration, PATIENCE / speed)
         for _ in range(TRIALS):
             timing = Timing(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
+            if timing.duration > longest:
+                return None  # no slowness helps
             steps = round(timing.duration / step)
             if steps > MOST:
                 return None
-            count = min(count, steps)
+            count = steps if closely else min(COARSE, steps)
             found = self._motion(path, start, timing, count)
             if found is None:
                 return None
-            fast, hard = self._fastest(found), self._hardest(found)
+            fast, (hard, when) = self._fastest(found), self._hardest(found)
             if fast <= KEPT and hard <= KEPT:
                 if count == steps:
                     return found
-                count = steps  # now look at every step
+                closely = True
                 continue
+            cruising = timing.ramp < when * timing.duration < timing.ramp + timing.cruise
             if hard > KEPT:
                 ramp *= max(GENTLER, min(hard, 2.0))
                 speed = min(speed, 1.0 / ramp)
-            if fast > KEPT or ramp * speed > 0.5:
+            if hard > KEPT and cruising:
+                speed /= max(GENTLER, min(np.sqrt(hard), 2.0))  # forces grow with its square
+            elif fast > KEPT or ramp * speed > 0.5:
                 speed /= max(GENTLER, min(fast, 2.0))
         return None
 
@@ -119,19 +128,27 @@ class PathMotion:
             first: Entry of the state with which to begin.
         """
         limited = [i for i in self._limited if i >= first]
-        lower, upper = self._problem.bounds[limited].T
-        off = np.abs(motion.x[:, limited] - (lower + upper) / 2)
+        values, limits = motion.x[:, limited], self._problem.bounds[limited]
+        if len(self._limited_rates):
+            rates = self._model.velocity(motion.x)[:, self._limited_rates]
+            values = np.hstack([values, rates])
+            limits = np.vstack([limits, self._problem.rate_bounds[self._limited_rates]])
+        lower, upper = limits.T
+        off = np.abs(values - (lower + upper) / 2)
         allowed = np.maximum(SPARE * (upper - lower) / 2, np.maximum(off[0], off[-1]))
         return float((off / allowed).max(initial=0.0))
 
-    def _hardest(self, motion: Maneuver) -> float:
-        """Return the largest share that is used of the inputs' ranges, less what is spared."""
-        share = np.abs(motion.u - self._middle) / self._half
-        worst = float(share.max(initial=0.0)) / SPARE
+    def _hardest(self, motion: Maneuver) -> tuple[float, float]:
+        """Return the largest share that is used of the inputs' ranges, and when it is.
+
+        What is spared does not count; when is a share of the duration.
+        """
+        shares = (np.abs(motion.u - self._middle) / self._half).max(axis=1) / SPARE
         if self._problem.system.requirements:
             margins = self._model.requirements(motion.x[:-1], motion.u)
-            worst = max(worst, 1.5 if (margins < 0).any() else 0.0)
-        return worst
+            shares = np.where((margins < 0).any(axis=1), np.maximum(shares, 1.5), shares)
+        worst = int(np.argmax(shares))
+        return float(shares[worst]), (worst + 0.5) / motion.steps
 
     def _motion(self, path: Path, start: Array, timing: Timing, count: int) -> Maneuver | None:
         """Return states and inputs of as many steps; None where constraints forbid the path."""

@@ -54,6 +54,7 @@ class Steering(AbstractSteering):
         tracker: Feedback along motions.
         ways: Paths between places; those of machines that are not flat may be impossible.
         paths: Moves the machine along them; None where it has attitudes.
+        flat: Whether the ways are those of a flat machine.
         reversible: Whether a way back touches what the way there touches.
     """
 
@@ -65,8 +66,9 @@ class Steering(AbstractSteering):
         self.ways = ways_of(problem)
         attitudes = bool(problem.model.attitudes)
         self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates)
-        # Of flat machines a way back leads along the same curves and touches the same things.
-        self.reversible = problem.system.flat is not None
+        self.flat = problem.system.flat is not None
+        # A way back leads along the same curves and touches the same things.
+        self.reversible = self.flat and _goes_both_ways(problem)
 
     def steer(
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
@@ -89,7 +91,7 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
         """Yield motions that end near x1."""
-        if self.reversible and self.rests(x0) and self.rests(x1):
+        if self.flat and self.rests(x0) and self.rests(x1):
             yield from self._along_curves(x0, x1, worthwhile)
             return
         settled = settle(self._problem, x1)
@@ -137,6 +139,13 @@ class Steering(AbstractSteering):
         return bool(
             np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0) <= STILL
         )
+
+
+def _goes_both_ways(problem: Problem) -> bool:
+    """Say whether everything may be as fast in one direction as in the other."""
+    speeds = slice(problem.model.nq, problem.model.nq + len(problem.model.independent))
+    limits = np.vstack([problem.bounds[speeds], problem.rate_bounds])
+    return bool((limits[:, 0] == -limits[:, 1]).all())
 
 
 def _speed(problem: Problem, coordinate: str) -> float:
