@@ -77,7 +77,7 @@ class PRMGeometric(AbstractPlanner):
         if steering.paths is None:
             return None
         configurations = Configurations(problem, steering, goal, margin)
-        if configurations.dimension == 0:
+        if not configurations.differ:
             return None
         roadmap = GeometricRoadmap(configurations, problem.start, goal, seed, self.neighbours)
         while not budget.over:
@@ -132,8 +132,10 @@ class _Follower:
         """Yield what feedback shall follow from one configuration to the next."""
         assert self.steering.paths is not None
         for x0, x1 in pairwise(path):
-            ways = configurations.joined(x0, x1)
-            motion = None if ways is None else self.steering.paths.chain(ways, x0)
+            motions = (
+                self.steering.paths.chain(ways, x0) for ways in configurations.free_ways(x0, x1)
+            )
+            motion = next((found for found in motions if found is not None), None)
             if motion is None:
                 return
             yield motion

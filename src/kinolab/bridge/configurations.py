@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -53,9 +54,9 @@ class Configurations:
             self.space.setup()
 
     @property
-    def dimension(self) -> int:
-        """Number of free coordinates."""
-        return len(self._free)
+    def differ(self) -> bool:
+        """Whether there is more than one; OMPL has no use for a space of no dimension."""
+        return bool(self._free)
 
     def write(self, state: Any, x: Array) -> None:
         """Set an OMPL state from a machine's state."""
@@ -82,12 +83,11 @@ class Configurations:
         """Say whether a state keeps its limits and has room around it."""
         return self._judge.is_free(x.tolist())
 
-    def joined(self, x0: Array, x1: Array) -> list[Any] | None:
-        """Return the first free way from one state at rest to another; None where there is none."""
+    def free_ways(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
+        """Yield the free ways from one state at rest to another, each a list of paths."""
         for paths in self._steering.ways.ways(x0, x1):
             if all(self._has_room_along(path, x0) for path in paths):
-                return paths
-        return None
+                yield paths
 
     def _has_room_along(self, path: Any, x0: Array) -> bool:
         motion = self._steering.paths
@@ -117,7 +117,7 @@ class Ways(ob.MotionValidator):  # type: ignore[misc]
     def checkMotion(self, begin: Any, end: Any, *_: Any) -> bool:
         """Say whether there is one."""
         x0, x1 = (self._configurations.read(state) for state in (begin, end))
-        return x0 is not None and x1 is not None and bool(self._configurations.joined(x0, x1))
+        return x0 is not None and x1 is not None and any(self._configurations.free_ways(x0, x1))
 
 
 def _base(problem: Problem, steering: Steering) -> Array:
