@@ -72,13 +72,17 @@ class Plan:
 def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
     """Return a planner with the scenario's settings, overridden by those given here.
 
+    A planner other than the scenario's takes over what both have.
+
     Raises:
         InputError: If the planner or a setting does not exist.
     """
     section = problem.scenario.planner
     own = full_reference(section.name, problem.scenario.folder)
     chosen = own if name is None else full_reference(name, Path.cwd())
-    inherited = dict(section.settings) if chosen == own else {}
+    inherited = dict(section.settings)
+    if chosen != own:
+        inherited = planners.known_to(planners.get(chosen), inherited)
     return planners.make(chosen, inherited | settings)
 
 
