@@ -78,7 +78,7 @@ def interval(
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # what diverges is reported below
             result = solve_ivp(
-                lambda _, x: model.f(x, held),
+                model.rate_under(held),
                 span,
                 start,
                 method="DOP853",

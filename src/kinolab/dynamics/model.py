@@ -63,6 +63,7 @@ class Model:
     def __init__(self, system: System) -> None:
         facts, code = cached(machine_to_json(system), lambda: _build(system))
         self.system = system
+        self._functions: dict[str, Callable[..., int]] = {}  # compiled ones, as they are needed
         self._sizes: dict[str, int] = facts["sizes"]
         self._library = link(code, [*self._sizes, *FUNCTIONS])
         self.independent: tuple[int, ...] = tuple(facts["independent"])
@@ -155,6 +156,30 @@ class Model:
             status = self._single(_pointer(rows[bad]), _pointer(controls[bad]), *pointers[2:], 0)
             raise SingularError(_failure(self, status, rows[bad]))
         return out.reshape(states.shape)
+
+    def rate_under(self, u: ArrayLike, **parameters: float) -> Callable[[float, Array], Array]:
+        """Return f under inputs that are held, as a function of time in [s] and state, shape (nx,).
+
+        It is what integrators call again and again: what does not change is looked up once.
+
+        Raises:
+            SingularError: From the function, where the equations have no unique solution.
+        """
+        x, out = np.empty(self.nx), np.empty(self.nx)
+        held = np.ascontiguousarray(self._inputs(u, x))
+        p, function = self.parameter_vector(**parameters), self._single
+        pointers = [_pointer(array) for array in (x, held, p, out)]
+        kept = (held, p)  # the arrays behind the pointers
+
+        def rate(_: float, state: Array) -> Array:
+            x[:] = state
+            status = function(*pointers, 0)
+            if status:
+                raise SingularError(_failure(self, status, x))
+            assert kept
+            return out.copy()
+
+        return rate
 
     def step(
         self, x: ArrayLike, u: ArrayLike, dt: float, *, method: str = "rk4", **parameters: float
@@ -352,8 +377,11 @@ class Model:
         return np.ascontiguousarray(np.broadcast_to(values, shape))
 
     def _function(self, name: str, *, with_inputs: bool) -> Callable[..., int]:
-        pointers = (ctypes.c_void_p,) * (4 if with_inputs else 3)
-        return self._prototype(name, *pointers, ctypes.c_int64)
+        known = self._functions.get(name)
+        if known is None:
+            pointers = (ctypes.c_void_p,) * (4 if with_inputs else 3)
+            known = self._functions[name] = self._prototype(name, *pointers, ctypes.c_int64)
+        return known
 
     def _prototype(self, name: str, *types: Any) -> Callable[..., int]:
         return ctypes.CFUNCTYPE(ctypes.c_int32, *types)(self.address(name))
