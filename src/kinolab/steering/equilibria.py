@@ -15,6 +15,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 STILL = 1e-10  # of a state's scale per second: what counts as rest
 ROUNDS = 20  # of Newton's method
+DRAWN_BACK = 10  # of them look for the nearest equilibrium, the others for any
 SPARE = 0.98  # share of an input's range that may be used to stay
 
 
@@ -22,7 +23,8 @@ def settle(problem: Problem, x: Array) -> tuple[Array, Array] | None:
     """Return the equilibrium near a state, and the inputs that hold it; None where there is none.
 
     The smallest change of configuration and inputs, in units of scales and ranges, that stops all
-    motion (Newton's method on f(x, u) = 0 with all velocities 0).
+    motion (Newton's method on f(x, u) = 0 with all velocities 0, drawn back along the equilibria
+    to where it began).
 
     Args:
         problem: Whose machine.
@@ -38,7 +40,8 @@ def settle(problem: Problem, x: Array) -> tuple[Array, Array] | None:
     sizes = np.concatenate(
         [problem.scales * open_to_change, np.ptp(model.control_bounds, axis=1) / 2]
     )
-    for _ in range(ROUNDS):
+    begun = np.concatenate([y, u])
+    for k in range(ROUNDS):
         try:
             left = model.f(y, u) / problem.scales
         except SingularError:
@@ -49,7 +52,10 @@ def settle(problem: Problem, x: Array) -> tuple[Array, Array] | None:
             return (y, u) if _holds(problem, y, u) else None
         A, B = model.jacobian(y, u)
         rows = np.hstack([A, B]) * sizes / problem.scales[:, None]
-        change = np.linalg.lstsq(rows, -left, rcond=1e-10)[0] * sizes
+        back = np.zeros(len(sizes))
+        if k < DRAWN_BACK:
+            np.divide(begun - np.concatenate([y, u]), sizes, out=back, where=sizes > 0)
+        change = (back + np.linalg.lstsq(rows, -left - rows @ back, rcond=1e-10)[0]) * sizes
         y, u = y + change[: model.nx], u + change[model.nx :]
         y = model.project(y)
     return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,8 +98,8 @@ def _shows(problem: Problem, states: Array, i: int) -> bool:
 def _turns_what_is_aimed(problem: Problem, states: Array, i: int) -> bool:
     """Say whether an entry of the state moves a body whose points or axes a problem speaks of."""
     goal = problem.goal
-    targets: tuple[Any, ...] = (*goal.points, *goal.directions, *problem.keep_outs)
-    bodies = [target.body for target in targets]
+    bodies = [point.body for point in goal.points]
+    bodies += [axis.body for axis in goal.directions] + [cone.body for cone in problem.keep_outs]
     if not bodies:
         return False
     before, after = (problem.frames(x)[:, bodies] for x in (states, _turned(states, i)))
