@@ -93,7 +93,8 @@ class Closing:
     def _change(self, u: Array, x: Array, error: Array) -> Array:
         """Return the smallest change of all inputs that moves the end by ``error``."""
         gain = self._end_by_inputs(x, u)
-        rows, total = gain.reshape(len(error), -1), np.zeros(u.size)
+        rows, total = self._turns(gain.reshape(len(error), -1), x[-1]), np.zeros(u.size)
+        error = self._turns(error[:, None], x[-1])[:, 0]
         room = np.stack([self._lower - u, self._upper - u]) / self._range
         below, above = room[0].ravel(), room[1].ravel()
         free = np.ones(u.size, dtype=bool)
@@ -108,6 +109,17 @@ class Closing:
                 break
             free &= ~beyond
         return np.asarray(total.reshape(u.shape) * self._range)
+
+    def _turns(self, columns: Array, x: Array) -> Array:
+        """Return differences of states, shape (nx, n), without any of a quaternion's length.
+
+        No input changes the length, and what rounding leaves of it would ask for large inputs.
+        """
+        columns = columns.copy()
+        for first in self._problem.model.attitudes.values():
+            four = slice(first, first + 4)
+            columns[four] -= np.outer(x[four], x[four] @ columns[four])
+        return columns
 
     def _end_by_inputs(self, x: Array, u: Array) -> Array:
         """Return the derivative of the end by every input, in scaled units, (nx, N, nu)."""

@@ -16,6 +16,7 @@ from kinolab.steering.rollout import Rollout
 
 Array: TypeAlias = NDArray[np.float64]
 
+LAST = 10.0  # of the end of a motion against the states on its way
 CHEAP = 1.0  # of a full input against a state that is off by its scale
 
 
@@ -61,7 +62,7 @@ class Tracker:
     def gains(self, motion: Maneuver) -> Array:
         """Return the gains along a motion, shape (N, nu, nx), by Riccati's recursion."""
         A, B = self._rollout.linearise(motion.x, motion.u)
-        P, gains = 10.0 * self._Q, np.empty((motion.steps, motion.u.shape[1], motion.x.shape[1]))
+        P, gains = LAST * self._Q, np.empty((motion.steps, motion.u.shape[1], motion.x.shape[1]))
         for k in range(motion.steps - 1, -1, -1):
             a, b = A[k] * self._matters[:, None] * self._matters, B[k] * self._matters[:, None]
             gains[k] = np.linalg.solve(self._R + b.T @ P @ b, b.T @ P @ a)
