@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.symbols import Coordinate
-from kinolab.problem import Problem
+from kinolab.problem import ROUNDING, Problem
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.timing import Timing
 
@@ -134,8 +134,9 @@ class PathMotion:
             values = np.hstack([values, rates])
             limits = np.vstack([limits, self._problem.rate_bounds[self._limited_rates]])
         lower, upper = limits.T
-        off = np.abs(values - (lower + upper) / 2)
-        allowed = np.maximum(SPARE * (upper - lower) / 2, np.maximum(off[0], off[-1]))
+        off, half = np.abs(values - (lower + upper) / 2), (upper - lower) / 2
+        ends = np.minimum(np.maximum(off[0], off[-1]), half + ROUNDING)
+        allowed = np.maximum(SPARE * half, ends)
         return float((off / allowed).max(initial=0.0))
 
     def _hardest(self, motion: Maneuver) -> tuple[float, float]:
