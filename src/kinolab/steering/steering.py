@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
+from kinolab.steering.braking import Brake
 from kinolab.steering.closing import Closing
 from kinolab.steering.equilibria import STILL, settle
 from kinolab.steering.maneuver import Maneuver
@@ -45,13 +46,14 @@ class AbstractSteering(ABC):
 class Steering(AbstractSteering):
     """All ways of steering that a machine allows.
 
-    From rest to rest: curves of a flat machine. Otherwise: feedback about the end where it is an
-    equilibrium that feedback holds, and a boundary-value problem by shooting.
+    To rest: curves of a flat machine, after braking where it moves. Otherwise: feedback about the
+    end where it is an equilibrium that feedback holds, and a boundary-value problem by shooting.
 
     Attributes:
         rollout: Follows inputs.
         closing: Makes motions end where they must.
         tracker: Feedback along motions.
+        brake: Brings the machine to rest.
         ways: Paths between places; those of machines that are not flat may be impossible.
         paths: Moves the machine along them; None where it has attitudes.
         flat: Whether the ways are those of a flat machine.
@@ -63,6 +65,7 @@ class Steering(AbstractSteering):
         self.rollout = Rollout(problem)
         self.closing = Closing(problem, self.rollout)
         self.tracker = Tracker(problem, self.rollout)
+        self.brake = Brake(problem, self.rollout, self.closing, self.tracker)
         self.ways = ways_of(problem)
         attitudes = bool(problem.model.attitudes)
         self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates)
@@ -94,6 +97,8 @@ class Steering(AbstractSteering):
         if self.flat and self.rests(x0) and self.rests(x1):
             yield from self._along_curves(x0, x1, worthwhile)
             return
+        if self.flat and self.rests(x1):
+            yield from self._after_braking(x0, x1, worthwhile)
         settled = settle(self._problem, x1)
         if settled is not None and np.abs(self.closing.miss(settled[0], x1)).max() < 1e-6:
             held = self.tracker.settle_at(x0, x1, settled[1], SETTLING)
@@ -110,6 +115,17 @@ class Steering(AbstractSteering):
                 motion = self.paths.chain(paths, x0)
                 if motion is not None:
                     yield motion
+
+    def _after_braking(
+        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
+    ) -> Iterator[Maneuver]:
+        stopped = self.brake.stop(x0)
+        if stopped is None or not worthwhile(stopped.x):
+            return
+        rest = stopped.x[-1].copy()
+        rest[self._problem.model.nq :] = x1[self._problem.model.nq :]  # 0, and not just about
+        for onward in self._along_curves(rest, x1, worthwhile):
+            yield stopped.then(onward)
 
     def _idle(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
         """Yield motions under inputs that hold the machine, as a boundary-value problem begins."""
