@@ -65,7 +65,7 @@ class Brake:
 
     def _slowed(self, x0: Array) -> Maneuver | None:
         """Return the motion under the inputs that take most of every speed, step by step."""
-        states, inputs = [x0], []
+        states, inputs = [x0], list[Array]()
         while self._fast(states[-1]) and len(inputs) < LONGEST:
             u = self._against(states[-1])
             reached = self._rollout.follow(states[-1], u[None])
