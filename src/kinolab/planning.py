@@ -22,6 +22,7 @@ EXIT_CODES = {
     "simulated": 0,
     "not_found": 3,
     "approximate": 4,
+    "local_minimum": 4,  # 3 where it is no nearer than the start
     "verification_failed": 7,
     "interrupted": 130,
 }
@@ -32,8 +33,8 @@ class Plan:
     """What planning gave.
 
     Attributes:
-        status: ``solved`` (found and verified), ``approximate``, ``not_found``,
-            ``verification_failed`` or ``interrupted``.
+        status: ``solved`` (found and verified), ``approximate``, ``local_minimum``,
+            ``not_found``, ``verification_failed`` or ``interrupted``.
         trajectory: The re-simulated motion, None where nothing was found.
         certificate: The outcome of all checks, None where nothing was found.
         planner: Name of the planner.
@@ -61,6 +62,8 @@ class Plan:
     @property
     def exit_code(self) -> int:
         """What the command line returns."""
+        if self.status == "local_minimum" and self.trajectory is None:
+            return EXIT_CODES["not_found"]
         return EXIT_CODES[self.status]
 
     @property
@@ -153,12 +156,13 @@ def _judge(
     timings["simulate"] = time.perf_counter() - begun
     outcome = _outcome(problem, result.outcome, trajectory)
     found = outcome is not Outcome.NOT_FOUND and len(trajectory.u) > 0
+    missed = outcome in (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)
     certificate = None
     if outcome is Outcome.SOLVED or (found and outcome is not Outcome.INTERRUPTED):
         begun = time.perf_counter()
         certificate = verify(problem, trajectory)
         timings["verify"] = time.perf_counter() - begun
-        if outcome is Outcome.APPROXIMATE and certificate.passed:
+        if missed and certificate.passed:
             outcome = Outcome.SOLVED  # the true motion reaches what the planner's own one missed
     return Plan(
         _status(outcome, certificate),

@@ -30,6 +30,10 @@ class Outcome(Enum):
     SOLVED = "Found a trajectory into the goal region."
     APPROXIMATE = "Did not reach the goal; the nearest approach is kept."
     NOT_FOUND = "Found no motion that comes nearer to the goal than the start."
+    LOCAL_MINIMUM = (
+        "Stuck in a local minimum of the potential; the nearest approach is kept. "
+        "Raise [planner] escapes or set navigation = true."
+    )
     INTERRUPTED = "Interrupted; the nearest approach is kept."
 
 

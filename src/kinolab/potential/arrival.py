@@ -1,0 +1,122 @@
+"""The last step into the goal: inputs by shooting, from a state that is near it.
+
+A field brings a machine near its goal, hardly to rest in it with every coordinate right. Here the
+inputs are held piecewise for several durations, and least squares on the goal's errors at the end
+moves them, each error counted in its tolerance. Another way to steer between two states can take
+this one's place: ``Arrival.inputs`` is all that the search calls.
+
+Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (direct shooting).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from kinolab.attitude import multiply
+from kinolab.potential.rollout import Rollout
+from kinolab.problem import Problem
+from kinolab.propagation import Propagator
+
+Array: TypeAlias = NDArray[np.float64]
+
+PIECES = 8  # for which inputs are held, one after the other
+LENGTHS = (1.0, 2.0, 4.0, 8.0)  # durations that are tried, in horizons
+ENOUGH = 0.5  # of the tolerance: what is left covers the integrator's error
+ROUNDS = 15  # of least squares
+EFFORT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
+NUDGE = 1e-4  # of an input's range, for slopes by differences
+
+
+class Arrival:
+    """Looks for the last motion into the goal.
+
+    Args:
+        problem: With the goal.
+        steps: Of the shortest motion that is tried.
+        propagator: Judges what is found.
+        stop: Says that the search must end.
+    """
+
+    def __init__(
+        self, problem: Problem, steps: int, propagator: Propagator, stop: Callable[[], bool]
+    ) -> None:
+        self._problem, self._propagator, self._stop = problem, propagator, stop
+        self._rollout = Rollout(problem)
+        self._holds = [max(1, round(length * steps / PIECES)) for length in LENGTHS]
+
+    def inputs(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
+        for hold in dict.fromkeys(self._holds):
+            if self._stop():
+                return None
+            rows = self._shoot(x, hold)
+            if rows is not None:
+                motion = self._judged(x, np.repeat(rows, hold, axis=0))
+                if motion is not None:
+                    return motion
+        return None
+
+    def _shoot(self, x: Array, hold: int) -> Array | None:
+        """Return inputs (pieces, nu) that lead into the goal, as far as obstacles allow."""
+        model = self._problem.model
+        lower, upper = (np.tile(b, PIECES) for b in model.control_bounds.T)
+        span, middle = upper - lower, (lower + upper) / 2
+
+        def end(shares: Array) -> Array | None:
+            inputs = (middle + shares * span).reshape(PIECES, model.nu)
+            return self._rollout.end_of(x, inputs, hold)
+
+        def residual(shares: Array) -> Array:
+            reached = end(shares)
+            errors = goal_errors(self._problem, x if reached is None else reached)
+            return np.concatenate([errors, EFFORT * shares])
+
+        def slopes(shares: Array) -> Array:
+            base = residual(shares)
+            signs = np.where(shares > 0, -NUDGE, NUDGE)
+            moved = [residual(shares + step) for step in np.diag(signs)]
+            return ((np.array(moved) - base) / signs[:, None]).T
+
+        result = least_squares(
+            residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=ROUNDS
+        )
+        reached = end(result.x)
+        if reached is None or self._problem.goal_excess(reached) > ENOUGH:
+            return None
+        found: Array = (middle + result.x * span).reshape(PIECES, model.nu)
+        return np.clip(found, *model.control_bounds.T)
+
+    def _judged(self, x: Array, rows: Array) -> list[tuple[Array, Array]] | None:
+        """Follow inputs until the goal is reached; None where anything is in the way."""
+        motion = []
+        for u in rows:
+            reached, free = self._propagator.step(x.tolist(), u.tolist(), self._problem.step)
+            if not free:
+                return None
+            x = np.array(reached)
+            motion.append((u, x))
+        return motion if self._problem.goal_excess(x) <= 1.0 else None
+
+
+def goal_errors(problem: Problem, x: Array) -> Array:
+    """Return the goal's errors, each in its tolerance; smooth in x, all 0 in the goal's middle."""
+    goal = problem.goal
+    errors = [goal.deviations(x) / goal.tolerances]
+    for attitude in goal.attitudes:
+        away = np.array([-1.0, -1.0, -1.0, 1.0]) * attitude.target
+        turn = multiply(away, x[attitude.index : attitude.index + 4])
+        errors.append(2 * np.copysign(1.0, turn[3]) * turn[:3] / attitude.tolerance)
+    if goal.needs_frames:
+        poses = problem.frames(x).reshape(-1, 3, 4)
+        for point in goal.points:
+            reached = poses[point.body, :, :3] @ point.at + poses[point.body, :, 3]
+            errors.append((reached - point.position) / point.tolerance)
+        for direction in goal.directions:
+            turned = poses[direction.body, :, :3] @ direction.axis
+            errors.append((turned - direction.target) / direction.tolerance)
+    return np.concatenate(errors)

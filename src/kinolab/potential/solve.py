@@ -1,0 +1,149 @@
+"""The whole search: build the field, follow it, escape from its minima, say how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.motion import DivergedError, resimulate
+from kinolab.potential.arrival import Arrival
+from kinolab.potential.build import navigation_field, plain_field
+from kinolab.potential.descent import Descent, Ending
+from kinolab.potential.escapes import Escapes
+from kinolab.potential.field import Field
+from kinolab.potential.lookahead import Lookahead
+from kinolab.potential.pullback import Projection
+from kinolab.potential.repulsion import Repulsion
+from kinolab.potential.trail import Trail
+from kinolab.problem import Problem
+from kinolab.propagation import Propagator
+from kinolab.search import Budget, Outcome, SearchResult
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldSettings:
+    """What the search needs to know; the planner says what each one means."""
+
+    navigation: bool
+    escapes: int
+    pull: float
+    damping: float
+    repulsion: float
+    influence: float
+    horizon: float
+    draws: int
+    resolution: float
+    memory: float
+    berth: float
+    near: float
+    patience: float
+
+
+def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) -> SearchResult:
+    """Search for a motion into the goal down a potential field."""
+    propagator = Propagator(problem)
+    if settings.navigation:
+        import fteikpy  # noqa: F401  # compiled at its first import, which is no part of a search
+    budget.restart()
+    field = _field(problem, settings, budget)
+    if field is None:
+        return _result(problem, Trail([problem.start]), Ending.BUDGET, budget, propagator, {})
+    projection = Projection(problem.model, settings.pull, settings.damping)
+    descent = _descent(field, projection, settings, propagator, budget)
+    escapes = Escapes(
+        field, descent, projection, propagator, settings.escapes, lambda t: _truly(problem, t)
+    )
+    ending, trail = escapes.search(problem, np.random.default_rng(seed), budget)
+    statistics = {"minima": float(len(escapes.minima)), "escapes": float(escapes.made)}
+    statistics |= {"missed_the_goal_in_truth": float(escapes.missed)}
+    if escapes.minima:
+        statistics |= _where(problem, escapes)
+    return _result(problem, trail, ending, budget, propagator, statistics)
+
+
+def _field(problem: Problem, settings: FieldSettings, budget: Budget) -> Field | None:
+    repulsion = Repulsion(settings.repulsion, settings.influence)
+    if not settings.navigation:
+        return plain_field(problem, repulsion)
+    return navigation_field(
+        problem,
+        repulsion,
+        resolution=settings.resolution,
+        memory=settings.memory,
+        berth=settings.berth,
+        stop=lambda: budget.over,
+    )
+
+
+def _descent(
+    field: Field,
+    projection: Projection,
+    settings: FieldSettings,
+    propagator: Propagator,
+    budget: Budget,
+) -> Descent:
+    problem = field.problem
+    steps = _steps(settings.horizon, problem)
+    lookahead = Lookahead(field, projection, steps, settings.draws)
+    arrival = Arrival(problem, steps, propagator, lambda: budget.over)
+    patience = _steps(settings.patience, problem)
+    return Descent(field, lookahead, arrival, propagator, settings.near, patience)
+
+
+def _steps(duration: float, problem: Problem) -> int:
+    return max(1, round(min(duration / problem.step, 10_000.0)))
+
+
+def _truly(problem: Problem, trail: Trail) -> bool:
+    """Say whether the true motion reaches the goal too."""
+    try:
+        return problem.goal_excess(resimulate(problem, *_rows(problem, trail)).x[-1]) <= 1.0
+    except DivergedError:
+        return False
+
+
+def _rows(problem: Problem, trail: Trail) -> tuple[Array, Array]:
+    u = np.array(trail.inputs, dtype=float).reshape(-1, problem.model.nu)
+    t: Array = problem.step * np.arange(len(u) + 1.0)
+    return t, u
+
+
+def _where(problem: Problem, escapes: Escapes) -> dict[str, float]:
+    """Return where the lowest minimum is, by the names of the configuration."""
+    lowest = min(escapes.minima, key=lambda minimum: minimum.height)
+    names = problem.model.state_names[: problem.model.nq]
+    place = {f"minimum_{n}": float(v) for n, v in zip(names, lowest.trail.end, strict=False)}
+    return {"minimum_potential": lowest.height, **place}
+
+
+def _result(
+    problem: Problem,
+    trail: Trail,
+    ending: Ending,
+    budget: Budget,
+    propagator: Propagator,
+    statistics: Mapping[str, float],
+) -> SearchResult:
+    t, u = _rows(problem, trail)
+    rejections = propagator.rejections
+    counted = {f"rejected_by_{cause}": float(n) for cause, n in rejections.counts.items()}
+    outcome = _outcome(ending, budget, len(u))
+    return SearchResult(
+        outcome, t, u, budget.iterations, {**counted, **statistics}, rejections.shares()
+    )
+
+
+def _outcome(ending: Ending, budget: Budget, steps: int) -> Outcome:
+    if ending is Ending.GOAL:
+        return Outcome.SOLVED
+    if ending is Ending.MINIMUM:
+        return Outcome.LOCAL_MINIMUM
+    if budget.interrupted:
+        return Outcome.INTERRUPTED
+    return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND
