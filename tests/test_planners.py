@@ -70,7 +70,9 @@ def test_every_seed_that_a_scenario_may_have_is_repeatable(
     assert bits(first) == bits(second)
 
 
-@every_planner
+# A field that leads straight to the goal takes none of the inputs that it draws; what the seed does
+# where a field is stuck is tested beside its escapes.
+@pytest.mark.parametrize("name", [name for name in planners.names() if name != "potential_field"])
 def test_different_seeds_give_different_motions(name: str, table: Problem) -> None:
     seeds = (0, 1, 2, 3, 2**32 + 1, 2**33 + 1)
     found = {bits(table.solve(planner=name, seed=seed, max_iterations=5000)) for seed in seeds}

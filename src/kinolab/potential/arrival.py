@@ -47,10 +47,13 @@ class Arrival:
     ) -> None:
         self._problem, self._propagator, self._stop = problem, propagator, stop
         self._rollout = Rollout(problem)
+        self._failed: Array | None = None  # where nothing was found, so that it is not tried again
         self._holds = [max(1, round(length * steps / PIECES)) for length in LENGTHS]
 
     def inputs(self, x: Array) -> list[tuple[Array, Array]] | None:
         """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
+        if self._failed is not None and np.array_equal(x, self._failed):
+            return None
         for hold in dict.fromkeys(self._holds):
             if self._stop():
                 return None
@@ -59,6 +62,7 @@ class Arrival:
                 motion = self._judged(x, np.repeat(rows, hold, axis=0))
                 if motion is not None:
                     return motion
+        self._failed = x
         return None
 
     def _shoot(self, x: Array, hold: int) -> Array | None:
