@@ -12,14 +12,17 @@ from kinolab.potential.attraction import Straight
 from kinolab.potential.control_points import ControlPoint, control_points, place
 from kinolab.potential.eikonal import Navigation, navigation
 from kinolab.potential.field import Field, PointPotential, Pull
+from kinolab.potential.patience import unless_stopped
 from kinolab.potential.repulsion import Repulsion
-from kinolab.potential.workspace import grid_of, open_cells
+from kinolab.potential.workspace import grid_of, is_open, open_cells
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
 FOLLOWS = 0.3  # weight of the end of a body that follows, against 1 for the one that leads
 CELL = 0.7  # of half the body's width: edge of a cell where the user gives none
+HALVINGS = 3  # of a cell's edge, where the start is cut off from the goal
+SHRINKS = 0.9  # share of its edge below which a smaller cell may open a gap
 FINEST = 200.0  # cells along a workspace, where the user gives no edge
 
 
@@ -67,9 +70,18 @@ def _navigation(
     berth: float,
     stop: Callable[[], bool],
 ) -> Navigation | None:
+    """Return the way to a point's goal; cells are halved while they cut the start off."""
     grid = grid_of(problem, point, edge, memory)
     free = open_cells(problem, point, grid, stop)
-    return None if free is None or stop() else navigation(free, grid, point.goal, berth)
+    for _ in range(HALVINGS):
+        finer = grid_of(problem, point, grid.size / 2, memory)
+        if free is None or is_open(problem, point, grid, free) or finer.size > SHRINKS * grid.size:
+            break
+        grid, free = finer, open_cells(problem, point, finer, stop)
+    if free is None:
+        return None
+    cells = free
+    return unless_stopped(lambda: navigation(cells, grid, point.goal, berth), stop)
 
 
 def _edge(problem: Problem, point: ControlPoint) -> float:

@@ -45,7 +45,7 @@ def control_points(problem: Problem) -> list[ControlPoint]:
     """Return the points whose place in the goal is known; none where the goal names no place.
 
     A slender body that is free to turn is led by both its ends, and so to the goal's attitude;
-    any other one by its centre.
+    any other one by its centre, or by the origin of its frame.
     """
     generator = np.random.default_rng(0)
     goals = np.array([problem.sample_goal(generator, spread=0.0) for _ in range(SAMPLES)])
@@ -78,8 +78,12 @@ def _points_of(problem: Problem, carrier: Carrier, goals: Array) -> Iterator[Con
     if all(_known(place(at, poses)) for at in ends.values()) and ends:
         for end, at in ends.items():
             yield ControlPoint(carrier, at, place(at, poses)[0], f"{end} of {name}")
-    elif _known(place(carrier.centre, poses)):
-        yield ControlPoint(carrier, carrier.centre, place(carrier.centre, poses)[0], name)
+        return
+    for at in (carrier.centre, np.zeros(3)):
+        # Where the goal leaves the attitude free, the frame's origin may still have its place.
+        if _known(place(at, poses)):
+            yield ControlPoint(carrier, at, place(at, poses)[0], name)
+            return
 
 
 def _known(places: Array) -> bool:

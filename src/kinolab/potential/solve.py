@@ -16,6 +16,7 @@ from kinolab.potential.descent import Descent, Ending
 from kinolab.potential.escapes import Escapes
 from kinolab.potential.field import Field
 from kinolab.potential.lookahead import Lookahead
+from kinolab.potential.patience import unless_stopped
 from kinolab.potential.pullback import Projection
 from kinolab.potential.repulsion import Repulsion
 from kinolab.potential.trail import Trail
@@ -49,7 +50,7 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
     """Search for a motion into the goal down a potential field."""
     propagator = Propagator(problem)
     if settings.navigation:
-        import fteikpy  # noqa: F401  # compiled at its first import, which is no part of a search
+        unless_stopped(_load_solver, lambda: budget.interrupted)
     budget.restart()
     field = _field(problem, settings, budget)
     if field is None:
@@ -60,11 +61,17 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
         field, descent, projection, propagator, settings.escapes, lambda t: _truly(problem, t)
     )
     ending, trail = escapes.search(problem, np.random.default_rng(seed), budget)
-    statistics = {"minima": float(len(escapes.minima)), "escapes": float(escapes.made)}
+    statistics = {"potential_at_start": float(field.potential(problem.start[None])[0])}
+    statistics |= {"minima": float(len(escapes.minima)), "escapes": float(escapes.made)}
     statistics |= {"missed_the_goal_in_truth": float(escapes.missed)}
     if escapes.minima:
         statistics |= _where(problem, escapes)
     return _result(problem, trail, ending, budget, propagator, statistics)
+
+
+def _load_solver() -> None:
+    """Import the eikonal solver, which is compiled at its first import: no part of a search."""
+    import fteikpy  # noqa: F401
 
 
 def _field(problem: Problem, settings: FieldSettings, budget: Budget) -> Field | None:

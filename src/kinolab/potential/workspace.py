@@ -103,6 +103,13 @@ def open_cells(
     return free
 
 
+def is_open(problem: Problem, point: ControlPoint, grid: Grid, free: Mask) -> bool:
+    """Say whether the start is in an open cell or beside one."""
+    cell = grid.cell_of(_at(problem, point, problem.start))
+    around = tuple(slice(max(k - 1, 0), k + 2) for k in cell)
+    return bool(free[around].any())
+
+
 def around_goal(grid: Grid, goal: Array) -> list[tuple[int, ...]]:
     """Return the cells that have the goal as a corner."""
     upper = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
