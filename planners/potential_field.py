@@ -20,19 +20,41 @@ class PotentialField(AbstractPlanner):
 
     name: ClassVar[str] = "potential_field"
 
-    navigation: bool = setting(True)  # whether ways around obstacles are known, not only distances
-    escapes: int = setting(1000, 0)  # random motions out of minima before the search gives up
-    pull: float = setting(1.0, 0.0)  # [m/s^2] acceleration asked for where the slope is 1
-    damping: float = setting(1.0, 0.0)  # [1/s] rate at which velocities that nothing pulls fade
-    repulsion: float = setting(1e-3, 0.0)  # [m^3] gain of the push off obstacles
-    influence: float = setting(0.3, 1e-3)  # [m] gap below which obstacles push
-    horizon: float = setting(2.0, 0.0)  # [s] after which inputs are judged by where they lead
-    draws: int = setting(6, 0, 1000)  # random inputs that are judged besides those of the field
-    resolution: float = setting(0.0, 0.0)  # [m] edge of the navigation's cells; 0: from the body
-    memory: float = setting(16.0, 0.1)  # [MB] for the cells of one control point; they grow to fit
-    berth: float = setting(0.5, 0.0)  # [m] from obstacles that ways keep where there is room
-    near: float = setting(3.0, 0.0)  # [m] of way left, below which the last motion is looked for
-    patience: float = setting(3.0, 0.0)  # [s] without progress that make a local minimum
+    navigation: bool = setting(
+        True, meaning="Whether ways around obstacles are known, and not distances alone."
+    )
+    escapes: int = setting(
+        1000, 0, meaning="How many random motions out of minima are made before it gives up."
+    )
+    pull: float = setting(
+        1.0, 0.0, unit="m/s^2", meaning="Acceleration that is asked for where the slope is 1."
+    )
+    damping: float = setting(
+        1.0, 0.0, unit="1/s", meaning="Rate at which velocities fade that nothing pulls."
+    )
+    repulsion: float = setting(1e-3, 0.0, unit="m^3", meaning="Gain of the push off obstacles.")
+    influence: float = setting(0.3, 1e-3, unit="m", meaning="Gap below which obstacles push.")
+    horizon: float = setting(
+        2.0, 0.0, unit="s", meaning="After which time inputs are judged by where they lead."
+    )
+    draws: int = setting(
+        6, 0, 1000, meaning="How many random inputs are judged besides those of the field."
+    )
+    resolution: float = setting(
+        0.0, 0.0, unit="m", meaning="Edge of the navigation's cells; 0 takes it from the body."
+    )
+    memory: float = setting(
+        16.0, 0.1, unit="MB", meaning="For the cells of one control point, which grow to fit."
+    )
+    berth: float = setting(
+        0.5, 0.0, unit="m", meaning="How far from obstacles ways keep where there is room."
+    )
+    near: float = setting(
+        3.0, 0.0, unit="m", meaning="Length of the way left below which the last motion is sought."
+    )
+    patience: float = setting(
+        3.0, 0.0, unit="s", meaning="Time without progress that makes a local minimum."
+    )
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Follow the field until the goal; escape from minima while there are escapes left."""

@@ -1,10 +1,10 @@
 """FCL behind one door: does this shape touch that obstacle?
 
 What decides about collision only ever asks FCL whether two things collide, never how far apart or
-how deep they are: see ``separation``. Its answers have a tolerance, which ``TOUCH`` covers: of 1500 random contacts of a
-cylinder with a box, python-fcl 0.7.0.11 missed 1092 that overlap by 1e-7 m, 11 at 1e-6 m, one at
-5e-6 m and none at 1e-5 m; the other pairs do better. Its second solver, GST_INDEP, misses
-overlaps of a millimetre and is not used.
+how deep they are: see ``separation``. Its answers have a tolerance, which ``TOUCH`` covers: of 1500
+random contacts of a cylinder with a box, python-fcl 0.7.0.11 missed 1092 that overlap by 1e-7 m, 11
+at 1e-6 m, one at 5e-6 m and none at 1e-5 m; the other pairs do better. Its second solver,
+GST_INDEP, misses overlaps of a millimetre and is not used.
 """
 
 from __future__ import annotations
