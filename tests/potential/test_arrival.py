@@ -9,10 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.potential.arrival import Arrival, goal_errors
-from kinolab.potential.rollout import Rollout
 from kinolab.problem import Problem
-from kinolab.propagation import Propagator
+from kinolab.propagation import HeldInputs, Propagator
+from kinolab.steering.arrival import Arrival, goal_errors
 from tests.support import OPEN, WALL, problem_of
 
 Array = NDArray[np.float64]
@@ -90,12 +89,12 @@ def test_goal_errors_vanish_in_the_middle_of_the_goal_and_are_shares_of_toleranc
 def test_a_rollout_is_the_model_s_own_steps(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN)
     x, u = problem.start, np.array([0.7, -0.2])
-    end = Rollout(problem).end(x, u, 7)
+    end = HeldInputs(problem).end(x, u, 7)
     for _ in range(7):
         x = problem.model.step(x, u, problem.step)
     assert end is not None
     assert end.tobytes() == x.tobytes()
-    held = Rollout(problem).end_of(problem.start, np.array([u, -u]), 3)
+    held = HeldInputs(problem).end_of(problem.start, np.array([u, -u]), 3)
     x = problem.start
     for row in (u, -u):
         for _ in range(3):

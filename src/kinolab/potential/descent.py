@@ -8,12 +8,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.potential.arrival import Arrival
 from kinolab.potential.field import Field
 from kinolab.potential.lookahead import Lookahead
 from kinolab.potential.trail import Trail
 from kinolab.propagation import Propagator
 from kinolab.search import Budget
+from kinolab.steering import Arrival
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from kinolab.errors import KinolabError
 from kinolab.potential.bounded import bounded_least_squares
 from kinolab.potential.field import Field
 from kinolab.potential.pullback import Projection, independent_entries
-from kinolab.potential.rollout import Rollout
+from kinolab.propagation import HeldInputs
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Lookahead:
     def __init__(self, field: Field, projection: Projection, steps: int, draws: int) -> None:
         self._field, self._projection = field, projection
         self.steps, self._draws = steps, draws
-        self._rollout = Rollout(field.problem)
+        self._rollout = HeldInputs(field.problem)
         self._lower, self._upper = field.problem.model.control_bounds.T
 
     def proposals(self, x: Array, u: Array, generator: np.random.Generator) -> list[Proposal]:

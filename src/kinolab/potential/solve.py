@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.motion import DivergedError, resimulate
-from kinolab.potential.arrival import Arrival
 from kinolab.potential.build import navigation_field, plain_field
 from kinolab.potential.descent import Descent, Ending
 from kinolab.potential.escapes import Escapes
@@ -23,6 +22,7 @@ from kinolab.potential.trail import Trail
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
 from kinolab.search import Budget, Outcome, SearchResult
+from kinolab.steering import Arrival
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -1,8 +1,9 @@
 """One step of a machine and whether it may be made; what every planner is built on."""
 
 from kinolab.propagation.compiled_step import CompiledStep
+from kinolab.propagation.held_inputs import HeldInputs
 from kinolab.propagation.propagator import Propagator
 from kinolab.propagation.rejections import Rejections
 from kinolab.propagation.sweep import Sweep
 
-__all__ = ["CompiledStep", "Propagator", "Rejections", "Sweep"]
+__all__ = ["CompiledStep", "HeldInputs", "Propagator", "Rejections", "Sweep"]

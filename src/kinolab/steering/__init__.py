@@ -5,10 +5,11 @@ an equilibrium or along a motion, and a boundary-value problem. All give the sam
 per propagation step, and the states that these inputs lead through.
 """
 
+from kinolab.steering.arrival import Arrival
 from kinolab.steering.equilibria import settle
 from kinolab.steering.ignorable import ignorable
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.steering import AbstractSteering, Steering
 from kinolab.steering.tracking import Tracker
 
-__all__ = ["AbstractSteering", "Maneuver", "Steering", "Tracker", "ignorable", "settle"]
+__all__ = ["AbstractSteering", "Arrival", "Maneuver", "Steering", "Tracker", "ignorable", "settle"]

@@ -1,9 +1,9 @@
-"""The last step into the goal: inputs by shooting, from a state that is near it.
+"""The last step into the goal, from a state that is near it.
 
-A field brings a machine near its goal, hardly to rest in it with every coordinate right. Here the
-inputs are held piecewise for several durations, and least squares on the goal's errors at the end
-moves them, each error counted in its tolerance. Another way to steer between two states can take
-this one's place: ``Arrival.inputs`` is all that the search calls.
+A search brings a machine near its goal, hardly to rest in it with every coordinate right. A flat
+machine is steered: it brakes and follows a curve. Otherwise the inputs are held piecewise for
+several durations, and least squares on the goal's errors at the end moves them, each error counted
+in its tolerance.
 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (direct shooting).
 """
@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.attitude import multiply
-from kinolab.potential.rollout import Rollout
 from kinolab.problem import Problem
-from kinolab.propagation import Propagator
+from kinolab.propagation import HeldInputs, Propagator
+from kinolab.steering.equilibria import settle
+from kinolab.steering.steering import Steering
 
 Array: TypeAlias = NDArray[np.float64]
 
+GOALS = 2  # states in the goal that a flat machine is steered to
 PIECES = 8  # for which inputs are held, one after the other
 LENGTHS = (1.0, 2.0, 4.0, 8.0)  # durations that are tried, in horizons
 ENOUGH = 0.5  # of the tolerance: what is left covers the integrator's error
@@ -40,13 +42,24 @@ class Arrival:
         steps: Of the shortest motion that is tried.
         propagator: Judges what is found.
         stop: Says that the search must end.
+        shoots: Whether a flat machine's motions are looked for by shooting as well, which finds
+            shorter ones and takes longer.
     """
 
     def __init__(
-        self, problem: Problem, steps: int, propagator: Propagator, stop: Callable[[], bool]
+        self,
+        problem: Problem,
+        steps: int,
+        propagator: Propagator,
+        stop: Callable[[], bool],
+        *,
+        shoots: bool = True,
     ) -> None:
+        self._shoots = shoots or problem.system.flat is None
         self._problem, self._propagator, self._stop = problem, propagator, stop
-        self._rollout = Rollout(problem)
+        self._rollout = HeldInputs(problem)
+        self._steering = Steering(problem) if problem.system.flat is not None else None
+        self._goals = [] if self._steering is None else _goals(problem, self._steering)
         self._failed: Array | None = None  # where nothing was found, so that it is not tried again
         self._holds = [max(1, round(length * steps / PIECES)) for length in LENGTHS]
 
@@ -54,6 +67,15 @@ class Arrival:
         """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
         if self._failed is not None and np.array_equal(x, self._failed):
             return None
+        steered = self._steered(x)
+        shot = self._shot(x) if self._shoots else None
+        found = [motion for motion in (shot, steered) if motion is not None]
+        if not found and not self._stop():
+            self._failed = x
+        return min(found, key=len, default=None)
+
+    def _shot(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Return the shortest motion by shooting, as ``inputs`` does."""
         for hold in dict.fromkeys(self._holds):
             if self._stop():
                 return None
@@ -62,8 +84,23 @@ class Arrival:
                 motion = self._judged(x, np.repeat(rows, hold, axis=0))
                 if motion is not None:
                     return motion
-        self._failed = x
         return None
+
+    def _steered(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Return a motion along a flat machine's curves, as ``inputs`` does."""
+        if self._steering is None:
+            return None
+        for goal in self._goals:
+            if self._stop():
+                return None
+            for motion in self._steering.steer(x, goal, self._looks_free):
+                judged = self._judged(x, motion.u)
+                if judged is not None or self._stop():
+                    return judged
+        return None
+
+    def _looks_free(self, states: Array) -> bool:
+        return all(self._propagator.is_free(state) for state in states.tolist())
 
     def _shoot(self, x: Array, hold: int) -> Array | None:
         """Return inputs (pieces, nu) that lead into the goal, as far as obstacles allow."""
@@ -105,6 +142,17 @@ class Arrival:
             x = np.array(reached)
             motion.append((u, x))
         return motion if self._problem.goal_excess(x) <= 1.0 else None
+
+
+def _goals(problem: Problem, steering: Steering) -> list[Array]:
+    """Return states at rest in the goal, its middle first."""
+    generator, found = np.random.default_rng(0), []
+    for k in range(GOALS):
+        x = problem.sample_goal(generator, 1.0 if k else 1e-9)
+        settled = settle(problem, steering.ways.straightened(x))
+        if settled is not None and problem.goal_excess(settled[0]) <= ENOUGH:
+            found.append(settled[0])
+    return found
 
 
 def goal_errors(problem: Problem, x: Array) -> Array:

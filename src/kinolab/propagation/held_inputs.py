@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.propagation import CompiledStep
+from kinolab.propagation.compiled_step import CompiledStep
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Rollout:
+class HeldInputs:
     """Simulates a machine in steps of the problem's length."""
 
     def __init__(self, problem: Problem) -> None:
