@@ -80,6 +80,8 @@ class Closing:
     ) -> tuple[Array, Array] | None:
         """Return a motion that misses by less."""
         change, share = self._change(u, x, error), 1.0
+        if change is None:
+            return None
         while share >= SHORTEST:
             tried = np.clip(u + share * change, self._lower, self._upper)
             states = self._rollout.follow(x0, tried)
@@ -90,9 +92,15 @@ class Closing:
             share /= 2
         return None
 
-    def _change(self, u: Array, x: Array, error: Array) -> Array:
-        """Return the smallest change of all inputs that moves the end by ``error``."""
-        gain = self._end_by_inputs(x, u)
+    def _change(self, u: Array, x: Array, error: Array) -> Array | None:
+        """Return the smallest change of all inputs that moves the end by ``error``.
+
+        None where the motion is so wild that its derivatives are no numbers.
+        """
+        with np.errstate(all="ignore"):
+            gain = self._end_by_inputs(x, u)
+        if not np.isfinite(gain).all():
+            return None
         rows, total = self._turns(gain.reshape(len(error), -1), x[-1]), np.zeros(u.size)
         error = self._turns(error[:, None], x[-1])[:, 0]
         room = np.stack([self._lower - u, self._upper - u]) / self._range
