@@ -255,3 +255,27 @@ def apart(problem: Problem, a: Array, b: Array) -> Array:
     difference = np.asarray(a) - np.asarray(b)
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
     return np.abs(np.where(problem.circular, wrapped, difference)) / problem.scales
+
+
+WALL = """
+[[world.obstacle]]
+name = "wall"
+box = [0.2, 3.0, 1.0]
+position = [0.0, 0.0, 0.5]
+"""
+
+# A room without a door around the goal of DRIVE, 2 m wide.
+ROOM = "".join(
+    f"""
+[[world.obstacle]]
+name = "{name}"
+box = {size}
+position = {position}
+"""
+    for name, size, position in (
+        ("west", [0.1, 2.0, 1.0], [1.0, 0.0, 0.5]),
+        ("east", [0.1, 2.0, 1.0], [3.0, 0.0, 0.5]),
+        ("south", [2.0, 0.1, 1.0], [2.0, -1.0, 0.5]),
+        ("north", [2.0, 0.1, 1.0], [2.0, 1.0, 0.5]),
+    )
+)
