@@ -86,6 +86,10 @@ class Model:
         self.parameter_names = tuple(parameter.name for parameter in system.parameters)
         self._defaults = np.array([system.parameter_values[n] for n in self.parameter_names])
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to another process as the machine: addresses of code are worth nothing there."""
+        return Model, (self.system,)
+
     @property
     def nx(self) -> int:
         """Number of entries of a state."""
