@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 
 from kinolab.problem import Problem
-from kinolab.render import Ghost, GoalRegion, Picture, write_gif
+from kinolab.render import Ghost, GoalRegion, Picture, gif_parts, make_film
 from kinolab.trajectory import Trajectory
 
 
@@ -16,18 +13,15 @@ def animate(problem: Problem, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
     settings = problem.scenario.render
     poses = problem.model.frames(trajectory.x)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "animation.gif"
-        write_gif(
-            path,
-            picture(problem, poses, problem.model.cables(trajectory.x)),
-            trajectory.t,
-            poses,
-            size=settings.size,
-            speed=settings.speed,
-            title=problem.scenario.title,
-        )
-        return path.read_bytes()
+    film = make_film(
+        picture(problem, poses, problem.model.cables(trajectory.x)),
+        trajectory.t,
+        poses,
+        size=settings.size,
+        speed=settings.speed,
+        title=problem.scenario.title,
+    )
+    return b"".join(gif_parts(film, settings.size))
 
 
 def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:

@@ -4,7 +4,8 @@ A ``Picture`` says what is drawn, ``render_frame`` draws it once, ``write_gif`` 
 """
 
 from kinolab.render.camera import Camera, frame_scene
-from kinolab.render.gif import write_gif
+from kinolab.render.film import make_film
+from kinolab.render.gif import gif_parts, write_gif
 from kinolab.render.scene import Ghost, GoalRegion, Picture
 from kinolab.render.still import render_frame
 
@@ -14,6 +15,8 @@ __all__ = [
     "GoalRegion",
     "Picture",
     "frame_scene",
+    "gif_parts",
+    "make_film",
     "render_frame",
     "write_gif",
 ]

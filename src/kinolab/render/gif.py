@@ -53,12 +53,17 @@ def write_gif(
         OSError: If the file cannot be written.
     """
     film = make_film(picture, times, poses, size=size, fps=fps, speed=speed, title=title)
+    with whole_file(Path(path)) as file:
+        file.writelines(gif_parts(film, size))
+
+
+def gif_parts(film: Film, size: tuple[int, int]) -> Iterator[bytes]:
+    """Yield a film as the bytes of a GIF file, piece by piece; ``size`` in [pixel]."""
     sampled = np.unique(np.linspace(0, len(film) - 1, SAMPLED).astype(int))
     palette = shared_palette([film.frame(i) for i in sampled])
-    with whole_file(Path(path)) as file:
-        file.write(_header(size, palette))
-        file.writelines(_blocks(film, palette))
-        file.write(b";")
+    yield _header(size, palette)
+    yield from _blocks(film, palette)
+    yield b";"
 
 
 def _header(size: tuple[int, int], palette: Palette) -> bytes:
