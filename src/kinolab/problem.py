@@ -59,6 +59,10 @@ class Problem:
     circular: NDArray[np.bool_]
     keep_outs: tuple[KeepOutCone, ...] = ()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what travels to another process; checkers are built anew there."""
+        return {key: value for key, value in vars(self).items() if key != "_checker"}
+
     @property
     def name(self) -> str:
         """The scenario's name."""

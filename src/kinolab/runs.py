@@ -217,6 +217,9 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
         "cost": plan.cost,
         "duration": plan.cost,
         "goal_distance": _finite(plan.goal_distance),
+        "jobs": plan.jobs,
+        "attempts": [asdict(attempt) for attempt in plan.attempts],
+        "interrupted": plan.interrupted,
         "timings": plan.timings,
         "statistics": plan.statistics,
         "verification": [

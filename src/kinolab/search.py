@@ -6,7 +6,7 @@ import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["AbstractPlanner", "Array", "Budget", "Outcome", "SearchResult", "setting"]
 
 Array: TypeAlias = NDArray[np.float64]
+T = TypeVar("T")
 
 
 class Outcome(Enum):
@@ -76,10 +77,39 @@ class Budget:
     iterations: int = 0
     started: float = field(default_factory=time.monotonic)
     _next_report: float = 0.25
+    _calls: int = 0  # of ``end``
+    _patience: float = float("inf")  # calls of ``end`` that do not break off what is running
+    _broken: bool = False
 
     def restart(self) -> None:
         """Begin to count the time now, when a planner has everything it needs."""
         self.started = time.monotonic()
+
+    def end(self) -> None:
+        """End the search soon; a handler of signals calls this, and again where it takes long."""
+        self.interrupted = True
+        self._calls += 1
+        if self._calls > self._patience:
+            self._broken = True
+            raise KeyboardInterrupt
+
+    def breaking(self, work: Callable[[], T], *, patience: int = 0) -> T | None:
+        """Return what work gives, None where ``end`` broke it off by an exception.
+
+        Args:
+            work: Takes long and may be given up at any line.
+            patience: Calls of ``end`` before that happens, for work that looks at ``interrupted``.
+        """
+        before, self._broken = self._patience, False
+        try:
+            self._patience = patience
+            return work()
+        except BaseException:  # a library may have made something else of the interrupt
+            if not self._broken:
+                raise
+            return None
+        finally:
+            self._patience, self._broken = before, False
 
     @property
     def over(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ class Bridge:
         min_steps: Propagation steps for which an input is held at least.
         max_steps: Propagation steps for which an input is held at most.
         goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn.
+        given_up: Whether no state counts as valid any more, so that OMPL comes to an end.
 
     Attributes:
         problem: What it was made of.
@@ -44,6 +45,7 @@ class Bridge:
         min_steps: int = 1,
         max_steps: int = 20,
         goal_zoom: float = 1.0,
+        given_up: Callable[[], bool] = lambda: False,
     ) -> None:
         self.problem, self._states = problem, States(problem)
         propagation = Propagation(problem, self._states)
@@ -52,7 +54,9 @@ class Bridge:
         self.rejections = propagation.rejections
         information = oc.SpaceInformation(self.space, control_space(problem, self._states))
         information.setStatePropagator(propagation.propagate)
-        information.setStateValidityChecker(propagation.is_valid)
+        information.setStateValidityChecker(
+            lambda state: not given_up() and propagation.is_valid(state)
+        )
         information.setPropagationStepSize(problem.step)
         information.setMinMaxControlDuration(min_steps, max_steps)
         information.setup()

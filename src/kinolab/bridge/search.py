@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,13 @@ def search(
     Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
     trees, AAAI 2008.
     """
-    bridge = Bridge(problem, min_steps=min_steps, max_steps=max_steps, goal_zoom=goal_zoom)
+    bridge = Bridge(
+        problem,
+        min_steps=min_steps,
+        max_steps=max_steps,
+        goal_zoom=goal_zoom,
+        given_up=lambda: budget.interrupted,
+    )
     ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
     planner, definition = make(bridge.space_information), bridge.problem_definition
     planner.setProblemDefinition(definition)
@@ -63,7 +70,11 @@ def search(
         planner.solve(condition)
         path = _path(definition)
         if definition.hasExactSolution():
-            path = replace(path, difference=_true_difference(problem, path))
+            difference = budget.breaking(partial(_true_difference, problem, path))
+            if difference is None:
+                rounds.all_over, nearest = True, path  # the user does not wait for the truth
+                break
+            path = replace(path, difference=difference)
             if path.difference <= 1.0:
                 nearest = path
                 break

@@ -19,7 +19,7 @@ MOVED = 1e-9  # [m] and [1]: rounding
 ROUNDING = 1e-12  # of the largest derivative
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
 def ignorable(problem: Problem) -> NDArray[np.bool_]:
     """Return which entries of the state neither change a motion nor what it touches, shape (nx,).
 

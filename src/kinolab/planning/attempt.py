@@ -1,0 +1,182 @@
+"""One seed: search, re-simulate what was found, verify it, and say how it ended."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from kinolab import planners
+from kinolab.errors import KinolabError
+from kinolab.motion import DivergedError, follow_map, resimulate
+from kinolab.planning.plan import Plan
+from kinolab.plugins import full_reference, search
+from kinolab.problem import Problem
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
+from kinolab.trajectory import Trajectory
+from kinolab.verification import Certificate, verify
+
+T = TypeVar("T")
+
+MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # the true motion may reach the goal
+UNVERIFIED = "Interrupted before what was found had been verified."
+
+
+def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
+    """Return a planner with the scenario's settings, overridden by those given here.
+
+    A planner other than the scenario's takes over what both have.
+
+    Raises:
+        InputError: If the planner or a setting does not exist.
+    """
+    section = problem.scenario.planner
+    own = full_reference(section.name, problem.scenario.folder)
+    chosen = own if name is None else full_reference(name, Path.cwd())
+    inherited = dict(section.settings)
+    if chosen != own:
+        inherited = planners.known_to(planners.get(chosen), inherited)
+    return planners.make(chosen, inherited | settings)
+
+
+def attempt(
+    problem: Problem,
+    searcher: AbstractPlanner,
+    seed: int,
+    budget: Budget,
+    *,
+    keep_approach: bool = True,
+) -> Plan:
+    """Search with one seed and judge what it gave.
+
+    Args:
+        problem: What to solve.
+        searcher: The planner with its settings.
+        seed: Of the random numbers.
+        budget: When to stop.
+        keep_approach: Whether a motion that misses the goal is worth re-simulating.
+    """
+    return _Attempt(problem, searcher, seed, budget).plan(keep_approach)
+
+
+@dataclass
+class _Attempt:
+    """The stages of an attempt; each may be broken off, and what came before it is kept."""
+
+    problem: Problem
+    searcher: AbstractPlanner
+    seed: int
+    budget: Budget
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def plan(self, keep_approach: bool) -> Plan:
+        """Go through all stages."""
+        result = self._search()
+        if result.outcome in MISSED and not keep_approach:
+            return self._plan(result.outcome.name.lower(), result, math.nan)
+        try:
+            trajectory = self._motion(result)
+        except DivergedError as error:
+            return self._plan("verification_failed", result, math.nan, message=str(error))
+        if trajectory is None:
+            return self._plan("interrupted", result, math.nan, message=UNVERIFIED)
+        return self._judged(result, trajectory)
+
+    def _search(self) -> SearchResult:
+        found = self._timed(
+            "search",
+            lambda: search(self.searcher, self.problem, self.seed, self.budget),
+            patience=1,
+        )
+        if found is None:  # it did not look at the budget
+            nothing = np.zeros((0, self.problem.model.nu))
+            return SearchResult(Outcome.INTERRUPTED, np.zeros(1), nothing, self.budget.iterations)
+        return found
+
+    def _motion(self, result: SearchResult) -> Trajectory | None:
+        """Return the true motion, or the planner's own where the user does not wait for it."""
+        true = self._timed("simulate", lambda: resimulate(self.problem, result.t, result.u))
+        if true is not None:
+            return true
+        model, method = self.problem.model, self.problem.scenario.integration.method
+        try:
+            motion = follow_map(model, self.problem.start, result.t, result.u, method)
+        except KinolabError:
+            return None
+        return Trajectory(motion.t, motion.x, result.u, model.state_names, model.control_names)
+
+    def _judged(self, result: SearchResult, trajectory: Trajectory) -> Plan:
+        outcome, message = _outcome(self.problem, result.outcome, trajectory), ""
+        found = outcome is not Outcome.NOT_FOUND and len(trajectory.u) > 0
+        certificate = None
+        if outcome is Outcome.SOLVED or (found and outcome is not Outcome.INTERRUPTED):
+            certificate = self._certificate(trajectory)
+            if certificate is None:
+                outcome, message = Outcome.INTERRUPTED, UNVERIFIED
+            elif outcome in MISSED and certificate.passed:
+                outcome = Outcome.SOLVED  # the true motion reaches what the planner's own missed
+        return self._plan(
+            _status(outcome, certificate),
+            result,
+            self.problem.goal_distance(trajectory.x[-1]),
+            trajectory=trajectory if found or outcome is Outcome.SOLVED else None,
+            certificate=certificate,
+            message=message or outcome.value,
+        )
+
+    def _certificate(self, trajectory: Trajectory) -> Certificate | None:
+        """Verify; None where the user does not wait for it."""
+        if self.budget.interrupted:
+            return None
+        return self._timed("verify", lambda: verify(self.problem, trajectory))
+
+    def _timed(self, stage: str, work: Callable[[], T], patience: int = 0) -> T | None:
+        begun = time.perf_counter()
+        done = self.budget.breaking(work, patience=patience)
+        self.timings[stage] = time.perf_counter() - begun
+        return done
+
+    def _plan(
+        self,
+        status: str,
+        result: SearchResult,
+        goal_distance: float,
+        *,
+        trajectory: Trajectory | None = None,
+        certificate: Certificate | None = None,
+        message: str = "",
+    ) -> Plan:
+        return Plan(
+            status,
+            trajectory,
+            certificate,
+            self.searcher.name,
+            self.seed,
+            result.iterations,
+            goal_distance,
+            self.timings,
+            dict(result.statistics),
+            {cause: dict(shares) for cause, shares in result.rejections.items()},
+            message or result.outcome.value,
+            interrupted=self.budget.interrupted,
+        )
+
+
+def _outcome(problem: Problem, claimed: Outcome, trajectory: Trajectory) -> Outcome:
+    """Return how the search ended; an approach that comes no nearer than the start is none."""
+    if claimed is Outcome.APPROXIMATE:
+        begin, end = (problem.goal_distance(x) for x in (trajectory.x[0], trajectory.x[-1]))
+        return claimed if end < begin else Outcome.NOT_FOUND
+    return claimed
+
+
+def _status(outcome: Outcome, certificate: Certificate | None) -> str:
+    if outcome is Outcome.SOLVED:
+        passed = certificate is not None and certificate.passed
+        return "solved" if passed else "verification_failed"
+    return outcome.name.lower()

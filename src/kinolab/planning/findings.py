@@ -1,0 +1,71 @@
+"""What all seeds came to: the best plan, and how each of them ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from kinolab.planning.plan import Attempt, Plan
+
+CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
+
+
+@dataclass
+class Findings:
+    """Collects plans and keeps the best one.
+
+    Attributes:
+        jobs: Number of processes that search.
+        improved: Called with each verified plan that is better than all before.
+        best: None as long as no search has ended.
+        attempts: How each seed ended.
+    """
+
+    jobs: int
+    improved: Callable[[Plan], None] | None = None
+    best: Plan | None = None
+    attempts: list[Attempt] = field(default_factory=list)
+
+    @property
+    def all(self) -> tuple[Attempt, ...]:
+        """All attempts, in the order of their seeds."""
+        return tuple(sorted(self.attempts, key=lambda attempt: attempt.seed))
+
+    def add(self, found: Plan, after: float) -> None:
+        """Count a search that is over, ``after`` seconds of searching."""
+        self.attempts.append(ended(found, after))
+        if self.best is None or rank(found) < rank(self.best):
+            self.best = found
+            if found.status == "solved" and self.improved:
+                self.improved(self._with_all(found))
+
+    def plan(self, *, interrupted: bool) -> Plan | None:
+        """Return the best plan, with how all seeds ended; None where none came to an end."""
+        if self.best is None:
+            return None
+        return replace(self._with_all(self.best), interrupted=interrupted)
+
+    def _with_all(self, found: Plan) -> Plan:
+        return replace(found, jobs=self.jobs, attempts=self.all)
+
+
+def ended(found: Plan, after: float) -> Attempt:
+    """Return how a search ended that came to its end."""
+    distance = found.goal_distance if math.isfinite(found.goal_distance) else None
+    return Attempt(found.seed, found.status, found.iterations, found.cost, distance, after)
+
+
+def rank(found: Plan) -> tuple[int, float]:
+    """Return what is smaller for a better plan.
+
+    Verified plans are compared by their duration, what misses the goal or was not verified by its
+    distance from it.
+    """
+    if found.status == "solved":
+        return 0, found.cost or 0.0
+    distance = found.goal_distance if math.isfinite(found.goal_distance) else math.inf
+    near = found.status in {"approximate", "local_minimum", "interrupted"} and found.trajectory is not None
+    kind = "nearest" if near else found.status
+    place = CLASSES.index(kind) if kind in CLASSES else len(CLASSES)
+    return place, distance

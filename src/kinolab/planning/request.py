@@ -1,0 +1,40 @@
+"""What is asked of every process that searches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import count
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Request:
+    """Which searches to make, one after the other.
+
+    Attributes:
+        planner: Name of the planner; None for the scenario's.
+        settings: Of the planner, over the scenario's.
+        seed: Of the first search.
+        stride: From one seed to the next.
+        time_limit: Of all searches of one process together, in [s].
+        max_iterations: Of each search, None for no limit.
+        anytime: Whether to go on with further seeds until the time is over.
+    """
+
+    planner: str | None
+    settings: dict[str, Any] = field(default_factory=dict)
+    seed: int = 1
+    stride: int = 1
+    time_limit: float = 30.0
+    max_iterations: int | None = None
+    anytime: bool = False
+
+    def seeds(self) -> Iterator[int]:
+        """Yield the seeds to try."""
+        return count(self.seed, self.stride) if self.anytime else iter((self.seed,))
+
+    def shares(self, jobs: int) -> Iterator[Request]:
+        """Yield what each of several processes does, so that none tries a seed of another's."""
+        for k in range(jobs):
+            yield replace(self, seed=self.seed + k, stride=jobs)

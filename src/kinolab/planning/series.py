@@ -1,0 +1,74 @@
+"""Searches one after the other, with one seed each, in one process."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+from kinolab.planning.attempt import attempt, make_planner
+from kinolab.planning.plan import Plan
+from kinolab.planning.request import Request
+from kinolab.problem import Problem
+from kinolab.search import Budget
+
+
+def series(
+    problem: Problem,
+    request: Request,
+    *,
+    progress: Callable[[int, float], None] | None = None,
+    watch: Callable[[Budget], None] | None = None,
+) -> Iterator[tuple[Plan, float]]:
+    """Yield the plan of each seed, and the seconds from the beginning of the first search.
+
+    A search that ends by itself leaves the rest of the time to the next seed.
+
+    Args:
+        problem: What to solve.
+        request: With which planner and seeds, and how long.
+        progress: Called during a search with the iterations and seconds so far, of all searches.
+        watch: Called with the budget before each search, so that it can be interrupted.
+    """
+    searcher = make_planner(problem, request.planner, request.settings)
+    clock, solved = _Clock(progress), False
+    budget: Budget | None = None
+    for seed in request.seeds():
+        left = request.time_limit - clock.elapsed
+        if budget is not None and (budget.interrupted or left <= 0):
+            return
+        last = budget
+        budget = Budget(left, request.max_iterations, clock.report if progress else None)
+        if watch:
+            watch(budget)
+        if last is not None and last.interrupted:
+            return  # that was meant for this one, which was not known yet
+        found = attempt(problem, searcher, seed, budget, keep_approach=not solved)
+        clock.add(budget)
+        solved = solved or found.status == "solved"
+        yield found, clock.elapsed
+
+
+class _Clock:
+    """Time and iterations of all searches so far."""
+
+    def __init__(self, progress: Callable[[int, float], None] | None) -> None:
+        self._progress = progress
+        self._begun: float | None = None
+        self._iterations = 0
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the first search began; 0 before its end."""
+        return 0.0 if self._begun is None else time.monotonic() - self._begun
+
+    def report(self, iterations: int, seconds: float) -> None:
+        """Pass on how far the running search is."""
+        if self._progress:
+            elapsed = seconds if self._begun is None else self.elapsed
+            self._progress(self._iterations + iterations, elapsed)
+
+    def add(self, budget: Budget) -> None:
+        """Count a search that is over."""
+        if self._begun is None:
+            self._begun = budget.started
+        self._iterations += budget.iterations

@@ -1,0 +1,82 @@
+"""Solve a problem: the one function behind ``problem.solve`` and ``plan SCENARIO``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from kinolab.errors import InputError, Mistake
+from kinolab.planning.attempt import make_planner
+from kinolab.planning.findings import Findings
+from kinolab.planning.jobs import solve_in_processes
+from kinolab.planning.plan import Plan
+from kinolab.planning.request import Request
+from kinolab.planning.series import series
+from kinolab.problem import Problem
+from kinolab.search import Budget
+
+
+def solve(
+    problem: Problem,
+    planner: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
+    *,
+    max_iterations: int | None = None,
+    jobs: int = 1,
+    anytime: bool = False,
+    progress: Callable[[int, float], None] | None = None,
+    watch: Callable[[Budget], None] | None = None,
+    improved: Callable[[Plan], None] | None = None,
+    **settings: Any,
+) -> Plan:
+    """Search for a plan, re-simulate it and verify it.
+
+    Args:
+        problem: What to solve.
+        planner: Name of the planner; the scenario's when left out, as are the next three.
+        seed: Seed of the random numbers.
+        time_limit: Of the search, in [s].
+        max_iterations: Of the search with each seed.
+        jobs: Number of processes, which search with this seed and the following ones. The first
+            verified plan ends the others.
+        anytime: Whether to plan on until the time limit, with further seeds, and keep the
+            verified plan of the shortest duration.
+        progress: Called during the search with the iterations and seconds so far.
+        watch: Called with the budget before each search, so that it can be interrupted.
+        improved: Called with each verified plan that is better than those before.
+        settings: Settings of the planner.
+
+    Raises:
+        EndpointError: If the start or the goal is impossible.
+        InputError: If the planner or a setting does not exist.
+        JobsError: If no process of several came to an end.
+    """
+    if jobs < 1:
+        raise InputError([Mistake("jobs", f"{jobs} processes cannot search.", "Give 1 or more.")])
+    section = problem.scenario.planner
+    make_planner(problem, planner, settings)
+    problem.check_endpoints()
+    request = Request(
+        planner,
+        settings,
+        seed=section.seed if seed is None else seed,
+        time_limit=section.time_limit if time_limit is None else time_limit,
+        max_iterations=max_iterations or section.max_iterations,
+        anytime=anytime,
+    )
+    findings = Findings(jobs, improved)
+    if jobs > 1:
+        return solve_in_processes(problem, request, findings, progress=progress, watch=watch)
+    budgets: list[Budget] = []
+
+    def watched(budget: Budget) -> None:
+        budgets.append(budget)
+        if watch:
+            watch(budget)
+
+    for found, after in series(problem, request, progress=progress, watch=watched):
+        findings.add(found, after)
+    best = findings.plan(interrupted=any(budget.interrupted for budget in budgets))
+    assert best is not None, "a series makes at least one attempt"
+    return best
