@@ -65,7 +65,10 @@ def rank(found: Plan) -> tuple[int, float]:
     if found.status == "solved":
         return 0, found.cost or 0.0
     distance = found.goal_distance if math.isfinite(found.goal_distance) else math.inf
-    near = found.status in {"approximate", "local_minimum", "interrupted"} and found.trajectory is not None
+    near = (
+        found.status in {"approximate", "local_minimum", "interrupted"}
+        and found.trajectory is not None
+    )
     kind = "nearest" if near else found.status
     place = CLASSES.index(kind) if kind in CLASSES else len(CLASSES)
     return place, distance

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
-import threading
 import time
 import traceback
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
+from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.errors import InputError, KinolabError, Mistake
 
 if TYPE_CHECKING:
     from kinolab.planning import Plan
     from kinolab.problem import Problem
-    from kinolab.search import Budget
 
-USAGE, RESOURCES, FAILED, INTERNAL, INTERRUPTED = 2, 6, 7, 70, 130
+USAGE, RESOURCES, FAILED, INTERNAL = 2, 6, 7, 70
+MOST_JOBS = 256  # processes; each of them loads every library
 
 
 class _Front(click.Group):
@@ -67,6 +68,14 @@ def plan() -> None:
 @click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
 @click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
 @click.option("--roadmap", metavar="FILE", help="Roadmap of the planner prm, kept between runs.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    default=1,
+    metavar="N",
+    help="Processes, each with a seed of its own; the first plan wins.",
+)
+@click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
@@ -79,6 +88,8 @@ def _scenario(
     time_limit: float | None,
     max_iterations: int | None,
     roadmap: str | None,
+    jobs: int,
+    anytime: bool,
     overrides: tuple[str, ...],
     out: Path | None,
     as_json: bool,
@@ -86,7 +97,7 @@ def _scenario(
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
-    from kinolab.runs import writable, write_run
+    from kinolab.runs import writable
 
     progress = _Progress(quiet)
     progress("deriving and compiling the machine")
@@ -103,9 +114,8 @@ def _scenario(
     folder = out or Path("runs") / problem.name
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
-    found = _search(problem, progress)
-    report = write_run(folder, problem, found)  # before it is drawn: drawing may be interrupted
-    if found.trajectory is not None and found.status != "interrupted" and not no_animation:
+    found, report = _search(problem, folder, progress, jobs=jobs, anytime=anytime)
+    if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
         progress("drawing the animation")
         _animate(problem, found, folder)
     progress.close()
@@ -113,7 +123,7 @@ def _scenario(
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
     else:
         click.echo(_summary(found, folder))
-    return found.exit_code
+    return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
@@ -122,6 +132,7 @@ def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) ->
     from kinolab.plugins import seen_from
     from kinolab.scenario import override_place, scenario_path
 
+    INTERRUPTS.libraries_loaded()
     if shortcuts["planner.name"]:  # a file is meant as the shell completes it, from here
         folder = scenario_path(scenario).parent
         shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
@@ -141,37 +152,49 @@ def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) ->
         ) from error
 
 
-def _search(problem: Problem, progress: _Progress) -> Plan:
+def _search(
+    problem: Problem, folder: Path, progress: _Progress, *, jobs: int, anytime: bool
+) -> tuple[Plan, dict[str, Any]]:
+    """Search, and write what was found before it is drawn; return it with its report."""
     from kinolab.planning import solve
+    from kinolab.runs import write_run
+
+    section = problem.scenario.planner
 
     def report(iterations: int, elapsed: float) -> None:
-        limit = problem.scenario.planner.time_limit
-        name = problem.scenario.planner.name
-        progress(f"{name}: {iterations} iterations, {elapsed:.1f} of {limit:g} s", passing=True)
+        spent = f"{elapsed:.1f} of {section.time_limit:g} s"
+        progress(f"{section.name}: {iterations} iterations, {spent}", passing=True)
 
-    name = problem.scenario.planner.name
-    progress(f"searching with {name}, seed {problem.scenario.planner.seed}")
-    budgets: list[Budget] = []
-    with _ending_on_interrupt(budgets), redirect_stdout(sys.stderr):
-        found = solve(problem, progress=report, watch=budgets.append)
-    progress("verified" if found.certificate else found.message)
-    return found
+    def write(found: Plan) -> dict[str, Any]:
+        with INTERRUPTS.writing():
+            return write_run(folder, problem, found)
 
+    def improved(found: Plan) -> None:
+        if anytime:
+            write(found)
+            after = next(a.after for a in found.attempts if a.seed == found.seed)
+            progress(f"seed {found.seed}: {found.cost:.2f} s of motion, after {after:.1f} s")
 
-@contextmanager
-def _ending_on_interrupt(budgets: list[Budget]) -> Iterator[None]:
-    """Let the first Ctrl-C end the search and keep what was found; the second ends everything."""
-
-    def stop(*_: Any) -> None:
-        if not budgets or budgets[0].interrupted:
-            raise KeyboardInterrupt
-        budgets[0].interrupted = True
-
-    before = signal.signal(signal.SIGINT, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    seeds = f"seed {section.seed}"
+    if jobs > 1:
+        seeds = f"seeds {section.seed} to {section.seed + jobs - 1}"
+    progress(f"searching with {section.name}, {seeds}")
+    with INTERRUPTS.asking(), redirect_stdout(sys.stderr):
+        found = solve(
+            problem,
+            jobs=jobs,
+            anytime=anytime,
+            progress=report,
+            watch=lambda budget: INTERRUPTS.ask(budget.end),
+            improved=improved,
+        )
+        if found.interrupted and not found.iterations:
+            raise KeyboardInterrupt  # nothing was found; an earlier run in the folder stays
+        progress("verified" if found.certificate else found.message)
+        for attempt in found.attempts:
+            if attempt.status == "failed":
+                progress(f"warning: seed {attempt.seed}: {attempt.detail}")
+        return found, write(found)
 
 
 def _animate(problem: Problem, found: Plan, folder: Path) -> None:
@@ -183,18 +206,30 @@ def _animate(problem: Problem, found: Plan, folder: Path) -> None:
 
 
 def _summary(found: Plan, folder: Path) -> str:
-    lines = [f"{found.status}: {found.message}"]
+    ending = " Interrupted before the time was over." if found.interrupted else ""
+    if found.status == "interrupted":
+        ending = ""  # the message says so
+    lines = [f"{found.status}: {found.message}{ending}"]
     if found.trajectory is not None:
         lines.append(
             f"  motion of {found.trajectory.duration:.2f} s, ending "
             f"{found.goal_distance:.3g} from the goal's centre, {found.iterations} iterations in "
             f"{found.timings['search']:.2f} s"
         )
+    if len(found.attempts) > 1:
+        lines.append(f"  seed {found.seed} of {_ends(found)}")
     if found.certificate is not None:
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
     return "\n".join([*lines, f"  written to {folder}"])
+
+
+def _ends(found: Plan) -> str:
+    """Word how many seeds ended in which way."""
+    counts = Counter(attempt.status for attempt in found.attempts)
+    ways = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
+    return f"{len(found.attempts)} ({ways})"
 
 
 @plan.command("check")
@@ -204,6 +239,7 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
     """Verify finished runs from their files alone."""
     from kinolab.runs import check_run, check_to_json
 
+    INTERRUPTS.libraries_loaded()
     certificates = {str(folder): check_run(folder) for folder in folders}
     if as_json:
         runs = [
@@ -250,6 +286,7 @@ def _equations(what: str, latex: bool) -> int:
     """Print the equations of motion of WHAT: a system, a scenario, or machine.py:function."""
     from kinolab.loading import find_machine
 
+    INTERRUPTS.libraries_loaded()
     equations = find_machine(what).equations()
     click.echo(equations.latex() if latex else equations.text())
     return 0
@@ -282,6 +319,7 @@ def _simulate(
     from kinolab.runs import write_run
     from kinolab.simulation import simulate
 
+    INTERRUPTS.libraries_loaded()
     progress = _Progress(quiet)
     progress("deriving and compiling the machine")
     given = [*overrides, *(f"start.{entry}" for entry in start)]
@@ -306,6 +344,7 @@ def _examine(what: str) -> int:
     from kinolab.examination import examine
     from kinolab.loading import find_machine
 
+    INTERRUPTS.libraries_loaded()
     findings = list(examine(find_machine(what)))
     click.echo("\n".join(map(str, findings)))
     return 0 if all(finding.holds for finding in findings) else FAILED
@@ -323,38 +362,6 @@ def _new(name: str) -> int:
     return 0
 
 
-class _Interrupts:
-    """Remembers Ctrl-C: some libraries swallow the exception while they import or compile."""
-
-    seen = False
-
-    @classmethod
-    def arrive(cls, *_: Any) -> None:
-        """Handle the signal."""
-        cls.seen = True
-        raise KeyboardInterrupt
-
-    @classmethod
-    def raise_if_seen(cls) -> None:
-        """Raise again what was swallowed; called between the stages of a command."""
-        if cls.seen:
-            raise KeyboardInterrupt
-
-    @classmethod
-    @contextmanager
-    def watched(cls) -> Iterator[None]:
-        """Handle Ctrl-C inside, where Python lets this thread do so."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        cls.seen = False
-        before = signal.signal(signal.SIGINT, cls.arrive)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, before)
-
-
 class _Progress:
     """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
 
@@ -365,7 +372,7 @@ class _Progress:
 
     def __call__(self, text: str, *, passing: bool = False) -> None:
         """Say what is happening; a passing line may be left out."""
-        _Interrupts.raise_if_seen()
+        INTERRUPTS.raise_if_seen()
         if self._quiet or (passing and not self._terminal and time.monotonic() < self._last + 5):
             return
         self._last = time.monotonic()
@@ -378,16 +385,15 @@ class _Progress:
 
     def close(self) -> None:
         """Clear the line on a terminal."""
-        _Interrupts.raise_if_seen()
+        INTERRUPTS.raise_if_seen()
         if self._terminal and not self._quiet:
             print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
+def execute(arguments: list[str]) -> int:
     """Run a command and return its exit code; errors become sentences on stderr."""
     try:
-        given = list(sys.argv[1:] if arguments is None else arguments)
-        with _Interrupts.watched(), plan.make_context("plan", given) as context:
+        with plan.make_context("plan", arguments) as context:
             result = plan.invoke(context)
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
@@ -398,9 +404,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return USAGE
     except KinolabError as error:
         return _explain(error)
-    except (KeyboardInterrupt, click.Abort):
-        print("\ninterrupted", file=sys.stderr)
-        return INTERRUPTED
+    except click.Abort:
+        raise KeyboardInterrupt from None
     except MemoryError:
         print("error: out of memory", file=sys.stderr)
         return RESOURCES
@@ -411,6 +416,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return USAGE
     except Exception:
+        INTERRUPTS.raise_if_seen()  # what a library makes of it
         traceback.print_exc()
         print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
         return INTERNAL
@@ -420,8 +426,3 @@ def _explain(error: KinolabError) -> int:
     for line in str(error).splitlines():
         print(f"error: {line}", file=sys.stderr)
     return error.exit_code
-
-
-def main() -> None:
-    """Enter from the console script."""
-    sys.exit(run())

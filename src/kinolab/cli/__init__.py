@@ -1,0 +1,33 @@
+"""The command ``plan``; Ctrl-C is taken care of before anything else is imported."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+
+from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTS
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code; errors become sentences on stderr."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        with INTERRUPTS.watched():
+            from kinolab.cli.commands import execute
+
+            return execute(given)
+    except KeyboardInterrupt:
+        print("\ninterrupted", file=sys.stderr)
+        return EXIT_CODE
+
+
+def main() -> None:
+    """Enter from the console script."""
+    INTERRUPTS.guard()
+    code = run()
+    if INTERRUPTS.seen:
+        with suppress(OSError):
+            sys.stdout.flush()
+        INTERRUPTS.leave(code)  # at once: libraries take their time to say goodbye
+    sys.exit(code)
