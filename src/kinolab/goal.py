@@ -29,6 +29,12 @@ class PointTarget:
     position: tuple[float, float, float]
     tolerance: float
 
+    def distance(self, frames: Array) -> float:
+        """Return the distance in [m] between the point and its target at poses (bodies, 12)."""
+        pose = frames[self.body].reshape(3, 4)
+        reached = pose[:, :3] @ np.asarray(self.at) + pose[:, 3]
+        return float(np.linalg.norm(reached - np.asarray(self.position)))
+
 
 @dataclass(frozen=True)
 class DirectionTarget:
@@ -45,6 +51,10 @@ class DirectionTarget:
     axis: tuple[float, float, float]
     target: tuple[float, float, float]
     tolerance: float
+
+    def angle(self, frames: Array) -> float:
+        """Return the angle in [rad] between the axis and the target at poses (bodies, 12)."""
+        return angle_between(self.body, self.axis, self.target, frames)
 
 
 @dataclass(frozen=True)
@@ -132,8 +142,8 @@ class Goal:
         shares = (np.abs(self.deviations(x)) / self.tolerances).tolist()
         shares += [attitude.turn(x) / attitude.tolerance for attitude in self.attitudes]
         if frames is not None:
-            shares += [_point_error(point, frames) / point.tolerance for point in self.points]
-            shares += [_angle(target, frames) / target.tolerance for target in self.directions]
+            shares += [point.distance(frames) / point.tolerance for point in self.points]
+            shares += [target.angle(frames) / target.tolerance for target in self.directions]
         return float(np.max(shares, initial=0.0))  # NaN stays NaN, which is outside
 
     def distance(self, x: Array, frames: Array | None = None) -> float:
@@ -141,19 +151,9 @@ class Goal:
         errors = list(self.deviations(x))
         errors += [attitude.turn(x) for attitude in self.attitudes]
         if frames is not None:
-            errors += [_point_error(point, frames) for point in self.points]
-            errors += [_angle(direction, frames) for direction in self.directions]
+            errors += [point.distance(frames) for point in self.points]
+            errors += [direction.angle(frames) for direction in self.directions]
         return float(np.linalg.norm(errors))
-
-
-def _point_error(target: PointTarget, frames: Array) -> float:
-    pose = frames[target.body].reshape(3, 4)
-    reached = pose[:, :3] @ np.asarray(target.at) + pose[:, 3]
-    return float(np.linalg.norm(reached - np.asarray(target.position)))
-
-
-def _angle(target: DirectionTarget, frames: Array) -> float:
-    return angle_between(target.body, target.axis, target.target, frames)
 
 
 def angle_between(

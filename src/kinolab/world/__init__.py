@@ -3,6 +3,7 @@
 from kinolab.world.cable import NO_ENDS, CableGeometry
 from kinolab.world.collision import CollisionChecker, Contact
 from kinolab.world.geometry import BodyGeometry, lowest_z, triangles
+from kinolab.world.landmarks import landmarks
 from kinolab.world.mesh import Mesh, load_mesh
 from kinolab.world.obstacle import (
     Obstacle,
@@ -24,6 +25,7 @@ __all__ = [
     "World",
     "box_obstacle",
     "cylinder_obstacle",
+    "landmarks",
     "load_mesh",
     "lowest_z",
     "mesh_obstacle",

@@ -19,7 +19,7 @@ from kinolab.world.contact import (
     make_touches,
     obstacle_object,
 )
-from kinolab.world.geometry import Array, BodyGeometry
+from kinolab.world.geometry import Array, BodyGeometry, sizes
 from kinolab.world.screen import (
     SLACK,
     enclose,
@@ -31,6 +31,7 @@ from kinolab.world.screen import (
     place,
     screen,
 )
+from kinolab.world.slimming import slimmer_body, slimmer_cable
 from kinolab.world.world import World
 
 GROUND_NAME = "ground"
@@ -104,6 +105,20 @@ class CollisionChecker:
         """
         twin = copy(self)
         twin._inflate(margin, ground)
+        return twin
+
+    def slimmer(self, by: float) -> CollisionChecker:
+        """Return a checker of bodies and cables slimmer by a length in [m] on every side.
+
+        It shares the obstacles with this one, not the scratch memory.
+        """
+        twin = copy(self)
+        twin.bodies = tuple(slimmer_body(body, by) for body in self.bodies)
+        twin.cables = tuple(slimmer_cable(cable, by) for cable in self.cables)
+        slim = [sizes(shape)[1] for body in twin.bodies for shape in body.shapes]
+        slim += [np.array([c.radius, c.radius, 0.0]) for c in twin.cables if c.collides]
+        twin.scene = self.scene._replace(half=np.array(slim).reshape(-1, 3))
+        twin._inflate(self.margin, self.scene.ground)
         return twin
 
     def _inflate(self, margin: float, ground: bool) -> None:
