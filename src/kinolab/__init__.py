@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kinolab import systems
+    from kinolab.diagnosis import Diagnosis, diagnose
     from kinolab.loading import load
     from kinolab.planning import Plan
     from kinolab.problem import Problem
@@ -15,13 +16,25 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0.dev0"
 
-__all__ = ["Certificate", "Plan", "Problem", "Trajectory", "load", "systems", "verify"]
+__all__ = [
+    "Certificate",
+    "Diagnosis",
+    "Plan",
+    "Problem",
+    "Trajectory",
+    "diagnose",
+    "load",
+    "systems",
+    "verify",
+]
 
 _HOMES = {
     "Certificate": "kinolab.verification",
+    "Diagnosis": "kinolab.diagnosis",
     "Plan": "kinolab.planning",
     "Problem": "kinolab.problem",
     "Trajectory": "kinolab.trajectory",
+    "diagnose": "kinolab.diagnosis",
     "load": "kinolab.loading",
     "verify": "kinolab.verification",
 }

@@ -58,7 +58,7 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
     if plan.trajectory is not None:
         files["trajectory.csv"] = plan.trajectory.to_csv().encode()
         files["trajectory.npz"] = plan.trajectory.to_npz()
-    files["report.json"] = (json.dumps(report, indent=1, ensure_ascii=False) + "\n").encode()
+    files["report.json"] = _json(report)
     stale = {*OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)
     (folder / "report.json").unlink(missing_ok=True)  # a report vouches for the files beside it
@@ -67,6 +67,25 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
     for name, content in files.items():
         write_whole(folder / name, content)
     return report
+
+
+def add_diagnosis(
+    folder: Path, report: Mapping[str, Any], diagnosis: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write the report of a run once more, with what was found out since, and return it.
+
+    Args:
+        folder: Of the run, whose other files stay.
+        report: As ``write_run`` returned it.
+        diagnosis: What is added to its ``diagnosis``.
+    """
+    whole = {**report, "diagnosis": {**report["diagnosis"], **diagnosis}}
+    write_whole(folder / "report.json", _json(whole))
+    return whole
+
+
+def _json(report: Mapping[str, Any]) -> bytes:
+    return (json.dumps(report, indent=1, ensure_ascii=False) + "\n").encode()
 
 
 def _recorded_assets(folder: Path) -> set[str]:

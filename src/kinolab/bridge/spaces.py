@@ -32,15 +32,21 @@ class Part:
 
 
 class Layout:
-    """Which subspace holds which entries of the state; it does not refer to the space itself."""
+    """Which subspace holds which entries of the state; it does not refer to the space itself.
 
-    def __init__(self, problem: Problem) -> None:
-        self._size = problem.model.nx
-        self._parts = _parts(problem)
+    Args:
+        problem: Whose states they are.
+        entries: Those that the space holds, in increasing order; the others stay as at the start.
+            All of them when left out.
+    """
+
+    def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
+        self._start = problem.start.tolist()
+        self._parts = _parts(problem, range(problem.model.nx) if entries is None else entries)
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""
-        values = [0.0] * self._size
+        values: list[float] = self._start.copy()
         for k, part in enumerate(self._parts):
             substate, first = state[k], part.entries[0]
             if part.kind is Kind.CIRCLE:
@@ -61,8 +67,8 @@ class States(Layout):
             of one weight.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        super().__init__(problem)
+    def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
+        super().__init__(problem, entries)
         self._order = [entry for part in self._parts for entry in part.entries]
         self._circles = [p.entries[0] for p in self._parts if p.kind is Kind.CIRCLE]
         self._attitudes = [p.entries[0] for p in self._parts if p.kind is Kind.ATTITUDE]
@@ -98,7 +104,7 @@ def control_space(problem: Problem, states: States) -> Any:
     return space
 
 
-def _parts(problem: Problem) -> list[Part]:
+def _parts(problem: Problem, chosen: Sequence[int]) -> list[Part]:
     """Group neighbouring entries of the state: circles alone, lines by equal weight."""
     owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
 
@@ -107,7 +113,7 @@ def _parts(problem: Problem) -> list[Part]:
             return Kind.ATTITUDE, owner[i]
         return (Kind.CIRCLE, i) if problem.circular[i] else (Kind.LINE, float(problem.weights[i]))
 
-    groups = groupby(range(problem.model.nx), key)
+    groups = groupby(chosen, key)
     return [Part(kind, tuple(entries)) for (kind, _), entries in groups]
 
 

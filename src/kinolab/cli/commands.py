@@ -80,6 +80,7 @@ def plan() -> None:
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
 @click.option("--no-animation", is_flag=True, help="Leave animation.gif out.")
+@click.option("--no-diagnosis", is_flag=True, help="Do not look for why nothing was found.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 def _scenario(
     scenario: str,
@@ -94,6 +95,7 @@ def _scenario(
     out: Path | None,
     as_json: bool,
     no_animation: bool,
+    no_diagnosis: bool,
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
@@ -115,6 +117,8 @@ def _scenario(
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
     found, report = _search(problem, folder, progress, jobs=jobs, anytime=anytime)
+    if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
+        report = _diagnose(problem, found, folder, report, progress)
     if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
         progress("drawing the animation")
         _animate(problem, found, folder)
@@ -122,7 +126,7 @@ def _scenario(
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
     else:
-        click.echo(_summary(found, folder))
+        click.echo(_summary(found, folder, report["diagnosis"].get("sentences", ())))
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
@@ -205,7 +209,21 @@ def _animate(problem: Problem, found: Plan, folder: Path) -> None:
     write_whole(folder / "animation.gif", animate(problem, found.trajectory))
 
 
-def _summary(found: Plan, folder: Path) -> str:
+def _diagnose(
+    problem: Problem, found: Plan, folder: Path, report: dict[str, Any], progress: _Progress
+) -> dict[str, Any]:
+    """Look for why no plan was found, and return the report with what was found out."""
+    from kinolab.diagnosis import diagnose
+    from kinolab.runs import add_diagnosis
+
+    with redirect_stdout(sys.stderr):  # what a user's planner prints is no result
+        diagnosis = diagnose(problem, found, progress=progress)
+    INTERRUPTS.raise_if_seen()
+    with INTERRUPTS.writing():
+        return add_diagnosis(folder, report, diagnosis.to_json())
+
+
+def _summary(found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
     ending = " Interrupted before the time was over." if found.interrupted else ""
     if found.status == "interrupted":
         ending = ""  # the message says so
@@ -222,6 +240,7 @@ def _summary(found: Plan, folder: Path) -> str:
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
+    lines += [f"  {sentence}" for sentence in why]
     return "\n".join([*lines, f"  written to {folder}"])
 
 

@@ -1,0 +1,180 @@
+"""Can the inputs hold the machine where it is? An equilibrium f(x, u) = 0 within their limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from kinolab.errors import KinolabError
+from kinolab.problem import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+STILL = 1e-6  # of a state's scale per second: slower counts as held
+ROUNDS = 100
+
+
+@dataclass(frozen=True)
+class Holding:
+    """How the inputs hold the machine at a configuration, all velocities being zero.
+
+    Attributes:
+        holds: Whether nothing moves on.
+        share: The largest share of a limit that it takes, 0 to 1.
+        inputs: The inputs that come nearest to holding it, within their limits, by name.
+        drifts: Rates of change that remain, in SI units, by the state's name; the worst first.
+        needed: Inputs that would hold it if they had no limits, by name, where their limits are
+            in the way; empty where no inputs would.
+    """
+
+    holds: bool
+    share: float
+    inputs: dict[str, float]
+    drifts: dict[str, float]
+    needed: dict[str, float]
+
+
+def holding(problem: Problem, x: Array) -> Holding | None:
+    """Look for inputs that hold the machine; None where its equations have no result there.
+
+    Further states, such as currents, are chosen with the inputs.
+
+    Args:
+        problem: The machine and the limits.
+        x: State whose configuration is looked at, shape (nx,).
+    """
+    try:
+        balance = _Balance(problem, x)
+        within = balance.solved(limited=True)
+        drift = balance.drift(within)
+        held = bool(np.abs(drift).max(initial=0.0) <= STILL)
+        beyond = within if held else balance.solved(limited=False)
+        freed = held or bool(np.abs(balance.drift(beyond)).max(initial=0.0) <= STILL)
+    except KinolabError:
+        return None
+    names, nu = problem.model.control_names, problem.model.nu
+    needed = {}
+    if freed and not held:
+        lower, upper = problem.model.control_bounds.T
+        slack = STILL * (upper - lower)
+        outside = (beyond[:nu] < lower - slack) | (beyond[:nu] > upper + slack)
+        needed = {names[i]: float(beyond[i]) for i in np.flatnonzero(outside)}
+    return Holding(
+        holds=held,
+        share=_share(problem, within[:nu]),
+        inputs=dict(zip(names, map(float, within[:nu]), strict=True)),
+        drifts=_worst_first(problem, drift),
+        needed=needed,
+    )
+
+
+def best_holding(problem: Problem, states: Sequence[Array]) -> Holding | None:
+    """Return the holding that needs least, of several states; one that holds before all others."""
+    found = [held for x in states if (held := holding(problem, x)) is not None]
+    return min(found, key=_effort, default=None)
+
+
+def _effort(held: Holding) -> tuple[bool, float]:
+    return not held.holds, held.share if held.holds else max(map(abs, held.drifts.values()))
+
+
+def holding_sentences(
+    problem: Problem, start: Holding | None, goal: Holding | None
+) -> Iterator[str]:
+    """Say where the machine cannot rest, and what it would take."""
+    if goal is not None and not goal.holds and _wants_rest(problem):
+        yield f"The machine cannot rest in the goal, only pass through: {_why(problem, goal)}."
+    if start is not None and not start.holds:
+        yield f"The machine cannot rest at the start: {_why(problem, start)}."
+
+
+def _why(problem: Problem, held: Holding) -> str:
+    name, drift = next(iter(held.drifts.items()))
+    if not held.needed:
+        return f"no inputs keep {name} from changing"
+    limits = dict(zip(problem.model.control_names, problem.model.control_bounds, strict=True))
+    units = {entry.name: entry.unit for entry in problem.system.inputs}
+    wanted = [
+        f"{which} = {value:.4g} {units[which]}".rstrip()
+        + f" (its limit is {limits[which][0 if value < 0 else 1]:g})"
+        for which, value in held.needed.items()
+    ]
+    return f"{name} changes by {abs(drift):.3g} per second; to hold it takes {', '.join(wanted)}"
+
+
+def _wants_rest(problem: Problem) -> bool:
+    """Whether the goal asks all velocities that are states to be zero."""
+    model = problem.model
+    wanted = dict(zip(problem.goal.indices, problem.goal.targets, strict=True))
+    rates = [i for i, name in enumerate(model.state_names) if name in model.rate_names]
+    return bool(rates) and all(wanted.get(i, math.inf) == 0.0 for i in rates)
+
+
+def _share(problem: Problem, u: Array) -> float:
+    """Return the largest share of an input's limit, on the side where it is used."""
+    limits = np.where(u < 0, *problem.model.control_bounds.T)
+    used = np.abs(u) > 1e-12  # what is not used needs no limit
+    return float(np.max(np.abs(u[used] / limits[used]), initial=0.0))
+
+
+def _worst_first(problem: Problem, drift: Array) -> dict[str, float]:
+    """Name the rates of change in SI units whose share of the states' scales is not small."""
+    order = np.argsort(-np.abs(drift))
+    names, scales = problem.model.state_names, problem.scales
+    return {names[i]: float(drift[i] * scales[i]) for i in order if abs(drift[i]) > STILL}
+
+
+class _Balance:
+    """The rates of change as a function of inputs and further states, at one configuration."""
+
+    def __init__(self, problem: Problem, x: Array) -> None:
+        model = problem.model
+        self._model, self._scales = model, problem.scales
+        rates = [i for i, name in enumerate(model.state_names) if name in model.rate_names]
+        self._still = x.copy()
+        self._still[rates] = 0.0
+        self._further = np.array(
+            [i for i in range(model.nq, model.nx) if i not in rates], dtype=np.int64
+        )
+        self._limits = np.concatenate([model.control_bounds, problem.bounds[self._further]])
+
+    def solved(self, *, limited: bool) -> Array:
+        """Return inputs and further states with the least drift, with or without limits."""
+        lower, upper = self._limits.T
+        none = np.clip(np.zeros(len(lower)), lower, upper)
+        if not len(none):
+            return none
+        unit = np.maximum(np.abs(self._limits).max(axis=1), 1e-12)  # numbers of like size
+        found = least_squares(
+            lambda z: self.drift(z * unit),
+            none / unit,
+            jac=lambda z: self._slope(z * unit) * unit,
+            bounds=(lower / unit, upper / unit) if limited else (-np.inf, np.inf),
+            max_nfev=ROUNDS,
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+        )
+        return np.asarray(found.x * unit)
+
+    def drift(self, z: Array) -> Array:
+        """Return the rates of change as shares of the states' scales, shape (nx,)."""
+        x, u = self._split(z)
+        change: Array = self._model.f(x, u) / self._scales
+        return change
+
+    def _slope(self, z: Array) -> Array:
+        in_x, in_u = self._model.jacobian(*self._split(z))
+        both: Array = np.concatenate([in_u, in_x[:, self._further]], axis=1)
+        return both / self._scales[:, None]
+
+    def _split(self, z: Array) -> tuple[Array, Array]:
+        nu, x = self._model.nu, self._still.copy()
+        x[self._further] = z[nu:]
+        return x, z[:nu]

@@ -1,0 +1,78 @@
+"""Which coordinates matter to a machine's shape and its goal, and how far each moves it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.attitude import random_attitude
+from kinolab.problem import Problem
+from kinolab.world import landmarks
+
+Array: TypeAlias = NDArray[np.float64]
+
+STATES = 12  # drawn at random, besides those that are given
+NUDGE = 1e-5  # [m] or [rad] by which a coordinate is changed
+NOTHING = 1e-7  # [m] per unit: rounding
+LEAST = 0.01  # [m] per unit, of what only the goal depends on
+
+
+def reach(problem: Problem, states: Sequence[Array]) -> Array:
+    """Return how far each coordinate moves a point of the machine, per m or rad, shape (nx,).
+
+    It is 0 for what neither the shapes' places nor the goal depend on, such as how far a wheel has
+    turned, and for velocities. The four entries of an attitude have the reach of its angle.
+
+    Args:
+        problem: The machine and its goal.
+        states: Where it is measured, besides at random configurations.
+    """
+    samples = [*states, *_drawn(problem)]
+    far = np.zeros(problem.model.nx)
+    for i in range(problem.model.nq):
+        far[i] = max(_moved(problem, x, i) for x in samples)
+    for first in problem.model.attitudes.values():
+        far[first : first + 4] = far[first : first + 4].max() / 2  # an angle turns an entry by half
+    far[far < NOTHING] = 0.0
+    wanted = list(problem.goal.indices)
+    wanted += [a.index + k for a in problem.goal.attitudes for k in range(4)]
+    wanted = [i for i in wanted if i < problem.model.nq]
+    far[wanted] = np.maximum(far[wanted], LEAST)
+    return far
+
+
+def _drawn(problem: Problem) -> Iterator[Array]:
+    generator = np.random.default_rng(0)
+    for _ in range(STATES):
+        x = np.asarray(generator.uniform(*problem.sampling_bounds.T))
+        for first in problem.model.attitudes.values():
+            x[first : first + 4] = random_attitude(generator)
+        yield x
+
+
+def _moved(problem: Problem, x: Array, i: int) -> float:
+    """Return how far the farthest point moves per unit of one coordinate."""
+    nudged = x.copy()
+    nudged[i] += NUDGE
+    before, after = (_points(problem, state) for state in (x, problem.model.project(nudged)))
+    moved = np.linalg.norm(after - before, axis=1)
+    return float(np.nan_to_num(moved).max(initial=0.0)) / NUDGE
+
+
+def _points(problem: Problem, x: Array) -> Array:
+    """Return points of the world that tell where the machine and what its goal is about are."""
+    poses, ends = problem.placement(x)
+    places = [
+        pose.reshape(3, 4) @ np.concatenate([points, np.ones((len(points), 1))], axis=1).T
+        for body, pose in zip(problem.bodies, poses, strict=True)
+        for points in map(landmarks, body.shapes)
+    ]
+    goal = problem.goal
+    asked = [(p.body, p.at, 1.0) for p in goal.points]
+    asked += [(d.body, d.axis, 0.0) for d in goal.directions]
+    asked += [(cone.body, cone.axis, 0.0) for cone in problem.keep_outs]
+    places += [poses[b].reshape(3, 4) @ np.array([[*at, shift]]).T for b, at, shift in asked]
+    return np.concatenate([*(place.T for place in places), ends.reshape(-1, 3)])

@@ -1,0 +1,100 @@
+"""Are there velocities that no input ever changes? The linearisations' controllability tells.
+
+Source: Kalman, Ho, Narendra, Controllability of linear dynamical systems, Contributions to
+Differential Equations 1(2), 1963.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.attitude import random_attitude
+from kinolab.errors import KinolabError
+from kinolab.problem import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+STATES = 12  # drawn at random; a direction that none of them reaches is never reached
+RANK = 1e-7  # of the largest singular value: smaller ones count as zero
+TINY = 1e-300  # what zeros are divided by
+WHOLE = 0.999  # component of a unit vector beyond which it stands for one velocity alone
+SHOWN = 1e-3  # component below which a velocity is no part of a direction
+
+
+def unreached(problem: Problem) -> tuple[dict[str, float], ...]:
+    """Return the directions of velocity that no input changes, as components by name.
+
+    A direction counts where it is out of reach of the linearisation at every one of several
+    states and inputs drawn at random. A kinematic machine has none.
+    """
+    names = problem.model.state_names
+    rates = [i for i, name in enumerate(names) if name in problem.model.rate_names]
+    parts = [_reached(problem, x, u)[rates] for x, u in _drawn(problem)]
+    parts = [part for part in parts if part.size]
+    if not rates or not parts:
+        return ()
+    missing = _complement(np.concatenate(parts, axis=1))
+    return tuple(
+        {names[i]: float(value) for i, value in zip(rates, z, strict=True) if abs(value) > SHOWN}
+        for z in missing.T
+    )
+
+
+def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]:
+    """Say which velocities no input changes."""
+    for direction in directions:
+        name = max(direction, key=lambda key: abs(direction[key]))
+        if abs(direction[name]) < WHOLE:
+            name = " ".join(f"{value:+.2g} {key}" for key, value in direction.items())
+        yield f"No input ever changes {name}."
+
+
+def _drawn(problem: Problem) -> Iterator[tuple[Array, Array]]:
+    """Yield states within the limits and inputs within theirs."""
+    generator, model = np.random.default_rng(0), problem.model
+    for _ in range(STATES):
+        x = np.asarray(generator.uniform(*problem.sampling_bounds.T))
+        for first in model.attitudes.values():
+            x[first : first + 4] = random_attitude(generator)
+        u = np.asarray(generator.uniform(*model.control_bounds.T))
+        yield model.project(x), u
+
+
+def _reached(problem: Problem, x: Array, u: Array) -> Array:
+    """Return a basis of what the linearisation at a state reaches, shape (nx, rank)."""
+    model, scales = problem.model, problem.scales
+    try:
+        A, B = model.jacobian(x, u)
+    except KinolabError:
+        return np.zeros((model.nx, 0))
+    strength = np.ptp(model.control_bounds, axis=1) / 2
+    A, B = A * scales / scales[:, None], B * strength / scales[:, None]
+    if not (np.isfinite(A).all() and np.isfinite(B).all()):
+        return np.zeros((model.nx, 0))
+    A /= max(float(np.linalg.norm(A)), TINY)  # the reach of A is that of any multiple of it
+    basis = _basis(B / max(float(np.linalg.norm(B)), TINY))
+    for _ in range(model.nx):
+        larger = _basis(np.concatenate([basis, A @ basis], axis=1))
+        if larger.shape[1] == basis.shape[1]:
+            break
+        basis = larger
+    return basis
+
+
+def _basis(columns: Array) -> Array:
+    """Return an orthonormal basis of what columns span."""
+    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    basis: Array = left[:, sizes > RANK * sizes.max(initial=TINY)]
+    return basis
+
+
+def _complement(columns: Array) -> Array:
+    """Return an orthonormal basis of what is orthogonal to all columns."""
+    left, sizes, _ = np.linalg.svd(columns)
+    rank = int((sizes > RANK * sizes.max(initial=TINY)).sum())
+    basis: Array = left[:, rank:]
+    return basis
