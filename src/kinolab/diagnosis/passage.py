@@ -29,7 +29,6 @@ Array: TypeAlias = NDArray[np.float64]
 SLIMMER = (80, 320, 1280)  # quanta per side: 2, 8 and 32 cm
 WAYS = 3  # that are compared: a slim machine may pass where a fatter one never does
 LOOKS = 40_000  # configurations judged in one look for a way
-SECONDS = 1.5  # of one look for a way, at most
 COARSE = 0.01  # [m] of motion between two looks at it
 ROUGH, FINE = (0.016, 30), (0.008, 150)  # spacing in [m] and patience of squeezing
 NEARLY = 8  # quanta by which a machine is too fat that tells what is in the way
@@ -125,7 +124,7 @@ class _Search:
 
     def way(self, slim: int, seed: int) -> Array | None:
         """Look for a way of a machine that is so many quanta slimmer."""
-        effort = Effort(LOOKS, SECONDS)
+        effort = Effort(LOOKS, self._end - time.monotonic())
         shape = self._fit.shape(slim)
         return find_way(self._space, shape, self._start, self._goals, effort, seed)
 
