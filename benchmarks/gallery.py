@@ -171,7 +171,7 @@ def plan(processes: Processes, case: Case, seed: int, options: argparse.Namespac
     limit = options.time_limit
     arguments = [
         *(case.scenario, "--seed", str(seed), "--time-limit", str(limit), "--out", str(folder)),
-        *("--no-animation", "--quiet", "--json"),
+        *("--no-animation", "--no-diagnosis", "--quiet", "--json"),
         *(["--planner", options.planner] if options.planner else []),
     ]
     begun = time.perf_counter()

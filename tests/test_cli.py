@@ -21,7 +21,7 @@ from tests.support import ENTER, OPEN, WALL, environment, plan, started
 Capture = pytest.CaptureFixture[str]
 
 HARD = ("--set", "goal.x=4", "--set", "goal.tolerance=1e-9")  # is not hit by chance
-SILENT = ("--no-animation", "--quiet")
+SILENT = ("--no-animation", "--no-diagnosis", "--quiet")
 
 
 @pytest.fixture
@@ -472,7 +472,7 @@ def test_help_imports_nothing_slow_and_answers_at_once(tmp_path: Path) -> None:
     "option",
     [
         *("--planner", "--seed", "--time-limit", "--max-iterations", "--set", "--out"),
-        *("--json", "--no-animation", "--quiet", "check", "list", "equations"),
+        *("--json", "--no-animation", "--no-diagnosis", "--quiet", "check", "list", "equations"),
     ],
 )
 def test_help_names_every_option_and_command(capsys: Capture, option: str) -> None:
