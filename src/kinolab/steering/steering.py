@@ -97,8 +97,10 @@ class Steering(AbstractSteering):
         if self.flat and self.rests(x0) and self.rests(x1):
             yield from self._along_curves(x0, x1, worthwhile)
             return
-        if self.flat and self.rests(x1):
-            yield from self._after_braking(x0, x1, worthwhile)
+        stopped = self.brake.stop(x0) if self.flat and self.rests(x1) else None
+        if stopped is not None:
+            yield from self._onward(stopped, x1, worthwhile)
+            return
         settled = settle(self._problem, x1)
         if settled is not None and np.abs(self.closing.miss(settled[0], x1)).max() < 1e-6:
             held = self.tracker.settle_at(x0, x1, settled[1], SETTLING)
@@ -116,11 +118,11 @@ class Steering(AbstractSteering):
                 if motion is not None:
                     yield motion
 
-    def _after_braking(
-        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
+    def _onward(
+        self, stopped: Maneuver, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
-        stopped = self.brake.stop(x0)
-        if stopped is None or not worthwhile(stopped.x):
+        """Yield motions from the end of one that comes to rest."""
+        if not worthwhile(stopped.x):
             return
         rest = stopped.x[-1].copy()
         rest[self._problem.model.nq :] = x1[self._problem.model.nq :]  # 0, and not just about
