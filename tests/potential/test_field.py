@@ -15,6 +15,7 @@ from kinolab.potential.field import Field
 from kinolab.potential.pullback import generalised_force, point_jacobians, velocity_columns
 from kinolab.potential.repulsion import Repulsion
 from kinolab.problem import Problem
+from kinolab.propagation import Propagator
 from tests.support import OPEN, WALL, problem_of
 
 Array = NDArray[np.float64]
@@ -61,7 +62,12 @@ def test_forces_of_navigation_are_minus_its_slope(seed: int) -> None:
     """Straight lines between corners of cells: h must stay within one, which 1e-6 m does."""
     problem = kinolab.load("diffdrive_warehouse")
     field = navigation_field(
-        problem, Repulsion(0.0, 0.3), resolution=0.3, memory=16.0, berth=0.5, stop=lambda: False
+        Propagator(problem),
+        Repulsion(0.0, 0.3),
+        resolution=0.3,
+        memory=16.0,
+        berth=0.5,
+        stop=lambda: False,
     )
     assert field is not None
     x = around(problem, problem.start, seed, 0.4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.potential.eikonal import SLOWEST, Grid, Navigation, navigation
+from kinolab.potential.eikonal import SLOWEST, Grid, Navigation, cropped, navigation
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -153,3 +153,20 @@ def test_it_is_0_at_the_goal_and_keeps_its_edge_value_outside() -> None:
     assert way(goal[None])[0] == pytest.approx(0.0, abs=1e-12)
     inside, outside = way(np.array([[2.0, 1.0, 0.0], [9.0, 1.0, 0.0]]))[0]
     assert outside >= inside
+
+
+@pytest.mark.parametrize("dims", [2, 3])
+def test_a_cropped_grid_knows_the_same_ways(dims: int) -> None:
+    """Only cells that nothing leads to are left out."""
+    free = np.zeros((30,) * dims, dtype=bool)
+    free[(slice(8, 20),) * dims] = True
+    free[(slice(10, 14),) * (dims - 1) + (slice(8, 15),)] = False
+    goal, grid = at_corner(*(18,) * dims), plane(*free.shape)
+    part, inside = cropped(grid, free, goal)
+    assert inside.sum() == free.sum()
+    assert inside.shape == (14,) * dims
+    cells = np.argwhere(free)
+    points = np.zeros((len(cells), 3))
+    points[:, :dims] = CELL * (cells + 0.3)
+    whole, cut = navigation(free, grid, goal, 0.2), navigation(inside, part, goal, 0.2)
+    assert cut(points)[0] == pytest.approx(whole(points)[0], rel=1e-9)

@@ -16,6 +16,7 @@ from kinolab.potential.inscribed import inscribed_radius
 from kinolab.potential.repulsion import Repulsion
 from kinolab.potential.workspace import around_goal, grid_of, open_cells
 from kinolab.problem import Problem
+from kinolab.propagation import Propagator
 from kinolab.world import BodyGeometry
 from tests.support import OPEN, WALL, problem_of
 
@@ -86,7 +87,7 @@ def test_cells_are_open_where_the_machine_fits_in_some_attitude(tmp_path: Path) 
     """The coin is 0.5 m long and 0.05 m thick; the wall's face is at x = 2.95, y from -2 to 2."""
     problem, point = coin(tmp_path)
     grid = grid_of(problem, point, 0.1, 16.0)
-    free = open_cells(problem, point, grid, lambda: False)
+    free = open_cells(Propagator(problem), point, grid, lambda: False)
     assert free is not None
     beside = free[grid.cell_of(np.array([2.95 - 0.06, 0.5, 0.25]))]
     touching = free[grid.cell_of(np.array([2.95 + 0.05, 0.5, 0.25]))]
@@ -100,7 +101,7 @@ def test_what_cannot_be_reached_is_not_open(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN + WALL.replace("4.0, 1.0", "10.0, 1.0"))
     point = control_points(problem)[0]
     grid = grid_of(problem, point, 0.1, 16.0)
-    free = open_cells(problem, point, grid, lambda: False)
+    free = open_cells(Propagator(problem), point, grid, lambda: False)
     assert free is not None
     assert free[grid.cell_of(np.array([-4.0, 0.0, 0.25]))]
     assert not free[grid.cell_of(np.array([4.0, 0.0, 0.25]))]
@@ -109,7 +110,7 @@ def test_what_cannot_be_reached_is_not_open(tmp_path: Path) -> None:
 def test_a_search_that_must_end_does_not_go_on_looking(tmp_path: Path) -> None:
     problem, point = coin(tmp_path)
     grid = grid_of(problem, point, 0.02, 64.0)
-    assert open_cells(problem, point, grid, lambda: True) is None
+    assert open_cells(Propagator(problem), point, grid, lambda: True) is None
 
 
 @pytest.mark.parametrize("memory", [0.1, 1.0])
@@ -142,7 +143,7 @@ def test_an_arm_s_point_is_judged_by_the_largest_ball_in_it() -> None:
     problem = kinolab.load("pendulum_swingup")
     point = control_points(problem)[0]
     grid = grid_of(problem, point, 0.1, 16.0)
-    free = open_cells(problem, point, grid, lambda: False)
+    free = open_cells(Propagator(problem), point, grid, lambda: False)
     assert free is not None
     hanging = place(point.at, problem.frames(problem.start)[0][None])[0]
     assert free[grid.cell_of(hanging)]
@@ -178,7 +179,12 @@ def test_cells_are_halved_where_they_cut_the_start_off(tmp_path: Path) -> None:
     )
     problem = problem_of(tmp_path, OPEN + walls, "goal.x=3.0", "goal.y=0.3", "goal.tolerance=0.1")
     field = navigation_field(
-        problem, Repulsion(0.0, 0.3), resolution=0.5, memory=16.0, berth=0.0, stop=lambda: False
+        Propagator(problem),
+        Repulsion(0.0, 0.3),
+        resolution=0.5,
+        memory=16.0,
+        berth=0.0,
+        stop=lambda: False,
     )
     assert field is not None
     way = field.potential(problem.start[None])[0]

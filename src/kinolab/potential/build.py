@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from kinolab.potential.attraction import Straight
 from kinolab.potential.control_points import ControlPoint, control_points, place
-from kinolab.potential.eikonal import Navigation, navigation
+from kinolab.potential.eikonal import Navigation, cropped, navigation
 from kinolab.potential.field import Field, PointPotential, Pull
 from kinolab.potential.patience import unless_stopped
 from kinolab.potential.repulsion import Repulsion
 from kinolab.potential.workspace import grid_of, is_open, open_cells
 from kinolab.problem import Problem
+from kinolab.propagation import Propagator
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ def plain_field(problem: Problem, repulsion: Repulsion) -> Field:
 
 
 def navigation_field(
-    problem: Problem,
+    propagator: Propagator,
     repulsion: Repulsion,
     *,
     resolution: float,
@@ -44,18 +45,19 @@ def navigation_field(
     """Return the field of navigation functions; None where ``stop`` said to end.
 
     Args:
-        problem: What is planned.
+        propagator: Judges where the machine of its problem can be.
         repulsion: Besides.
         resolution: Edge of a cell in [m]; 0 to take it from the body's width.
         memory: For the cells of one point, in [MB].
         berth: See ``navigation``.
         stop: Asked now and then.
     """
+    problem = propagator.problem
     points = control_points(problem)
     found: list[PointPotential] = []
     for point in points:
         edge = resolution or _edge(problem, point)
-        way = _navigation(problem, point, edge, memory, berth, stop)
+        way = _navigation(propagator, point, edge, memory, berth, stop)
         if way is None:
             return None
         found.append(way)
@@ -63,7 +65,7 @@ def navigation_field(
 
 
 def _navigation(
-    problem: Problem,
+    propagator: Propagator,
     point: ControlPoint,
     edge: float,
     memory: float,
@@ -71,17 +73,18 @@ def _navigation(
     stop: Callable[[], bool],
 ) -> Navigation | None:
     """Return the way to a point's goal; cells are halved while they cut the start off."""
+    problem = propagator.problem
     grid = grid_of(problem, point, edge, memory)
-    free = open_cells(problem, point, grid, stop)
+    free = open_cells(propagator, point, grid, stop)
     for _ in range(HALVINGS):
         finer = grid_of(problem, point, grid.size / 2, memory)
         if free is None or is_open(problem, point, grid, free) or finer.size > SHRINKS * grid.size:
             break
-        grid, free = finer, open_cells(problem, point, finer, stop)
+        grid, free = finer, open_cells(propagator, point, finer, stop)
     if free is None:
         return None
-    cells = free
-    return unless_stopped(lambda: navigation(cells, grid, point.goal, berth), stop)
+    part, cells = cropped(grid, free, point.goal)
+    return unless_stopped(lambda: navigation(cells, part, point.goal, berth), stop)
 
 
 def _edge(problem: Problem, point: ControlPoint) -> float:

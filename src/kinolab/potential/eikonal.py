@@ -55,6 +55,17 @@ class Grid:
         return tuple(int(entry) for entry in nearest)
 
 
+def cropped(grid: Grid, free: Mask, goal: Array) -> tuple[Grid, Mask]:
+    """Return the part of a grid that holds all free cells and the goal, with a cell around it."""
+    found = np.argwhere(free)
+    corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
+    lowest, highest = (np.vstack([found, corner - k]) for k in (0, 1))
+    first = np.maximum(lowest.min(axis=0) - 1, 0)
+    last = np.minimum(highest.max(axis=0) + 2, grid.shape)
+    part = free[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
+    return Grid(grid.axes, grid.origin + grid.size * first, grid.size, part.shape), part
+
+
 @dataclass(frozen=True, eq=False)
 class Navigation:
     """The length of the way to a goal, in [m] of open space, for points of the world.

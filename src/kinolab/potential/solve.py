@@ -52,7 +52,7 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
     if settings.navigation:
         unless_stopped(_load_solver, lambda: budget.interrupted)
     budget.restart()
-    field = _field(problem, settings, budget)
+    field = _field(propagator, settings, budget)
     if field is None:
         return _result(problem, Trail([problem.start]), Ending.BUDGET, budget, propagator, {})
     projection = Projection(problem.model, settings.pull, settings.damping)
@@ -74,12 +74,12 @@ def _load_solver() -> None:
     import fteikpy  # noqa: F401
 
 
-def _field(problem: Problem, settings: FieldSettings, budget: Budget) -> Field | None:
+def _field(propagator: Propagator, settings: FieldSettings, budget: Budget) -> Field | None:
     repulsion = Repulsion(settings.repulsion, settings.influence)
     if not settings.navigation:
-        return plain_field(problem, repulsion)
+        return plain_field(propagator.problem, repulsion)
     return navigation_field(
-        problem,
+        propagator,
         repulsion,
         resolution=settings.resolution,
         memory=settings.memory,

@@ -77,13 +77,13 @@ def _extent(problem: Problem, point: ControlPoint) -> tuple[Array, Array]:
 
 
 def open_cells(
-    problem: Problem, point: ControlPoint, grid: Grid, stop: Callable[[], bool]
+    propagator: Propagator, point: ControlPoint, grid: Grid, stop: Callable[[], bool]
 ) -> Mask | None:
     """Return which cells the point can be brought to from its goal, of the grid's shape.
 
     Only what is connected with the goal is judged. None where ``stop`` said to end.
     """
-    is_free = _judge(problem, point, grid)
+    is_free = _judge(propagator, point, grid)
     free, seen = np.zeros(grid.shape, dtype=bool), np.zeros(grid.shape, dtype=bool)
     front, judged = around_goal(grid, point.goal), 0
     for cell in front:
@@ -125,14 +125,14 @@ def _neighbours(cell: tuple[int, ...], shape: tuple[int, ...]) -> Iterator[tuple
             yield (*cell[:k], cell[k] + 1, *cell[k + 1 :])
 
 
-def _judge(problem: Problem, point: ControlPoint, grid: Grid) -> Callable[[Array], bool]:
+def _judge(propagator: Propagator, point: ControlPoint, grid: Grid) -> Callable[[Array], bool]:
     """Return the question whether the point may be at a place (axes,) of the grid."""
+    problem = propagator.problem
     states = _attitudes(problem)
-    steps = _carried(problem, point, grid, states)
+    steps, ball_fits = _carried(problem, point, grid, states), _ball(problem, point, grid)
     if steps is None:
-        return _ball(problem, point, grid)
-    propagator, lengths = Propagator(problem), list(point.carrier.lengths)
-    axes = list(grid.axes)
+        return ball_fits
+    lengths, axes = list(point.carrier.lengths), list(grid.axes)
     bodies = problem.frames(states)[:, point.carrier.body]
     offsets, latest = place(point.at, bodies)[:, axes], 0
 
@@ -145,6 +145,8 @@ def _judge(problem: Problem, point: ControlPoint, grid: Grid) -> Callable[[Array
         nonlocal latest
         if brought(latest, target):
             return True
+        if not ball_fits(target):
+            return False  # nor does the body, in any attitude
         for k in range(len(states)):
             if k != latest and brought(k, target):
                 latest = k  # most likely free beside this cell too
@@ -198,8 +200,10 @@ def _carried(problem: Problem, point: ControlPoint, grid: Grid, states: Array) -
 
 def _ball(problem: Problem, point: ControlPoint, grid: Grid) -> Callable[[Array], bool]:
     """Judge the largest ball about the point that fits the body, in place of the machine."""
-    radius = max(inscribed_radius(problem.bodies[point.carrier.body], point.at), SMALLEST)
-    checker = CollisionChecker([BodyGeometry("ball", (Sphere(radius),))], problem.world)
+    body = problem.bodies[point.carrier.body]
+    radius = max(inscribed_radius(body, point.at), SMALLEST)
+    ball = BodyGeometry("ball", (Sphere(radius),), body.touches_ground)
+    checker = CollisionChecker([ball], problem.world)
     where, axes = point.goal.copy(), list(grid.axes)
 
     def is_free(target: Array) -> bool:

@@ -28,11 +28,12 @@ class Propagator:
         margin: Room in [m] that is asked for beside obstacles.
 
     Attributes:
+        problem: The machine and its world.
         rejections: How many motions were refused, by cause and culprit.
     """
 
     def __init__(self, problem: Problem, margin: float = 0.0) -> None:
-        self._problem = problem
+        self.problem = problem
         self._calls = CompiledStep(problem)
         self._sweep = Sweep(problem, self._calls, margin)
         self._limits = [
@@ -90,9 +91,9 @@ class Propagator:
         values = self._calls.next
         for i, lower, upper in self._limits:
             if not lower <= values[i] <= upper:
-                return str(self._problem.model.state_names[i])
+                return str(self.problem.model.state_names[i])
         if self._has_rare_limits:
-            for name, *_ in self._problem.limit_violations(np.array(values)):
+            for name, *_ in self.problem.limit_violations(np.array(values)):
                 return name
         return ""
 
@@ -109,7 +110,7 @@ class Propagator:
                 overshoot = CAUTION * 0.5 * duration * min(abs(a), abs(b))
                 ends = self._calls.x[i], self._calls.next[i]
                 if min(ends) - overshoot < lower or max(ends) + overshoot > upper:
-                    return str(self._problem.model.state_names[i])
+                    return str(self.problem.model.state_names[i])
         return ""
 
     def _requirement_missed(self, duration: float) -> str:
@@ -118,22 +119,22 @@ class Propagator:
     def _cone_entered(self, duration: float) -> str:
         """Check forbidden cones so often along the step that no axis turns far in between."""
         for poses in self._looks_at_axes(duration):
-            for cone in self._problem.keep_outs:
+            for cone in self.problem.keep_outs:
                 if cone.angle(poses) < cone.half_angle:
-                    return f"the axis of {self._problem.bodies[cone.body].name}"
+                    return f"the axis of {self.problem.bodies[cone.body].name}"
         return ""
 
     def _looks_at_axes(self, duration: float) -> Iterator[np.ndarray]:
         """Yield the bodies' poses along the step just made, where cones are forbidden."""
-        if not self._problem.keep_outs:
+        if not self.problem.keep_outs:
             return
         calls = self._calls
         ends = zip((calls.x, calls.next), calls.slopes(), strict=True)
-        fastest = max(_axis_speed(self._problem, np.array(x), np.array(dx)) for x, dx in ends)
+        fastest = max(_axis_speed(self.problem, np.array(x), np.array(dx)) for x, dx in ends)
         looks = max(1, math.ceil(CAUTION * fastest * duration / TURN))
         for k in range(1, looks + 1):
             calls.step(duration * k / looks)
-            yield self._problem.frames(np.array(calls.next))
+            yield self.problem.frames(np.array(calls.next))
 
 
 def _axis_speed(problem: Problem, x: np.ndarray, slope: np.ndarray) -> float:
