@@ -16,6 +16,10 @@ from tests.conftest import Solved
 from tests.support import OPEN, failed, plan, problem_of, within
 
 every_planner = pytest.mark.parametrize("name", planners.names())
+# Planners that steer exactly hit a goal that others only come near to; tests of their own
+# (tests/roadmap/test_prm.py) show how they end where they find nothing.
+EXACT = {"prm", "prm_geometric"}
+every_searcher = pytest.mark.parametrize("name", sorted({*planners.names()} - EXACT))
 
 
 def bits(found: Plan) -> bytes:
@@ -89,7 +93,7 @@ def test_two_processes_give_the_same_bits(tmp_path: Path) -> None:
     assert one.count(b"\n") > 10
 
 
-@every_planner
+@every_searcher
 @pytest.mark.parametrize("most", [1, 20])
 def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) -> None:
     found = hard.solve(planner=name, seed=1, max_iterations=most)
@@ -97,14 +101,14 @@ def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) ->
     assert found.iterations == most
 
 
-@every_planner
+@every_searcher
 def test_a_search_ends_at_its_time(name: str, hard: Problem) -> None:
     found = hard.solve(planner=name, seed=1, time_limit=0.5)
     assert found.status in {"approximate", "not_found"}
     assert found.timings["search"] < 1.0  # [s]
 
 
-@every_planner
+@every_searcher
 def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> None:
     timed = hard.solve(planner=name, seed=2, time_limit=0.3)
     again = hard.solve(planner=name, seed=2, time_limit=60, max_iterations=timed.iterations)
@@ -112,7 +116,7 @@ def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> No
     assert bits(again) == bits(timed)
 
 
-@every_planner
+@every_searcher
 def test_an_approximate_plan_ends_nearer_to_the_goal_than_it_starts(
     name: str, hard: Problem
 ) -> None:
@@ -149,7 +153,7 @@ def test_the_inputs_are_held_for_whole_steps_within_their_limits(name: str, shor
     assert (np.abs(motion.u) <= [1.0, 0.5]).all()
 
 
-@every_planner
+@every_searcher
 def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Problem) -> None:
     budgets: list[Budget] = []
 

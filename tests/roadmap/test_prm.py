@@ -141,6 +141,16 @@ def test_a_goal_in_a_room_without_a_door_is_not_found_in_time(planner: str, tmp_
 
 
 @pytest.mark.parametrize("planner", ["prm", "prm_geometric"])
+@pytest.mark.parametrize("text", ["", ROOM])
+def test_a_search_ends_at_its_iterations(planner: str, text: str, tmp_path: Path) -> None:
+    """Where wheels may hardly turn there are paths, and none can be followed."""
+    still = ("bounds.phi_l_dot=[-1e-9, 1e-9]", "bounds.phi_r_dot=[-1e-9, 1e-9]")
+    problem = scene(tmp_path, "drive", *still, text=text)
+    found = problem.solve(planner=planner, seed=1, time_limit=60.0, max_iterations=10)
+    assert (found.status, found.iterations) == ("not_found", 10)
+
+
+@pytest.mark.parametrize("planner", ["prm", "prm_geometric"])
 def test_a_search_that_is_interrupted_says_so_and_keeps_its_roadmap(
     planner: str, tmp_path: Path
 ) -> None:
