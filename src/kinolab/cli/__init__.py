@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -30,4 +31,5 @@ def main() -> None:
         with suppress(OSError):
             sys.stdout.flush()
         INTERRUPTS.leave(code)  # at once: libraries take their time to say goodbye
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done
     sys.exit(code)

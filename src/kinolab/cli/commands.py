@@ -224,10 +224,9 @@ def _diagnose(
 
 
 def _summary(found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
-    ending = " Interrupted before the time was over." if found.interrupted else ""
-    if found.status == "interrupted":
-        ending = ""  # the message says so
-    lines = [f"{found.status}: {found.message}{ending}"]
+    lines = [f"{found.status}: {found.message}"]
+    if found.interrupted and found.status != "interrupted":
+        lines[0] += " Interrupted before the time was over."
     if found.trajectory is not None:
         lines.append(
             f"  motion of {found.trajectory.duration:.2f} s, ending "
@@ -347,7 +346,8 @@ def _simulate(
     distance = problem.goal_distance(trajectory.x[-1])
     moved = Plan("simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself.")
     folder = out or Path("runs") / f"{problem.name}_simulated"
-    write_run(folder, problem, moved)
+    with INTERRUPTS.writing():
+        write_run(folder, problem, moved)
     if not no_animation:
         progress("drawing the animation")
         _animate(problem, moved, folder)

@@ -31,7 +31,8 @@ def enter(handle: int) -> None:
         handle: The file descriptor of the connection to the process that started this one.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with Connection(handle) as connection, suppress(EOFError, BrokenPipeError):
+    connection = Connection(handle)
+    with suppress(EOFError, BrokenPipeError):
         request, parcel = connection.recv()
         threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
         work(connection, request, parcel)
