@@ -472,7 +472,8 @@ def test_help_imports_nothing_slow_and_answers_at_once(tmp_path: Path) -> None:
     "option",
     [
         *("--planner", "--seed", "--time-limit", "--max-iterations", "--set", "--out"),
-        *("--json", "--no-animation", "--no-diagnosis", "--quiet", "check", "list", "equations"),
+        *("--json", "--no-animation", "--no-diagnosis", "--quiet", "--jobs", "--anytime"),
+        *("--roadmap", "check", "list", "equations"),
     ],
 )
 def test_help_names_every_option_and_command(capsys: Capture, option: str) -> None:
