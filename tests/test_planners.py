@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +15,9 @@ from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
 from tests.conftest import Solved
-from tests.support import OPEN, failed, plan, problem_of, within
+from tests.support import OPEN, environment, failed, plan, problem_of, within
 
 every_planner = pytest.mark.parametrize("name", planners.names())
-# Planners that steer exactly hit a goal that others only come near to; tests of their own
-# (tests/roadmap/test_prm.py) show how they end where they find nothing.
-EXACT = {"prm", "prm_geometric"}
-every_searcher = pytest.mark.parametrize("name", sorted({*planners.names()} - EXACT))
 
 
 def bits(found: Plan) -> bytes:
@@ -93,7 +91,42 @@ def test_two_processes_give_the_same_bits(tmp_path: Path) -> None:
     assert one.count(b"\n") > 10
 
 
-@every_searcher
+ALL_BY_THE_COMMAND_LINE = """
+import sys
+from kinolab.cli import run
+for name in sys.argv[1:]:
+    options = ["--seed", "3", "--max-iterations", "1000", "--no-animation", "--quiet"]
+    run(["table.toml", "--planner", name, *options, "--out", name])
+"""
+
+
+@pytest.fixture(scope="module")
+def two_processes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The runs of all planners on the table, made by two processes that hash differently."""
+    homes = []
+    for hashing in ("1", "2"):
+        home = tmp_path_factory.mktemp("process")
+        (home / "table.toml").write_text(OPEN)
+        subprocess.run(
+            [sys.executable, "-c", ALL_BY_THE_COMMAND_LINE, *planners.names()],
+            cwd=home,
+            env=environment(PYTHONHASHSEED=hashing),
+            capture_output=True,
+            timeout=300,
+            check=True,
+        )
+        homes.append(home)
+    return homes[0], homes[1]
+
+
+@every_planner
+def test_two_processes_write_the_same_file(name: str, two_processes: tuple[Path, Path]) -> None:
+    one, other = ((home / name / "trajectory.csv").read_bytes() for home in two_processes)
+    assert one == other
+    assert one.count(b"\n") > 2
+
+
+@every_planner
 @pytest.mark.parametrize("most", [1, 20])
 def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) -> None:
     found = hard.solve(planner=name, seed=1, max_iterations=most)
@@ -101,14 +134,14 @@ def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) ->
     assert found.iterations == most
 
 
-@every_searcher
+@every_planner
 def test_a_search_ends_at_its_time(name: str, hard: Problem) -> None:
     found = hard.solve(planner=name, seed=1, time_limit=0.5)
     assert found.status in {"approximate", "not_found"}
     assert found.timings["search"] < 1.0  # [s]
 
 
-@every_searcher
+@every_planner
 def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> None:
     timed = hard.solve(planner=name, seed=2, time_limit=0.3)
     again = hard.solve(planner=name, seed=2, time_limit=60, max_iterations=timed.iterations)
@@ -116,7 +149,7 @@ def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> No
     assert bits(again) == bits(timed)
 
 
-@every_searcher
+@every_planner
 def test_an_approximate_plan_ends_nearer_to_the_goal_than_it_starts(
     name: str, hard: Problem
 ) -> None:
@@ -153,7 +186,7 @@ def test_the_inputs_are_held_for_whole_steps_within_their_limits(name: str, shor
     assert (np.abs(motion.u) <= [1.0, 0.5]).all()
 
 
-@every_searcher
+@every_planner
 def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Problem) -> None:
     budgets: list[Budget] = []
 
