@@ -40,7 +40,7 @@ def test_every_planner_is_told_what_was_in_its_way(name: str, tmp_path: Path) ->
     assert found.status in {"approximate", "not_found"}
     assert why.passage is not None
     assert not why.passage.open
-    assert why.sentences[0].startswith("No way was found even for a machine ")
+    assert any(sentence.startswith("No way was found ") for sentence in why.sentences)
     assert sum(sum(shares.values()) for shares in why.rejections.values()) <= 1.0 + 1e-9
     assert any("collision, coin – wall " in sentence for sentence in why.sentences)
     assert any(sentence.startswith(("The nearest", "Nothing")) for sentence in why.sentences)
@@ -55,16 +55,23 @@ def test_a_plan_that_was_found_needs_no_diagnosis(name: str, table: kinolab.Prob
     assert all(entry.reached for entry in why.approach)
 
 
-def test_the_narrow_door_comes_first_and_in_time(tmp_path: Path) -> None:
+def test_the_narrow_door_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The look for a way ends by its number of looks here, for the machine may be busy."""
+    monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 120.0)
     problem = problem_of(tmp_path, door(0.35))
     found = problem.solve(seed=1, time_limit=1.0)
     said: list[str] = []
     why = kinolab.diagnose(problem, found, progress=said.append)
-    assert why.seconds < LONGEST
-    assert why.sentences[0].startswith("The way is about ")
-    assert "left wall" in why.sentences[0] + str(why.rejections)
+    assert why.sentences[0].startswith("The way is about 2 cm too narrow: ")
     assert said[0] == "looking at start and goal"
-    assert "trying again without the obstacles" in said
+
+
+def test_a_diagnosis_ends_in_time(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, door(0.35))
+    why = kinolab.diagnose(problem, problem.solve(seed=1, time_limit=0.5))
+    assert why.seconds < LONGEST
+    assert why.passage is not None
+    assert not why.passage.open
 
 
 @pytest.mark.usefixtures("hurried")

@@ -57,6 +57,7 @@ def test_a_wall_all_around_lets_no_slimmer_machine_through(tmp_path: Path) -> No
     assert not found.open
     assert found.narrow_by is None
     assert found.sentence == "No way was found even for a machine 64 cm narrower."
+    assert found.blocked
 
 
 def test_where_nothing_can_be_touched_there_is_nothing_to_look_at(tmp_path: Path) -> None:
@@ -65,6 +66,16 @@ def test_where_nothing_can_be_touched_there_is_nothing_to_look_at(tmp_path: Path
 
 
 def test_small_gaps_are_given_in_millimetres() -> None:
-    assert "about 3 mm too" in Passage(False, 0.0031, ("a – b",), 0.02).sentence
-    assert "about 2 cm too" in Passage(False, 0.0213, ("a – b",), 0.02).sentence
-    assert "about 12.5 cm too" in Passage(False, 0.126, ("a – b",), 0.08).sentence
+    assert "about 3 mm too" in Passage(False, 0.0031, ("a – b",)).sentence
+    assert "about 2 cm too" in Passage(False, 0.0213, ("a – b",)).sentence
+    assert "about 12.5 cm too" in Passage(False, 0.126, ("a – b",)).sentence
+
+
+def test_a_look_that_had_no_time_claims_nothing(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, door(0.35))
+    found = find_passage(problem, goal_states(problem).inside, 0.0)
+    assert not found.open
+    assert not found.blocked
+    assert found.sentence == "No way was found in time, its dynamics aside."
+    unsure = Passage(False, 0.05, ("a – b",), finished=False).sentence
+    assert unsure == "No way was found in time, but one for a machine 5 cm narrower: a – b."

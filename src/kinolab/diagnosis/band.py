@@ -16,7 +16,9 @@ ENDS = 0.1  # [m] from its ends in which a band bends less and less
 WIDTHS = (0.03, 2.0)  # [m] of bends, along the band
 SIZES = (2e-4, 0.3)  # [m] of bends, across it
 COORDINATES = 0.6  # probability that a bend involves a coordinate
-FLAT = 0.3  # probability that a bend makes a coordinate constant instead
+FLAT = 0.2  # probability that a bend makes a coordinate constant instead
+TURN = 0.2  # probability that it makes an angle constant, at any value
+TURNS = (0.2, 2.0)  # [m] along the band in which that is so
 
 
 class Bands:
@@ -33,6 +35,7 @@ class Bands:
     def __init__(self, problem: Problem, reach: Array) -> None:
         self._reach, self._circular = reach, problem.circular
         self.entries = np.flatnonzero(reach)
+        self._angles = [j for j, i in enumerate(self.entries) if problem.circular[i]]
         self._attitudes = tuple(problem.model.attitudes.values())
 
     def filled(self, way: Array, spacing: float) -> Array:
@@ -70,48 +73,38 @@ class Bands:
         width = 10 ** draw.uniform(*np.log10(WIDTHS))
         size = 10 ** draw.uniform(*np.log10((SIZES[0], min(SIZES[1], width))))
         push = draw.normal(size=len(self.entries)) * size
-        if draw.random() < FLAT:
+        kind = draw.random()
+        if kind < TURN and self._angles:
+            j, value = int(draw.choice(self._angles)), draw.uniform(-np.pi, np.pi)
+            return self._flat(band, marks, k, 10 ** draw.uniform(*np.log10(TURNS)), j, value)
+        if kind < TURN + FLAT:
             j = int(draw.integers(len(self.entries)))
             value = band[k, self.entries[j]] + push[j] / self._reach[self.entries[j]]
-            return self.flat(band, marks, (marks[k], marks[k]), width, j, value)
+            return self._flat(band, marks, k, width, j, value)
         push *= draw.random(len(push)) < COORDINATES
         share = np.exp(-(((marks - marks[k]) / width) ** 2)) * _taper(marks)
         return np.asarray(share[:, None] * push)
 
-    def flat(
-        self,
-        band: Array,
-        marks: Array,
-        stretch: tuple[float, float],
-        width: float,
-        j: int,
-        value: float,
-    ) -> Array:
-        """Return the bend that makes one coordinate constant on a stretch of the band.
+    def _flat(self, band: Array, marks: Array, k: int, width: float, j: int, value: float) -> Array:
+        """Return the bend that makes one coordinate constant around a state.
 
         Args:
             band: States, shape (n, nx).
             marks: How far along the band they are, in [m].
-            stretch: Where, in [m].
-            width: In [m] on both sides, in which it comes to its value.
+            k: The state.
+            width: In [m] on both sides of it.
             j: Which of ``entries``.
             value: Of the coordinate.
         """
         i = self.entries[j]
-        middle = int(np.searchsorted(marks, (stretch[0] + stretch[1]) / 2))
         values = np.unwrap(band[:, i]) if self._circular[i] else band[:, i]
-        way = value - values[middle]
+        turn = value - values[k]
         if self._circular[i]:
-            way = (way + np.pi) % (2 * np.pi) - np.pi
-        outside = np.maximum(stretch[0] - marks, marks - stretch[1]).clip(0.0)
-        share = np.exp(-((outside / width) ** 4)) * _taper(marks)
+            turn = (turn + np.pi) % (2 * np.pi) - np.pi
+        share = np.exp(-(((marks - marks[k]) / width) ** 4)) * _taper(marks)
         shift = np.zeros((len(band), len(self.entries)))
-        shift[:, j] = share * (values[middle] + way - values) * self._reach[i]
+        shift[:, j] = share * (values[k] + turn - values) * self._reach[i]
         return shift
-
-    def angles(self) -> list[int]:
-        """Return which of ``entries`` are angles on the circle."""
-        return [j for j, i in enumerate(self.entries) if self._circular[i]]
 
     def _sound(self, states: Array) -> Array:
         """Make quaternions unit, in place."""

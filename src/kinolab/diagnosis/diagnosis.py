@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from kinolab.diagnosis.passage import Passage
 
 SECONDS = 15.0  # of everything
-PASSAGE_SECONDS = 7.0  # of the look for a way of the machine's shape
+PASSAGE_SECONDS = 9.0  # of the look for a way of the machine's shape
 
 Say = Callable[[str], None]
 
@@ -126,7 +126,8 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
         return
     if not goals.inside:
         yield from unmet_sentences(problem, goals.nearest)
-    if found.passage is not None and not found.passage.open:
+    blocked = found.passage is not None and found.passage.blocked
+    if found.passage is not None and blocked:
         yield found.passage.sentence
     yield from unreached_sentences(found.unreached)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
@@ -135,7 +136,7 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
     yield from refusal_sentences(found.rejections)
     yield from approach_sentences(found.approach, moved=plan.trajectory is not None)
     yield from room_sentences(found.start_room, found.goal_room)
-    if found.passage is not None and found.passage.open:
+    if found.passage is not None and not blocked:
         yield found.passage.sentence
 
 

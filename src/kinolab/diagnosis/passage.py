@@ -19,18 +19,20 @@ from kinolab.diagnosis.band import Bands
 from kinolab.diagnosis.configurations import Configurations
 from kinolab.diagnosis.fit import QUANTUM, Fit
 from kinolab.diagnosis.reach import reach
-from kinolab.diagnosis.squeeze import Squeeze
+from kinolab.diagnosis.squeeze import DENSE, Squeeze
 from kinolab.diagnosis.ways import Effort, find_way
 from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-SLIMMER = (80, 320, 1280)  # quanta per side: 2, 8 and 32 cm
-WAYS = 3  # that are compared: a slim machine may pass where a fatter one never does
+SLIMMER = {80: 1, 320: 6, 1280: 6}  # looks by quanta per side: 2, 8 and 32 cm
+SLIMMEST = max(SLIMMER)
+WAYS = 5  # that are squeezed: a slim machine may pass where a fatter one never does
+ENOUGH = 3  # ways after which no slimmer machine is looked at
 LOOKS = 40_000  # configurations judged in one look for a way
-COARSE = 0.01  # [m] of motion between two looks at it
-ROUGH, FINE = (0.016, 30), (0.008, 150)  # spacing in [m] and patience of squeezing
+COARSE = 0.03  # [m] of motion between two looks at it, before it is looked at closely
+ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of squeezing
 NEARLY = 8  # quanta by which a machine is too fat that tells what is in the way
 SIDES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 
@@ -41,26 +43,36 @@ class Passage:
 
     Attributes:
         open: Whether a way was found for the machine as it is.
-        narrow_by: By how much the way is too narrow in [m]; None where it is open, or where no way
-            was found even for the slimmest machine.
+        narrow_by: How much narrower a machine gets through, in [m]: by how much the way is too
+            narrow. None where it is open, or where no way was found even for the slimmest machine.
         beside: The pairs of body and obstacle that are in the way, where it is too narrow.
-        slimmest: How much slimmer the machine was made on every side, in [m].
+        finished: Whether there was time for all looks; otherwise a way may have been missed, and
+            less than ``narrow_by`` may do.
     """
 
     open: bool
     narrow_by: float | None = None
     beside: tuple[str, ...] = ()
-    slimmest: float = 0.0
+    finished: bool = True
+
+    @property
+    def blocked(self) -> bool:
+        """Whether the machine's shape is what keeps it from the goal."""
+        return self.finished and not self.open
 
     @property
     def sentence(self) -> str:
         """Whether the machine's shape gets through, and where not, by how much."""
-        if self.narrow_by is not None:
-            width, beside = _width(self.narrow_by), ", ".join(self.beside)
-            return f"The way is about {width} too narrow: {beside}."
         if self.open:
             return "Its dynamics aside, there is a way from the start to the goal."
-        return f"No way was found even for a machine {200 * self.slimmest:g} cm narrower."
+        if self.narrow_by is None:
+            narrower = f" even for a machine {200 * SLIMMEST * QUANTUM:g} cm narrower"
+            missing = narrower if self.finished else " in time, its dynamics aside"
+            return f"No way was found{missing}."
+        width, beside = _width(self.narrow_by), ", ".join(self.beside)
+        if self.finished:
+            return f"The way is about {width} too narrow: {beside}."
+        return f"No way was found in time, but one for a machine {width} narrower: {beside}."
 
 
 def can_look(problem: Problem) -> bool:
@@ -88,21 +100,19 @@ def find_passage(
     if search.way(0, 1) is not None:
         return Passage(open=True)
     ways: list[tuple[Array, int]] = []
-    for slim in SLIMMER:
-        say(f"looking for a way for its shape, {200 * slim * QUANTUM:g} cm narrower")
-        ways += search.ways(slim, WAYS - len(ways))
-        if len(ways) == WAYS or search.late():
-            break
-    by = slim * QUANTUM
+    for slim, looks in SLIMMER.items():
+        if len(ways) < ENOUGH:
+            say(f"looking for a way for its shape, {200 * slim * QUANTUM:g} cm narrower")
+            ways += search.ways(slim, looks)
     if not ways:
-        return Passage(open=False, slimmest=by)
+        return Passage(open=False, finished=not search.late())
     say("squeezing the machine through")
-    way, slim = search.squeezed(ways)
+    way, slim = search.squeezed(ways[:WAYS])
     if slim == 0:
-        return Passage(open=True, slimmest=by)
+        return Passage(open=True)
     tight = search.tight(way, slim)
     lack = QUANTUM * (slim if search.is_one_sided(tight, slim) else 2 * slim)
-    return Passage(False, lack, search.touched(tight, slim), by)
+    return Passage(False, lack, search.touched(tight, slim), not search.late())
 
 
 class _Search:
@@ -112,7 +122,8 @@ class _Search:
         self._end = time.monotonic() + seconds
         far = reach(problem, [problem.start, *goals[:4]])
         self._fit = Fit(problem)
-        self._squeeze = Squeeze(Bands(problem, far), self._fit, self.late)
+        self._bands = Bands(problem, far)
+        self._squeeze = Squeeze(self._bands, self._fit, self.late)
         self._space = Configurations(problem, far, COARSE)
         self._start = np.clip(problem.start, *problem.bounds.T).tolist()
         free = [x.tolist() for x in goals if self._fit.fits(x, 0)]
@@ -123,28 +134,27 @@ class _Search:
         return time.monotonic() > self._end
 
     def way(self, slim: int, seed: int) -> Array | None:
-        """Look for a way of a machine that is so many quanta slimmer."""
+        """Look for a way of a machine that is so many quanta slimmer, and look at it closely."""
         effort = Effort(LOOKS, self._end - time.monotonic())
         shape = self._fit.shape(slim)
-        return find_way(self._space, shape, self._start, self._goals, effort, seed)
+        way = find_way(self._space, shape, self._start, self._goals, effort, seed)
+        if way is None or self._fit.blocked(self._bands.filled(way, DENSE), slim).any():
+            return None
+        return way
 
-    def ways(self, slim: int, most: int) -> list[tuple[Array, int]]:
-        """Look for several ways of such a machine, until a look is in vain."""
-        found: list[tuple[Array, int]] = []
-        while len(found) < most and not self.late():
-            way = self.way(slim, len(found) + 1)
-            if way is None or self._fit.blocked(way, slim).any():
-                break
-            found.append((way, slim))
-        return found
+    def ways(self, slim: int, looks: int) -> list[tuple[Array, int]]:
+        """Look several times for a way of such a machine."""
+        seeds = range(1, looks + 1)
+        found = (self.way(slim, seed) for seed in seeds if not self.late())
+        return [(way, slim) for way in found if way is not None]
 
     def squeezed(self, ways: Sequence[tuple[Array, int]]) -> tuple[Array, int]:
         """Squeeze ways roughly, then the one finely through which the fattest machine fits."""
         rough = []
         for way, slim in ways:
             rough.append(self._squeeze.squeezed(way, slim, *ROUGH))
-            if rough[-1][1] == 0:
-                return rough[-1]
+            if rough[-1][1] == 0 or self.late():
+                break
         way, slim = min(rough, key=lambda found: found[1])
         return self._squeeze.squeezed(way, slim, *FINE)
 

@@ -9,7 +9,7 @@ roadmaps: the small-step retraction method, Autonomous Robots 19(3), 2005.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -22,8 +22,6 @@ Array: TypeAlias = NDArray[np.float64]
 
 DENSE = 0.004  # [m] of motion between two looks at a way
 NOTHING = 1e-4  # [m] that need not be bent
-HEADINGS = 16  # constant values of an angle that are tried
-RUN_UP = 0.2  # [m] in which an angle comes to its value
 
 
 class Squeeze:
@@ -48,9 +46,7 @@ class Squeeze:
             spacing: In [m] of motion between the states that are bent.
             patience: Bends in a row that may be in vain.
         """
-        slimmest = slim
-        band, slim = self._straight(self._bands.filled(way, spacing), slim)
-        aim = slim // 2
+        band, slimmest, aim = self._bands.filled(way, spacing), slim, slim // 2
         while aim < slim and not self._late():
             bent = self._bands.filled(self._bent(band, slim, aim, patience), spacing)
             if not self._fit.blocked(bent, slim).any():  # nor between the states that were bent
@@ -61,29 +57,9 @@ class Squeeze:
                 slim = self._fit.least(band, aim)
                 aim = slim // 2
         dense = self._bands.filled(band, DENSE)
-        if self._fit.blocked(dense, slimmest).any():
-            return way, slimmest
+        if self._fit.blocked(dense, slimmest).any():  # where it was not looked at so closely
+            dense = self._bands.filled(way, DENSE)
         return dense, self._fit.least(dense, slimmest)
-
-    def _straight(self, band: Array, slim: int) -> tuple[Array, int]:
-        """Return the band with every angle constant where it is tight, if that helps."""
-        best, least = band, self._fit.least(band, slim)
-        for other in self._turned(band):
-            if not self._fit.blocked(other, max(least - 1, 0)).any():
-                best, least = other, self._fit.least(other, max(least - 1, 0))
-        return best, least
-
-    def _turned(self, band: Array) -> Iterator[Array]:
-        """Yield the band with one angle constant where the whole machine is blocked."""
-        marks, blocked = self._bands.marks(band), self._fit.blocked(band, 0)
-        if not blocked.any():
-            return
-        stretch = float(marks[blocked][0]), float(marks[blocked][-1])
-        for j in self._bands.angles():
-            for value in np.linspace(-np.pi, np.pi, HEADINGS, endpoint=False):
-                yield self._bands.shifted(
-                    band, self._bands.flat(band, marks, stretch, RUN_UP, j, value)
-                )
 
     def _bent(self, band: Array, slim: int, aim: int, patience: int) -> Array:
         """Bend until a machine slimmer by ``aim`` fits, as far as the patience goes."""
