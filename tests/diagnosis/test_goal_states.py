@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,31 @@ def test_every_scenario_has_states_in_its_goal_at_rest(name: str) -> None:
     goals = goal_states(problem)
     assert goals.inside
     assert all(problem.goal_excess(x) <= 1.0 for x in goals.inside)
+
+
+PAIR = """
+from kinolab.dynamics import (
+    WORLD, Body, Sphere, System, Torque, angle, closed, move, rot_z
+)
+
+def pair():
+    a, b = angle("a", speed=5.0), angle("b", speed=5.0)
+    ball = {"mass": 1.0, "inertia": (1, 1, 1), "shape": Sphere(0.1)}
+    one = Body("one", rot_z(a) @ move(1, 0, 0), **ball)
+    two = Body("two", move(3, 0, 0) @ rot_z(b) @ move(1, 0, 0), **ball)
+    return System("pair", bodies=[one, two], constraints=[closed(a - b, "together")],
+                  inputs=[Torque("turn", on=one, about=WORLD.z, limit=1.0)])
+"""
+
+
+def test_a_loop_is_closed_in_the_goal(tmp_path: Path) -> None:
+    """One angle is wanted; the other one must follow it."""
+    (tmp_path / "pair.py").write_text(PAIR)
+    text = PENDULUM.replace('name = "pendulum"', 'file = "pair.py:pair"').replace("theta", "a")
+    goals = goal_states(problem_of(tmp_path, text))
+    assert goals.inside
+    for x in goals.inside:
+        assert math.remainder(x[0] - x[1], 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_was_reached_and_what_was_missed_is_told(tmp_path: Path) -> None:

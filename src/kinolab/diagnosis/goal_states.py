@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from kinolab.diagnosis.loops import has_loops
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
@@ -33,12 +34,12 @@ class GoalStates:
 def goal_states(problem: Problem) -> GoalStates:
     """Draw states in the goal region; velocities that the goal leaves free are zero.
 
-    Where the goal is about points and directions of bodies, configurations are searched for by
-    bounded least squares.
+    Where the goal is about points and directions of bodies, or the machine has loops,
+    configurations are searched for by bounded least squares.
     """
     generator = np.random.default_rng(0)
     states = [_at_rest(problem, x) for x in _guesses(problem, generator)]
-    if problem.goal.needs_frames:
+    if problem.goal.needs_frames or has_loops(problem):
         states = [_reached(problem, x) for x in states]
     excesses = [problem.goal_excess(x) for x in states]
     inside = tuple(x for x, excess in zip(states, excesses, strict=True) if excess <= 1.0)
@@ -64,7 +65,7 @@ def _at_rest(problem: Problem, x: Array) -> Array:
 
 
 def _reached(problem: Problem, guess: Array) -> Array:
-    """Move a configuration so that points and directions of bodies come to their targets."""
+    """Move a configuration, its loops being closed, to where the goal wants it."""
     nq = problem.model.nq
     lower, upper = problem.bounds[:nq].T
     lower, upper = (

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from kinolab.diagnosis.band import Bands
 from kinolab.diagnosis.configurations import Configurations
 from kinolab.diagnosis.fit import QUANTUM, Fit
+from kinolab.diagnosis.loops import has_loops
 from kinolab.diagnosis.reach import reach
 from kinolab.diagnosis.squeeze import DENSE, Squeeze
 from kinolab.diagnosis.ways import Effort, find_way
-from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
@@ -77,8 +77,8 @@ class Passage:
 
 def can_look(problem: Problem) -> bool:
     """Whether there is anything to look at: something to touch, and no loop to keep closed."""
-    loops = any(isinstance(entry, PositionConstraint) for entry in problem.system.constraints)
-    return not loops and bool(problem.world.obstacles or problem.system.collisions)
+    touchable = bool(problem.world.obstacles or problem.system.collisions)
+    return touchable and not has_loops(problem)
 
 
 def find_passage(
