@@ -54,7 +54,7 @@ class PRMGeometric(AbstractPlanner):
             return _result(problem, nearest, follower, budget, tried)
         budget.restart()  # code for this machine was compiled and loaded until here
         while goal is not None and not budget.spent():
-            path = self._path(problem, follower.steering, goal, margin, seed + tried, budget)
+            path = self._path(problem, follower, goal, margin, seed + tried, budget)
             if path is None:
                 break
             motion = follower.follow(*path)
@@ -67,16 +67,18 @@ class PRMGeometric(AbstractPlanner):
     def _path(
         self,
         problem: Problem,
-        steering: Steering,
+        follower: _Follower,
         goal: Array,
         margin: float,
         seed: int,
         budget: Budget,
     ) -> tuple[Configurations, list[Array]] | None:
         """Return configurations on a path with room on both sides, and what joins them."""
-        if steering.paths is None:
+        if follower.steering.paths is None:
             return None
-        configurations = Configurations(problem, steering, goal, margin)
+        configurations = Configurations(
+            problem, follower.steering, goal, margin, follower.rejections
+        )
         if not configurations.differ:
             return None
         roadmap = GeometricRoadmap(configurations, problem.start, goal, seed, self.neighbours)

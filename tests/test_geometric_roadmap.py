@@ -19,7 +19,7 @@ from tests.support import ROOT, environment
 
 
 def configurations(problem: Problem, margin: float = 0.02) -> Configurations:
-    return Configurations(problem, Steering(problem), margin)
+    return Configurations(problem, Steering(problem), goal_of(problem), margin)
 
 
 def goal_of(problem: Problem) -> np.ndarray:
@@ -172,7 +172,7 @@ steering = Steering(problem)
 goal = np.array([2.0, 0, 0, 0, 0, 0, 0])
 sizes = []
 for k in range(200):
-    roadmap = GeometricRoadmap(Configurations(problem, steering, 0.02), problem.start, goal, k, 4)
+    roadmap = GeometricRoadmap(Configurations(problem, steering, problem.start, 0.02), problem.start, goal, k, 4)
     roadmap.grow(1, Budget(60.0))
     if k % 50 == 0:
         assert roadmap.path() is not None

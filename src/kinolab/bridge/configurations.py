@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ompl import base as ob
 
 from kinolab.problem import Problem
-from kinolab.propagation import Propagator
+from kinolab.propagation import Propagator, Rejections
 from kinolab.steering import Steering, ignorable, settle
 from kinolab.world.geometry import placement, sizes
 
@@ -34,15 +34,23 @@ class Configurations:
         goal: Where it shall end, shape (nx,).
         margin: Room in [m] that is asked for beside obstacles; half of what start and goal have
             where that is less.
+        rejections: Where to count what is refused.
 
     Attributes:
         space: OMPL's compound space of the free coordinates.
     """
 
-    def __init__(self, problem: Problem, steering: Steering, goal: Array, margin: float) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        steering: Steering,
+        goal: Array,
+        margin: float,
+        rejections: Rejections | None = None,
+    ) -> None:
         self._problem, self._steering = problem, steering
         self._margin = min(margin, *(_room(problem, x) / 2 for x in (problem.start, goal)))
-        self._judge = Propagator(problem, self._margin)
+        self._judge = Propagator(problem, self._margin, rejections)
         self._base = _base(problem, steering)
         self._free = _free(problem, steering, self._base)
         self._reach = [_reach(body) for body in problem.bodies]
@@ -81,7 +89,7 @@ class Configurations:
 
     def has_room(self, x: Array) -> bool:
         """Say whether a state keeps its limits and has room around it."""
-        return self._judge.is_free(x.tolist())
+        return self._judge.admits(x.tolist())
 
     def free_ways(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
         """Yield the free ways from one state at rest to another, each a list of paths."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+from kinolab import planners
 from kinolab.diagnosis.changes import Change, changes
 from kinolab.errors import KinolabError
 from kinolab.motion import resimulate
@@ -52,7 +53,8 @@ def retries(
         say: Told what is tried.
     """
     end = time.monotonic() + seconds
-    planner = make_planner(problem, plan.planner, dict(settings))
+    name = plan.planner if plan.planner in planners.names() else None  # one from a user's file
+    planner = make_planner(problem, name, dict(settings))
     tried = []
     for change in changes(problem, planner):
         left = min(SECONDS, end - time.monotonic())

@@ -26,13 +26,16 @@ class Propagator:
     Args:
         problem: Whose machine and world.
         margin: Room in [m] that is asked for beside obstacles.
+        rejections: Where to count, if not apart from other propagators.
 
     Attributes:
         problem: The machine and its world.
         rejections: How many motions were refused, by cause and culprit.
     """
 
-    def __init__(self, problem: Problem, margin: float = 0.0) -> None:
+    def __init__(
+        self, problem: Problem, margin: float = 0.0, rejections: Rejections | None = None
+    ) -> None:
         self.problem = problem
         self._calls = CompiledStep(problem)
         self._sweep = Sweep(problem, self._calls, margin)
@@ -43,7 +46,7 @@ class Propagator:
         ]
         # These are checked in Python; most machines have none of them.
         self._has_rare_limits = bool(np.isfinite(problem.rate_bounds).any() or problem.keep_outs)
-        self.rejections = Rejections()
+        self.rejections = Rejections() if rejections is None else rejections
 
     def step(
         self, x: Sequence[float], u: Sequence[float], duration: float
@@ -69,6 +72,18 @@ class Propagator:
         """Say whether a state is within its limits and touches nothing."""
         self._calls.next[:] = x
         return not self._passed() and self._sweep.free()
+
+    def admits(self, x: Sequence[float]) -> bool:
+        """Say whether a state is free, and count it as refused where it is not."""
+        self._calls.next[:] = x
+        limit = self._passed()
+        if limit:
+            self.rejections.add("limit", lambda: [limit])
+        elif not self._sweep.free():
+            self.rejections.add("collision", self._sweep.culprits)
+        else:
+            return True
+        return False
 
     def _free_on_the_way(self, duration: float) -> bool:
         """Check the step just made."""

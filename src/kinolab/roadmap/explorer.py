@@ -126,7 +126,7 @@ class Explorer:
 
     def _looks_free(self, states: Array) -> bool:
         """Look at some states of a way for which there is no motion yet."""
-        return all(self._judge.is_free(x) for x in states.tolist())
+        return all(self._judge.admits(x) for x in states.tolist())
 
     def _is_free(self, motion: Maneuver) -> bool:
         """Check a motion step by step against limits, requirements and obstacles."""

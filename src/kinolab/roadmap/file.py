@@ -51,7 +51,7 @@ def load_roadmap(path: Path, problem: Problem) -> Roadmap:
         InputError: If it cannot be read, or was made for another machine or world.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             content = {name: file[name] for name in file.files}
         _refuse_strangers(path, content, problem)
         return _roadmap(content, problem)
