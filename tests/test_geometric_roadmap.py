@@ -172,7 +172,8 @@ steering = Steering(problem)
 goal = np.array([2.0, 0, 0, 0, 0, 0, 0])
 sizes = []
 for k in range(200):
-    roadmap = GeometricRoadmap(Configurations(problem, steering, problem.start, 0.02), problem.start, goal, k, 4)
+    places = Configurations(problem, steering, problem.start, 0.02)
+    roadmap = GeometricRoadmap(places, problem.start, goal, k, 4)
     roadmap.grow(1, Budget(60.0))
     if k % 50 == 0:
         assert roadmap.path() is not None
