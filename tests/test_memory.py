@@ -1,0 +1,33 @@
+"""Solves that are over leave nothing behind."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kinolab import planners
+from tests.support import ROOT, environment
+
+SCRIPT = ROOT / "benchmarks" / "memory.py"
+MOST = 20.0  # [MB] that 1000 solves of a small problem may add
+
+
+@pytest.mark.parametrize("name", planners.names())
+def test_a_thousand_solves_add_less_than_20_megabytes(name: str, tmp_path: Path) -> None:
+    """Extrapolated from 40 solves: a leak shows in every quarter, an allocator's step in some."""
+    subprocess.run(
+        [sys.executable, str(SCRIPT), name, "--solves", "40", "--json", "figures.json"],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        timeout=300,
+        check=True,
+    )
+    (figures,) = json.loads((tmp_path / "figures.json").read_text())
+    assert (figures["planner"], figures["solves"]) == (name, 40)
+    assert figures["solved"] > 20  # it is solving that is measured
+    assert figures["steady"] < MOST, figures["quarters"]
