@@ -53,8 +53,7 @@ def retries(
         say: Told what is tried.
     """
     end = time.monotonic() + seconds
-    name = plan.planner if plan.planner in planners.names() else None  # one from a user's file
-    planner = make_planner(problem, name, dict(settings))
+    planner = make_planner(problem, _known(plan.planner), dict(settings))
     tried = []
     for change in changes(problem, planner):
         left = min(SECONDS, end - time.monotonic())
@@ -66,6 +65,15 @@ def retries(
         solved = _solved(change, planner, plan.seed, budget)
         tried.append(Retry(change.name, change.words, solved, time.monotonic() - begun))
     return tuple(tried)
+
+
+def _known(name: str) -> str | None:
+    """Return a planner's name; None for one from a file, which the scenario names in full."""
+    try:
+        planners.get(name)
+    except KinolabError:
+        return None
+    return name
 
 
 def _solved(change: Change, planner: AbstractPlanner, seed: int, budget: Budget) -> bool:
