@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
+from ompl import base as ob
 from ompl import control as oc
 
-from kinolab.bridge import AbstractTreePlanner
+from kinolab.bridge import AbstractGridPlanner, Bridge
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class EST(AbstractTreePlanner):
+class EST(AbstractGridPlanner):
     """Expansive space trees: grow where a grid of cells holds few states (OMPL).
 
     Source: Hsu, Latombe, Motwani, IJCGA 9(4-5), 1999.
@@ -20,6 +21,19 @@ class EST(AbstractTreePlanner):
 
     name: ClassVar[str] = "est"
 
-    def make(self, space_information: object) -> object:
+    def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""
-        return oc.EST(space_information)
+        bridge.space_information.setValidStateSamplerAllocator(_Nothing)
+        return oc.EST(bridge.space_information)
+
+
+class _Nothing(ob.ValidStateSampler):  # type: ignore[misc]
+    """Draws no state. OMPL would look for a free one to grow to, which its input then ignores."""
+
+    def sample(self, _: Any) -> bool:
+        """Say that a state was drawn."""
+        return True
+
+    def sampleNear(self, _: Any, _near: Any, _distance: float) -> bool:
+        """Say that a state was drawn."""
+        return True

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 from ompl import control as oc
 
-from kinolab.bridge import AbstractTreePlanner
+from kinolab.bridge import AbstractGridPlanner, Bridge
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class KPIECE(AbstractTreePlanner):
+class KPIECE(AbstractGridPlanner):
     """Kinodynamic planning by interior-exterior cell exploration (OMPL).
 
     Source: Sucan, Kavraki, WAFR 2008.
@@ -20,6 +20,6 @@ class KPIECE(AbstractTreePlanner):
 
     name: ClassVar[str] = "kpiece"
 
-    def make(self, space_information: object) -> object:
+    def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""
-        return oc.KPIECE1(space_information)
+        return oc.KPIECE1(bridge.space_information)

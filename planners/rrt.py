@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 from ompl import control as oc
 
-from kinolab.bridge import AbstractTreePlanner
+from kinolab.bridge import AbstractTreePlanner, Bridge
 from kinolab.search import setting
 
 
@@ -28,9 +28,9 @@ class RRT(AbstractTreePlanner):
         False, meaning="Whether every step becomes a node, not only the ends of held inputs."
     )
 
-    def make(self, space_information: object) -> object:
+    def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""
-        planner = oc.RRT(space_information)
+        planner = oc.RRT(bridge.space_information)
         planner.setGoalBias(self.goal_bias)
         planner.setIntermediateStates(self.intermediate_states)
         return planner

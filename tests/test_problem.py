@@ -191,7 +191,7 @@ def test_a_metric_of_zeros_is_refused(tmp_path: Path) -> None:
 
 
 def _solves(problem: Problem, name: str) -> bool:
-    """Run a planner that kinolab does not wrap, with a projection of its own."""
+    """Run OMPL's own planner with a projection of one's own."""
     from ompl import base as ob
     from ompl import control as oc
     from ompl import util as ou
@@ -218,7 +218,7 @@ def _solves(problem: Problem, name: str) -> bool:
 
 
 @pytest.mark.parametrize("name", ["KPIECE1", "EST"])
-def test_a_planner_that_kinolab_does_not_wrap_solves_the_problem(table: Problem, name: str) -> None:
+def test_ompls_planner_solves_a_problem_on_a_grid_of_ones_own(table: Problem, name: str) -> None:
     assert _solves(table, name)
 
 
@@ -241,13 +241,14 @@ def test_the_ompl_objects_outlive_the_bridge(table: Problem) -> None:
     assert definition.hasExactSolution()
 
 
-def test_thirty_solves_leave_nothing_behind(table: Problem) -> None:
+@pytest.mark.parametrize("name", ["rrt", "est", "kpiece", "syclop_est", "syclop_rrt"])
+def test_thirty_solves_leave_nothing_behind(table: Problem, name: str) -> None:
     for seed in range(1, 4):  # whatever is kept once is kept by now
-        table.solve(seed=seed, max_iterations=100)
+        table.solve(planner=name, seed=seed, max_iterations=100)
     gc.collect()
     objects, resident = len(gc.get_objects()), _resident()
     for seed in range(1, 31):
-        table.solve(seed=seed, max_iterations=100)
+        table.solve(planner=name, seed=seed, max_iterations=100)
     gc.collect()
     assert len(gc.get_objects()) - objects < 300  # ten per solve
     assert _resident() - resident < 30  # [MB]; one per solve

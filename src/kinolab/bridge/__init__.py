@@ -4,17 +4,22 @@ Facts about OMPL 2.0.1's wheel that shape these files: callables may be given fo
 validity, while goals must be subclassed; a compound space keeps C++ distances; ``copyFromReals``
 is safe only after ``setup``; states must not be kept beyond a callback; OMPL's objects hold Python
 callables in a way the garbage collector cannot see, so that nothing called back may refer to the
-space information or the problem definition.
+space information or the problem definition. Lists are handed over as copies, states and inputs
+are not.
 """
 
 from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.configurations import Configurations
 from kinolab.bridge.geometric_roadmap import GeometricRoadmap
+from kinolab.bridge.grid_planner import AbstractGridPlanner
 from kinolab.bridge.ompl_planner import OmplPlanner
 from kinolab.bridge.search import search
+from kinolab.bridge.syclop_planner import AbstractSyclopPlanner
 from kinolab.bridge.tree_planner import AbstractTreePlanner
 
 __all__ = [
+    "AbstractGridPlanner",
+    "AbstractSyclopPlanner",
     "AbstractTreePlanner",
     "Bridge",
     "Configurations",

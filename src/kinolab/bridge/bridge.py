@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,9 @@ from ompl import control as oc
 from ompl import util as ou
 
 from kinolab.bridge.goal_region import GoalRegion
-from kinolab.bridge.projection import Projection
+from kinolab.bridge.goal_samples import GoalSamples
+from kinolab.bridge.guide import Guidance, Guide
+from kinolab.bridge.projection import Grid, Projection
 from kinolab.bridge.propagation import Propagation
 from kinolab.bridge.spaces import States, control_space
 from kinolab.problem import Problem
@@ -26,16 +28,22 @@ class Bridge:
         problem: What to plan.
         min_steps: Propagation steps for which an input is held at least.
         max_steps: Propagation steps for which an input is held at most.
-        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn.
-        given_up: Whether no state counts as valid any more, so that OMPL comes to an end.
+        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn, the
+            default projection is finer, and motions are guided to the goal.
+        grid: Of the default projection.
+        guidance: How motions are guided; None leaves it to OMPL.
 
     Attributes:
         problem: What it was made of.
+        states: The way into and out of OMPL's states.
+        goal_samples: States around the goal.
+        guide: Of motions; None where OMPL leads them.
         space: The compound state space.
         space_information: Ready for any control planner.
         problem_definition: With start and goal.
         rejections: How many motions were refused, by cause and culprit.
         forget: Call it before a planner begins anew.
+        give_up_when: Sets when no state counts as valid any more, so that OMPL comes to an end.
     """
 
     def __init__(
@@ -45,36 +53,43 @@ class Bridge:
         min_steps: int = 1,
         max_steps: int = 20,
         goal_zoom: float = 1.0,
-        given_up: Callable[[], bool] = lambda: False,
+        grid: Grid | None = None,
+        guidance: Guidance | None = None,
     ) -> None:
-        self.problem, self._states = problem, States(problem)
-        propagation = Propagation(problem, self._states)
-        self.forget = propagation.forget
-        self.space = self._states.space
-        self.rejections = propagation.rejections
-        information = oc.SpaceInformation(self.space, control_space(problem, self._states))
-        information.setStatePropagator(propagation.propagate)
-        information.setStateValidityChecker(
-            lambda state: not given_up() and propagation.is_valid(state)
+        self.problem, self.states = problem, States(problem)
+        self.goal_samples = GoalSamples(problem, goal_zoom)
+        limits = {"min_steps": min_steps, "max_steps": max_steps}
+        self.guide = (
+            Guide(problem, self.goal_samples, guidance, zoom=goal_zoom, **limits)
+            if guidance
+            else None
         )
+        propagation = Propagation(problem, self.states, self.guide)
+        self.forget, self.give_up_when = propagation.forget, propagation.give_up_when
+        self.space = self.states.space
+        self.rejections = propagation.rejections
+        information = oc.SpaceInformation(self.space, control_space(problem, self.states))
+        information.setStatePropagator(propagation.propagate)
+        information.setStateValidityChecker(propagation.is_valid)
         information.setPropagationStepSize(problem.step)
         information.setMinMaxControlDuration(min_steps, max_steps)
         information.setup()
         self.space_information = information
-        projection = Projection(problem, self.space)
-        projection.set_cells()
-        self.space.registerDefaultProjection(projection)
+        self.projection = Projection(problem, self.space, grid or Grid(), goal_zoom, self.guide)
+        self.projection.set_cells()
+        self.space.registerDefaultProjection(self.projection)
         self.problem_definition = ob.ProblemDefinition(information)
         start = self.space.allocState()
         # A start may pass a limit by rounding; OMPL would refuse it.
         self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
         self.problem_definition.addStartState(start)
-        self.problem_definition.setGoal(GoalRegion(problem, self._states, information, goal_zoom))
+        goal = GoalRegion(problem, self.states, information, self.goal_samples)
+        self.problem_definition.setGoal(goal)
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""
-        return self._states.read(state)
+        return self.states.read(state)
 
     def write(self, state: Any, values: Sequence[float]) -> None:
         """Set an OMPL state from entries in the machine's order; angles are wrapped."""
-        self._states.write(state, values)
+        self.states.write(state, values)

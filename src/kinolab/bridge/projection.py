@@ -1,59 +1,107 @@
-"""Where planners that cover a grid look: the first coordinates of the configuration."""
+"""The grid of planners that look at one: over positions, and finer around the goal."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Any
 
 from ompl import base as ob
 
+from kinolab.bridge.guide import Guide
+from kinolab.bridge.nearness import Nearness
 from kinolab.bridge.spaces import Layout
 from kinolab.problem import Problem
 
-CELLS = 20  # along each coordinate of the projection
 MOST = 3  # coordinates; more would have too many cells
+CELLS_AROUND_GOAL = 1000  # of one size, over all of the goal's tolerances
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """How a configuration is divided into cells.
+
+    Attributes:
+        cells: Along each coordinate that is divided.
+        angles: Whether angles are divided too, where there are fewer than three lengths.
+    """
+
+    cells: int = 20
+    angles: bool = True
 
 
 class Projection(ob.ProjectionEvaluator):  # type: ignore[misc]
-    """A state as its first positions, then angles, each divided into cells.
+    """A state as the cell that it lies in, all of edge 1.
 
-    The space keeps it, so that it must not refer to the space.
+    Far from the goal these are cells of the first coordinates. Within ``zoom`` times the goal's
+    tolerances they are cells of everything that the goal names, rates included, and half as wide
+    at half the distance: all that is on the way in has a cell of its own.
+    The space keeps this object, so that it must not refer to the space.
     """
 
-    def __init__(self, problem: Problem, space: Any) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        space: Any,
+        grid: Grid,
+        zoom: float = 1.0,
+        guide: Guide | None = None,
+    ) -> None:
         super().__init__(space)
-        self._layout = Layout(problem)
-        self._entries = projected(problem)
-        lower, upper = problem.sampling_bounds[self._entries].T
-        self._sizes = ((upper - lower) / CELLS).tolist()
+        self._layout, self._guide, self._zoom = Layout(problem), guide, zoom
+        entries = projected(problem, angles=grid.angles)
+        lower, upper = problem.sampling_bounds[entries].T
+        sizes = (upper - lower) / grid.cells
+        self._far = list(zip(entries, lower.tolist(), sizes.tolist(), strict=True))
+        self._near = Nearness(problem, zoom) if zoom > 1.0 else None
+        named = self._near.size if self._near else 0
+        self._across = max(2, round(CELLS_AROUND_GOAL ** (1 / max(1, named))))
+        self._dimension = max(len(entries), 1 + named)
 
     def set_cells(self) -> None:
         """Set the size of the cells; OMPL wants the space to be set up before."""
         self.inferCellSizes()  # makes room for them
-        for k, size in enumerate(self._sizes):
-            self.setCellSizes(k, size)
+        for k in range(self._dimension):
+            self.setCellSizes(k, 1.0)
 
     def getDimension(self) -> int:
-        """Return how many coordinates there are."""
-        return len(self._entries)
+        """Return how many coordinates a cell has."""
+        return self._dimension
 
     def project(self, state: Any, projection: Any) -> None:
-        """Write the coordinates of a state."""
+        """Write the coordinates of a state, counted in cells."""
         values = self._layout.read(state)
-        for k, entry in enumerate(self._entries):
-            projection[k] = values[entry]
+        counted = self._guide.counted(values) if self._guide else values
+        coordinates = self._coordinates(counted)
+        for k in range(self._dimension):
+            projection[k] = coordinates[k] if k < len(coordinates) else 0.0
+
+    def cell(self, values: list[float]) -> tuple[int, ...]:
+        """Return the cell that a state lies in."""
+        return tuple(map(math.floor, self._coordinates(values)))
+
+    def _coordinates(self, values: list[float]) -> list[float]:
+        shares = self._near.shares(values) if self._near else None
+        if not shares:
+            return [(values[entry] - lower) / size for entry, lower, size in self._far]
+        level = math.floor(math.log2(self._zoom / max(1.0, *map(abs, shares))))
+        per_tolerance = self._across / 2 * 2**level / self._zoom
+        return [-0.5 - level, *(per_tolerance * share for share in shares)]  # first below zero
 
 
-def projected(problem: Problem) -> list[int]:
+def projected(problem: Problem, *, angles: bool = True) -> list[int]:
     """Return the entries of the state that describe where a machine is: lengths before angles.
 
     What the metric hardly weighs, such as how far a wheel has rolled, comes last.
+
+    Args:
+        problem: Whose machine.
+        angles: Whether angles are wanted where there are lengths.
     """
     model = problem.model
     units = {c.name: c.unit for c in problem.system.coordinates}
     spans = problem.sampling_bounds[:, 1] - problem.sampling_bounds[:, 0]
-
-    def rank(i: int) -> tuple[bool, float]:
-        is_length = units.get(model.state_names[i]) == "m"
-        return not is_length, 0.0 if is_length else -float(problem.weights[i] * spans[i])
-
-    return sorted(range(model.nq), key=rank)[:MOST]
+    lengths = [i for i in range(model.nq) if units.get(model.state_names[i]) == "m"]
+    others = [i for i in range(model.nq) if i not in lengths]
+    others.sort(key=lambda i: -float(problem.weights[i] * spans[i]))
+    return (lengths if lengths and not angles else lengths + others)[:MOST]

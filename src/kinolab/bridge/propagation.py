@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+from kinolab.bridge.guide import Guide
 from kinolab.bridge.spaces import States
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
@@ -12,29 +14,49 @@ from kinolab.propagation import Propagator
 class Propagation:
     """A propagator between OMPL's states; OMPL asks for a step first, then whether it was free.
 
+    Args:
+        problem: Whose machine moves.
+        states: The way into and out of OMPL's states.
+        guide: Chooses inputs and ends motions; None leaves both to OMPL.
+
     Attributes:
         rejections: How many motions were refused, by cause and culprit.
     """
 
-    def __init__(self, problem: Problem, states: States) -> None:
-        self._states, self._propagator = states, Propagator(problem)
+    def __init__(self, problem: Problem, states: States, guide: Guide | None = None) -> None:
+        self._states, self._guide, self._propagator = states, guide, Propagator(problem)
         self._inputs = range(problem.model.nu)
         self._last: tuple[list[float], bool] = ([], False)
+        self._given_up: Callable[[], bool] = lambda: False
         self.rejections = self._propagator.rejections
 
     def propagate(self, state: Any, control: Any, duration: float, result: Any) -> None:
         """Write the state after one step; whether the way there is free is kept for is_valid."""
-        held = [control[i] for i in self._inputs]
-        reached, free = self._propagator.step(self._states.read(state), held, duration)
+        values, held = self._states.read(state), [control[i] for i in self._inputs]
+        if self._guide:
+            held = self._guide.hold(values, held, control)
+            if self._guide.ends():
+                self._states.write(result, values)
+                self._last = (self._states.read(result), False)
+                return
+        reached, free = self._propagator.step(values, held, duration)
         self._states.write(result, reached)
         self._last = (self._states.read(result), free)
+        if self._guide:
+            self._guide.reached(values, self._last[0], free=free)
 
     def forget(self) -> None:
         """Forget the step made last, whose end may be the state that a planner begins from."""
         self._last = ([], False)
 
+    def give_up_when(self, given_up: Callable[[], bool]) -> None:
+        """Set when no state is valid any more; a planner that finds none comes to an end."""
+        self._given_up = given_up
+
     def is_valid(self, state: Any) -> bool:
         """Say whether a state is within its limits and free; a state just reached, with its way."""
+        if self._given_up():
+            return False
         values = self._states.read(state)
         if values == self._last[0]:
             return self._last[1]

@@ -21,46 +21,34 @@ GROWTH = 1.5  # of the length of a round over the one before
 
 
 def search(
-    problem: Problem,
-    make: Callable[[Any], Any],
+    bridge: Bridge,
+    begin: Callable[[Bridge], Any],
+    again: Callable[[Bridge, Any], Any],
     seed: int,
     budget: Budget,
-    *,
-    min_steps: int,
-    max_steps: int,
-    goal_zoom: float = 1.0,
     restart_after: int = 0,
 ) -> SearchResult:
-    """Search with the planner that ``make`` returns for a space information.
+    """Search with a planner of OMPL's.
 
     The random numbers are seeded before the planner exists, which is what makes OMPL's paths
     repeatable.
 
     Args:
-        problem: What to plan.
-        make: Returns an OMPL control planner.
+        bridge: What to plan.
+        begin: Returns a planner that is ready to solve.
+        again: Returns one that has no tree, given one that has solved.
         seed: Of the random numbers.
         budget: When to stop.
-        min_steps: Propagation steps for which an input is held at least.
-        max_steps: Propagation steps for which an input is held at most.
-        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn.
         restart_after: Iterations of the first round; then the planner begins anew, with a longer
             round each time. 0 for a single round.
 
     Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
     trees, AAAI 2008.
     """
-    bridge = Bridge(
-        problem,
-        min_steps=min_steps,
-        max_steps=max_steps,
-        goal_zoom=goal_zoom,
-        given_up=lambda: budget.interrupted,
-    )
+    problem, definition = bridge.problem, bridge.problem_definition
+    bridge.give_up_when(lambda: budget.interrupted)
     ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
-    planner, definition = make(bridge.space_information), bridge.problem_definition
-    planner.setProblemDefinition(definition)
-    planner.setup()
+    planner = begin(bridge)
     budget.restart()  # code for this machine was compiled and loaded until here
     rounds = _Rounds(budget, restart_after)
     condition = ob.PlannerTerminationCondition(rounds.ended)
@@ -83,8 +71,8 @@ def search(
             nearest = path
         definition.clearSolutionPaths()
         if rounds.over:
-            planner.clear()
             bridge.forget()
+            planner = again(bridge, planner)
             rounds.begin_next()
         elif budget.iterations == begun:
             rounds.all_over = True  # OMPL refuses the start, which is free but for its margins

@@ -5,7 +5,9 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
+from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.search import search
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
@@ -40,8 +42,29 @@ class AbstractTreePlanner(AbstractPlanner):
     )
 
     @abstractmethod
-    def make(self, space_information: object) -> object:
+    def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""
+
+    def bridge(self, problem: Problem, seed: int) -> Bridge:  # noqa: ARG002
+        """Return the problem in OMPL's terms; the seed is for what OMPL does not draw."""
+        return Bridge(
+            problem,
+            min_steps=self.min_steps,
+            max_steps=self.max_steps,
+            goal_zoom=self.goal_zoom,
+        )
+
+    def begin(self, bridge: Bridge) -> Any:
+        """Return OMPL's planner, ready to solve."""
+        planner = self.make(bridge)
+        planner.setProblemDefinition(bridge.problem_definition)
+        planner.setup()
+        return planner
+
+    def again(self, bridge: Bridge, planner: Any) -> Any:  # noqa: ARG002
+        """Return a planner without a tree, given one that has solved."""
+        planner.clear()
+        return planner
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
         """Yield steps that exclude each other."""
@@ -51,13 +74,5 @@ class AbstractTreePlanner(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region."""
-        return search(
-            problem,
-            self.make,
-            seed,
-            budget,
-            min_steps=self.min_steps,
-            max_steps=self.max_steps,
-            goal_zoom=self.goal_zoom,
-            restart_after=self.restart_after,
-        )
+        bridge = self.bridge(problem, seed)
+        return search(bridge, self.begin, self.again, seed, budget, self.restart_after)

@@ -1,0 +1,25 @@
+"""Syclop over an expansive space tree, by OMPL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+from ompl import control as oc
+
+from kinolab.bridge import AbstractSyclopPlanner, Bridge
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SyclopEST(AbstractSyclopPlanner):
+    """Leads through a grid of regions tell an expansive space tree where to grow (OMPL).
+
+    Source: Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3), 2010.
+    """
+
+    name: ClassVar[str] = "syclop_est"
+
+    def make(self, bridge: Bridge) -> Any:
+        """Return OMPL's planner."""
+        return oc.SyclopEST(bridge.space_information, self.decomposition(bridge))

@@ -1,0 +1,25 @@
+"""Syclop over a rapidly-exploring random tree, by OMPL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+from ompl import control as oc
+
+from kinolab.bridge import AbstractSyclopPlanner, Bridge
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SyclopRRT(AbstractSyclopPlanner):
+    """Leads through a grid of regions tell a rapidly-exploring random tree where to grow (OMPL).
+
+    Source: Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3), 2010.
+    """
+
+    name: ClassVar[str] = "syclop_rrt"
+
+    def make(self, bridge: Bridge) -> Any:
+        """Return OMPL's planner."""
+        return oc.SyclopRRT(bridge.space_information, self.decomposition(bridge))

@@ -1,0 +1,57 @@
+"""Where a machine would go under several inputs, without a look at obstacles."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Rollouts:
+    """Motions of equal length from one state, each under an input that is held.
+
+    Args:
+        problem: Whose machine moves.
+        count: How many motions.
+        steps: Propagation steps of each.
+
+    Attributes:
+        inputs: One per motion, shape (count, nu); set them before a call.
+        states: Of the motions, their start left out, shape (count, steps, nx).
+    """
+
+    def __init__(self, problem: Problem, count: int, steps: int) -> None:
+        model, h = problem.model, problem.step
+        self.inputs = np.zeros((count, model.nu))
+        self._knots = np.zeros((count, steps + 1, model.nx))
+        self.states = self._knots[:, 1:]
+        self._model, self._p = model, model.parameter_vector()  # kept: addresses point into them
+        pointer, number = ctypes.c_void_p, ctypes.c_double
+        types = (ctypes.c_int32, pointer, pointer, pointer, number, pointer, ctypes.c_int64)
+        address = model.address(f"step_{problem.scenario.integration.method}")
+        self._step: Any = ctypes.CFUNCTYPE(*types)(address)
+        p = self._p.ctypes.data
+        self._calls = [
+            [
+                (row[j].ctypes.data, u.ctypes.data, p, h, row[j + 1].ctypes.data, 0)
+                for j in range(steps)
+            ]
+            for row, u in zip(self._knots, self.inputs, strict=True)
+        ]
+
+    def follow(self, start: Sequence[float], k: int) -> Array:
+        """Return the states of one motion, shape (steps, nx); NaN from a step that fails."""
+        self._knots[k, 0] = start
+        for j, arguments in enumerate(self._calls[k]):
+            if self._step(*arguments):
+                self.states[k, j:] = np.nan
+                break
+        states: Array = self.states[k]
+        return states

@@ -1,0 +1,55 @@
+"""What the planners have in common that follow leads through a grid of regions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ompl import base as ob
+
+from kinolab.bridge.bridge import Bridge
+from kinolab.bridge.decomposition import LOOKS, Decomposition
+from kinolab.bridge.guided_planner import AbstractGuidedPlanner
+from kinolab.bridge.regions import Regions
+from kinolab.search import setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbstractSyclopPlanner(AbstractGuidedPlanner):
+    """A planner that looks for a lead through regions, and grows its tree along that.
+
+    The wheel has none of Syclop's settings: how many extensions it makes before another lead, when
+    it abandons one early, how often that is the shortest, further costs of its edges. It asks for
+    the time about three times per extension, so that an extension takes as many iterations.
+    """
+
+    restart_after: int = setting(
+        100_000,
+        0,
+        unit="iterations",
+        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
+    )
+    regions: int = setting(
+        1000, 1, 10_000, meaning="About how many regions there are, equally many along each axis."
+    )
+    angles: bool = setting(
+        False, meaning="Whether angles are divided too, where there are fewer than three lengths."
+    )
+    free_volume_samples: int = setting(
+        5000, 0, LOOKS // 4, meaning="How many random states tell how free the regions are."
+    )
+
+    def decomposition(self, bridge: Bridge) -> Decomposition:
+        """Return the grid of regions."""
+        regions = Regions(bridge.problem, self.regions, self.goal_zoom, angles=self.angles)
+        return Decomposition(bridge, regions, self.free_volume_samples)
+
+    def begin(self, bridge: Bridge) -> Any:
+        """Return OMPL's planner, which has estimated the free volumes: that can not be ended."""
+        planner = super().begin(bridge)
+        planner.solve(ob.PlannerTerminationCondition(lambda: True))
+        return planner
+
+    def again(self, bridge: Bridge, planner: Any) -> Any:  # noqa: ARG002
+        """Return a new planner: the graph of regions grows when OMPL clears one."""
+        return self.begin(bridge)
