@@ -7,7 +7,6 @@ registers it, or as ``file.py:Class``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from functools import cache
 from importlib import import_module, resources
 from typing import Any
@@ -86,12 +85,6 @@ def misfits(planner: type[AbstractPlanner], settings: Mapping[str, Any]) -> list
     """
     with plugins.answerable(planner):
         return list(planner.misfits(settings))
-
-
-def known_to(planner: type[AbstractPlanner], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of some settings that a planner has too."""
-    own = {field.name for field in fields(planner)}
-    return {key: value for key, value in settings.items() if key in own}
 
 
 def make(name: str, settings: Mapping[str, Any]) -> AbstractPlanner:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, final
 from ompl import control as oc
 
 from kinolab.bridge import AbstractGridPlanner, Bridge
+from kinolab.search import setting
 
 
 @final
@@ -19,6 +20,10 @@ class KPIECE(AbstractGridPlanner):
     """
 
     name: ClassVar[str] = "kpiece"
+
+    angles: bool = setting(
+        True, meaning="Whether angles are divided too, where there are fewer than three lengths."
+    )
 
     def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""

@@ -320,14 +320,14 @@ def test_a_problem_says_the_names_it_was_loaded_from(table: Problem) -> None:
 # --- another planner than the file's ---
 
 
-def test_another_planner_takes_over_what_both_have(tmp_path: Path) -> None:
+def test_another_planner_has_settings_of_its_own(tmp_path: Path) -> None:
     text = OPEN.replace('name = "rrt"', 'name = "rrt"\nmax_steps = 7\ngoal_bias = 0.3')
     other = problem_of(tmp_path, text, "planner.name=est").scenario.planner
-    assert other.settings == {"max_steps": 7}
+    assert other.settings == {}
     same = problem_of(tmp_path, text, "planner.name=rrt").scenario.planner
     assert same.settings == {"max_steps": 7, "goal_bias": 0.3}
 
 
 def test_what_is_typed_beside_another_planner_must_fit_it(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no setting of est is called 'goal_bias'"):
-        problem_of(tmp_path, OPEN, "planner.name=est", "planner.goal_bias=0.3")
+    with pytest.raises(InputError, match="no setting of est is called 'intermediate_states'"):
+        problem_of(tmp_path, OPEN, "planner.name=est", "planner.intermediate_states=true")

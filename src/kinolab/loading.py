@@ -17,7 +17,6 @@ from kinolab.dynamics.machine_file import load_machine
 from kinolab.dynamics.symbols import Rate
 from kinolab.errors import (
     InputError,
-    KinolabError,
     MissingPlannerError,
     Mistake,
     UnknownNameError,
@@ -59,7 +58,7 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
     Args:
         source: Path of a TOML file, or the name of a built-in scenario.
         overrides: ``KEY=VALUE`` texts that replace keys of the file. Where one names another
-            planner, settings of the file's own that it does not have are left out.
+            planner, the settings of the file's own are left out.
 
     Raises:
         InputError: With every mistake that was found.
@@ -75,15 +74,10 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
 def _for_another_planner(scenario: Scenario) -> Scenario:
     """Leave out what a file says to its own planner, where an override names another one."""
     section, overrides = scenario.planner, scenario.origin.overrides
-    if not any(override.path == ("planner", "name") for override in overrides):
+    if not any(o.path == ("planner", "name") and o.changes for o in overrides):
         return scenario
-    try:
-        planner = planners.get(full_reference(section.name, scenario.folder))
-    except KinolabError:
-        return scenario  # it is reported with everything else
     typed = {o.path[1] for o in overrides if o.path[:1] == ("planner",) and len(o.path) > 1}
-    kept = planners.known_to(planner, section.settings)
-    kept |= {key: value for key, value in section.settings.items() if key in typed}
+    kept = {key: value for key, value in section.settings.items() if key in typed}
     shared = {key: getattr(section, key) for key in section.model_fields_set}
     shared = {key: value for key, value in shared.items() if key in type(section).model_fields}
     return scenario.model_copy(update={"planner": type(section)(**shared, **kept)}).located(

@@ -30,9 +30,13 @@ def regions(bridge: Bridge) -> Regions:
     return Regions(bridge.problem, 1000, ZOOM, angles=False)
 
 
+def divided(bridge: Bridge, looks: int, kind: type[Decomposition] = Decomposition) -> Decomposition:
+    return kind(bridge, regions(bridge), looks=looks, most_in_cell=20, seed=1)
+
+
 def answers(bridge: Bridge, looks: int) -> list[tuple[int, bool]]:
     """What OMPL learns where it estimates free volumes: regions, and whether states are free."""
-    decomposition = Decomposition(bridge, regions(bridge), looks)
+    decomposition = divided(bridge, looks)
     state, sampler = bridge.space.allocState(), bridge.space_information.allocStateSampler()
     found = []
     for _ in range(LOOKS):
@@ -50,7 +54,7 @@ def level(problem: Problem, x: np.ndarray) -> int:
 
 def test_a_state_lies_in_the_region_of_its_position_and_its_nearness(parking: Problem) -> None:
     bridge, generator = parking.to_ompl(), np.random.default_rng(0)
-    decomposition = Decomposition(bridge, regions(bridge), 0)
+    decomposition = divided(bridge, 0)
     state = bridge.space.allocState()
     for _ in range(LOOKS):
         decomposition.locateRegion(state)
@@ -107,7 +111,7 @@ def test_ompl_draws_states_from_the_region_that_it_asks_for(planner: Any, parkin
 
     bridge = parking.to_ompl()
     ou.RNG.setSeed(1)
-    search = planner(bridge.space_information, Watched(bridge, regions(bridge), 1000))
+    search = planner(bridge.space_information, divided(bridge, 1000, Watched))
     search.setProblemDefinition(bridge.problem_definition)
     search.setup()
     search.solve(ob.timedPlannerTerminationCondition(2.0))

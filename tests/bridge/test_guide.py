@@ -71,6 +71,7 @@ def guide(problem: Problem, **guidance: Any) -> Guide:
         min_steps=1,
         max_steps=STEPS,
         zoom=10.0,
+        seed=0,
     )
 
 

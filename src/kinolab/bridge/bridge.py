@@ -13,6 +13,7 @@ from ompl import util as ou
 from kinolab.bridge.goal_region import GoalRegion
 from kinolab.bridge.goal_samples import GoalSamples
 from kinolab.bridge.guide import Guidance, Guide
+from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.projection import Grid, Projection
 from kinolab.bridge.propagation import Propagation
 from kinolab.bridge.spaces import States, control_space
@@ -30,14 +31,18 @@ class Bridge:
         max_steps: Propagation steps for which an input is held at most.
         goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn, the
             default projection is finer, and motions are guided to the goal.
+        seed: Of samples of the goal, and of inputs that guide motions.
         grid: Of the default projection.
         guidance: How motions are guided; None leaves it to OMPL.
+        last_step: Steers into the goal; without it OMPL's path has to end there.
 
     Attributes:
         problem: What it was made of.
+        seed: As given.
         states: The way into and out of OMPL's states.
         goal_samples: States around the goal.
         guide: Of motions; None where OMPL leads them.
+        last_step: Into the goal; None where OMPL finds it.
         space: The compound state space.
         space_information: Ready for any control planner.
         problem_definition: With start and goal.
@@ -53,17 +58,18 @@ class Bridge:
         min_steps: int = 1,
         max_steps: int = 20,
         goal_zoom: float = 1.0,
+        seed: int = 0,
         grid: Grid | None = None,
         guidance: Guidance | None = None,
+        last_step: LastStep | None = None,
     ) -> None:
-        self.problem, self.states = problem, States(problem)
-        self.goal_samples = GoalSamples(problem, goal_zoom)
-        limits = {"min_steps": min_steps, "max_steps": max_steps}
-        self.guide = (
-            Guide(problem, self.goal_samples, guidance, zoom=goal_zoom, **limits)
-            if guidance
-            else None
-        )
+        self.problem, self.states, self.last_step = problem, States(problem), last_step
+        self.goal_samples = GoalSamples(problem, goal_zoom, seed)
+        self.seed, self.guide = seed, None
+        if guidance:
+            held = {"min_steps": min_steps, "max_steps": max_steps}
+            samples = self.goal_samples
+            self.guide = Guide(problem, samples, guidance, zoom=goal_zoom, seed=seed, **held)
         propagation = Propagation(problem, self.states, self.guide)
         self.forget, self.give_up_when = propagation.forget, propagation.give_up_when
         self.space = self.states.space
@@ -83,7 +89,7 @@ class Bridge:
         # A start may pass a limit by rounding; OMPL would refuse it.
         self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
         self.problem_definition.addStartState(start)
-        goal = GoalRegion(problem, self.states, information, self.goal_samples)
+        goal = GoalRegion(problem, self.states, information, self.goal_samples, last_step)
         self.problem_definition.setGoal(goal)
 
     def read(self, state: Any) -> list[float]:

@@ -9,6 +9,7 @@ and a region counts as covered as soon as one state lies in it.
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -33,24 +34,28 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         bridge: The problem in OMPL's terms.
         regions: That there are.
         looks: States that free volumes are estimated from.
+        most_in_cell: How many states a cell of the default projection may hold; leads pass by all
+            further ones.
+        seed: Of the states that are drawn.
     """
 
-    def __init__(self, bridge: Bridge, regions: Regions, looks: int) -> None:
+    def __init__(
+        self, bridge: Bridge, regions: Regions, *, looks: int, most_in_cell: int, seed: int
+    ) -> None:
         bounds = ob.RealVectorBounds(len(regions.low))
         bounds.low, bounds.high = regions.low, regions.high
         super().__init__(regions.cells, len(regions.low), bounds)
         self._keep_regions()
         self._problem, self._states, self._guide = bridge.problem, bridge.states, bridge.guide
-        self._regions, self._generator = regions, np.random.default_rng(0)
+        self._regions, self._generator = regions, np.random.default_rng(seed)
         empty = list(regions.empty())
         self._aside = empty[0] if empty else None
         self._assumed = self._assume(empty, looks)
         self._every = max(1, (LOOKS - len(self._assumed)) // looks) if looks else LOOKS + 1
         self._asked, self._outside = 0, False
-        import os
-        from collections import Counter
-        self._crowd = int(os.environ.get("CROWD","0"))
-        self._projection, self._held, self._last = bridge.projection, Counter(), ([],[])
+        self._projection, self._held = bridge.projection, Counter[tuple[int, ...]]()
+        self._most = most_in_cell
+        self._last: tuple[list[float], list[float]] = ([], [])
 
     def project(self, state: Any, _: list[float]) -> None:
         """Move the grid so that zero lies in it where the state's coordinates would."""
@@ -103,18 +108,21 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
     def _place(self, values: list[float]) -> list[float]:
         """Return the coordinates of a state.
 
-        What an obstacle or a limit stopped is put where no lead leads: few ways lead on from it.
+        What an obstacle or a limit stopped is put where no lead leads, for few ways lead on from
+        it, and so is what ends where many have ended.
         """
         if self._guide is None or self._aside is None or not self._guide.ended_in(values):
             return self._regions.coordinates(values)
-        if values != self._last[0]:
-            crowded = self._guide.stopped(values)
-            if not crowded and self._crowd:
-                cell = self._projection.cell(values)
-                self._held[cell] += 1
-                crowded = self._held[cell] > self._crowd
-            self._last = values, self._aside if crowded else self._regions.coordinates(values)
+        if values != self._last[0]:  # OMPL asks more than once
+            aside = self._guide.stopped(values) or self._crowds(values)
+            self._last = values, self._aside if aside else self._regions.coordinates(values)
         return self._last[1]
+
+    def _crowds(self, values: list[float]) -> bool:
+        """Count a state in its cell, and say whether that held enough already."""
+        cell = self._projection.cell(values)
+        self._held[cell] += 1
+        return self._held[cell] > self._most
 
     def _keep_regions(self) -> None:
         """Let OMPL work out the bounds of all regions, which it keeps, before the grid moves."""

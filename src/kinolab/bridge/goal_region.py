@@ -8,6 +8,7 @@ import numpy as np
 from ompl import base as ob
 
 from kinolab.bridge.goal_samples import GoalSamples
+from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.spaces import States
 from kinolab.problem import Problem
 
@@ -15,18 +16,30 @@ INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding ca
 
 
 class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
-    """The goal, measured as the largest share of a tolerance that a state deviates."""
+    """The goal, measured as the largest share of a tolerance that a state deviates.
+
+    A state from which the last step leads into the goal counts as in it.
+    """
 
     def __init__(
-        self, problem: Problem, states: States, space_information: Any, samples: GoalSamples
+        self,
+        problem: Problem,
+        states: States,
+        space_information: Any,
+        samples: GoalSamples,
+        last_step: LastStep | None,
     ) -> None:
         super().__init__(space_information)
         self._problem, self._states, self._samples = problem, states, samples
+        self._last_step = last_step
         self.setThreshold(INSIDE)
 
     def distanceGoal(self, state: Any) -> float:
         """Return how far outside the goal a state is."""
-        return self._problem.goal_excess(np.array(self._states.read(state)))
+        values = self._states.read(state)
+        excess = self._problem.goal_excess(np.array(values))
+        led = self._last_step and self._last_step.leads_in(values, excess)
+        return 0.0 if led else excess
 
     def sampleGoal(self, state: Any) -> None:
         """Write a state of the goal region, or of what surrounds it."""

@@ -16,9 +16,9 @@ class GoalSamples:
     where the region shrinks with the tree's distance (RRT-GoalZoom).
     """
 
-    def __init__(self, problem: Problem, zoom: float = 1.0) -> None:
+    def __init__(self, problem: Problem, zoom: float = 1.0, seed: int = 0) -> None:
         self._problem, self._zoom = problem, zoom
-        self._generator = np.random.default_rng(0)
+        self._generator = np.random.default_rng(seed)
 
     def draw(self) -> list[float]:
         """Return a state of the goal region, or of what surrounds it, in the machine's order."""

@@ -15,7 +15,7 @@ class AbstractGridPlanner(AbstractGuidedPlanner):
 
     cells: int = setting(20, 1, 1000, meaning="Cells along each coordinate that is divided.")
     angles: bool = setting(
-        True, meaning="Whether angles are divided too, where there are fewer than three lengths."
+        False, meaning="Whether angles are divided too, where there are fewer than three lengths."
     )
 
     def grid(self) -> Grid:

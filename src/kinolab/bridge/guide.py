@@ -30,12 +30,10 @@ class Guidance:
     Attributes:
         inputs_tried: How many inputs are compared at most before one is held.
         goal_bias: Probability of growing to the goal from a state near it.
-        seed: Of the inputs that are compared.
     """
 
     inputs_tried: int = 32
     goal_bias: float = 0.5
-    seed: int = 0
 
 
 class Guide:
@@ -52,6 +50,7 @@ class Guide:
         min_steps: Propagation steps of a motion at least.
         max_steps: Propagation steps of a motion at most.
         zoom: What counts as near the goal, in its tolerances.
+        seed: Of the inputs that are compared.
     """
 
     def __init__(
@@ -63,6 +62,7 @@ class Guide:
         min_steps: int,
         max_steps: int,
         zoom: float,
+        seed: int,
     ) -> None:
         horizon = min(max_steps, HORIZON)
         self._rollouts = Rollouts(problem, guidance.inputs_tried, horizon)
@@ -74,7 +74,7 @@ class Guide:
         self._low, self._high = problem.bounds.T
         lowest, highest = problem.model.control_bounds.T
         self._input_limits = lowest, highest
-        self._generator = np.random.default_rng(guidance.seed)
+        self._generator = np.random.default_rng(seed)
         self._begin: list[float] = []
         self._here: list[float] = []
         self._held: list[float] = []

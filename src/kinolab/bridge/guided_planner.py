@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.guide import Guidance
+from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.projection import Grid
 from kinolab.bridge.tree_planner import AbstractTreePlanner
 from kinolab.problem import Problem
@@ -36,15 +37,26 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
         0.5, 0.0, 1.0, meaning="Probability of growing to the goal from a state near it."
     )
 
+    last_step_every: int = setting(
+        50,
+        0,
+        1_000_000,
+        unit="states",
+        meaning="From how many states one is steered into the goal; 0 for none.",
+    )
+
     def bridge(self, problem: Problem, seed: int) -> Bridge:
         """Return the problem in OMPL's terms, with guided motions."""
+        every = self.last_step_every
         return Bridge(
             problem,
             min_steps=self.min_steps,
             max_steps=self.max_steps,
             goal_zoom=self.goal_zoom,
+            seed=seed,
             grid=self.grid(),
-            guidance=Guidance(inputs_tried=self.inputs_tried, goal_bias=self.goal_bias, seed=seed),
+            last_step=LastStep(problem, every, self.goal_zoom) if every else None,
+            guidance=Guidance(inputs_tried=self.inputs_tried, goal_bias=self.goal_bias),
         )
 
     def grid(self) -> Grid:

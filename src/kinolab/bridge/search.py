@@ -47,6 +47,8 @@ def search(
     """
     problem, definition = bridge.problem, bridge.problem_definition
     bridge.give_up_when(lambda: budget.interrupted)
+    if bridge.last_step:
+        bridge.last_step.stop_when(lambda: budget.over)
     ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
     planner = begin(bridge)
     budget.restart()  # code for this machine was compiled and loaded until here
@@ -58,6 +60,7 @@ def search(
         planner.solve(condition)
         path = _path(definition)
         if definition.hasExactSolution():
+            path = _with_last_step(path, bridge)
             difference = budget.breaking(partial(_true_difference, problem, path))
             if difference is None:
                 rounds.all_over, nearest = True, path  # the user does not wait for the truth
@@ -154,6 +157,13 @@ def _path(definition: Any) -> _Path:
     count = path.getControlCount()
     controls = [[path.getControl(k)[i] for i in range(size.getDimension())] for k in range(count)]
     return _Path(definition.getSolutionDifference(), list(path.getControlDurations()), controls)
+
+
+def _with_last_step(path: _Path, bridge: Bridge) -> _Path:
+    """Append the motion into the goal, where one was found from the end of OMPL's path."""
+    inputs = bridge.last_step.inputs if bridge.last_step else []
+    steps = [bridge.problem.step] * len(inputs)
+    return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
 
 
 def _rows(problem: Problem, path: _Path) -> tuple[Any, Any]:

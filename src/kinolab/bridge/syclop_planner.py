@@ -39,10 +39,22 @@ class AbstractSyclopPlanner(AbstractGuidedPlanner):
         5000, 0, LOOKS // 4, meaning="How many random states tell how free the regions are."
     )
 
+    most_in_cell: int = setting(
+        20,
+        1,
+        unit="states",
+        meaning="How many states of a cell leads go through; cells are finer than regions.",
+    )
+
     def decomposition(self, bridge: Bridge) -> Decomposition:
         """Return the grid of regions."""
-        regions = Regions(bridge.problem, self.regions, self.goal_zoom, angles=self.angles)
-        return Decomposition(bridge, regions, self.free_volume_samples)
+        return Decomposition(
+            bridge,
+            Regions(bridge.problem, self.regions, self.goal_zoom, angles=self.angles),
+            looks=self.free_volume_samples,
+            most_in_cell=self.most_in_cell,
+            seed=bridge.seed,
+        )
 
     def begin(self, bridge: Bridge) -> Any:
         """Return OMPL's planner, which has estimated the free volumes: that can not be ended."""

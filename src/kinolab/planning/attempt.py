@@ -30,7 +30,7 @@ UNVERIFIED = "Interrupted before what was found had been verified."
 def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
     """Return a planner with the scenario's settings, overridden by those given here.
 
-    A planner other than the scenario's takes over what both have.
+    The scenario's settings are those of the planner that it names: another one has its own.
 
     Raises:
         InputError: If the planner or a setting does not exist.
@@ -38,10 +38,8 @@ def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -
     section = problem.scenario.planner
     own = full_reference(section.name, problem.scenario.folder)
     chosen = own if name is None else full_reference(name, Path.cwd())
-    inherited = dict(section.settings)
-    if chosen != own:
-        inherited = planners.known_to(planners.get(chosen), inherited)
-    return planners.make(chosen, inherited | settings)
+    inherited = section.settings if chosen == own else {}
+    return planners.make(chosen, {**inherited, **settings})
 
 
 def attempt(

@@ -23,10 +23,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Override:
-    """One ``--set KEY=VALUE``: its text as it was typed, and the path it wrote to."""
+    """One ``--set KEY=VALUE``: its text as it was typed, and the path it wrote to.
+
+    ``changes`` says whether anything else stood there before.
+    """
 
     text: str
     path: KeyPath
+    changes: bool = True
 
     @property
     def where(self) -> str:

@@ -20,6 +20,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 SAMPLES = 120  # of a smooth curve
 REACHES = (0.7, 1.2)  # length of a smooth curve's tangents, in distances of its ends
+LEADS = (0.25, 0.5, 1.0)  # length of a straight way into the end, in radii of the tightest circle
 TIGHTEST = 0.9  # share of the largest curvature that curves use
 SHARPEST = 20.0  # [1/m] for machines that turn on the spot
 TINY = 1e-6  # [m] or [rad] that is not worth a motion
@@ -42,7 +43,8 @@ class PlaneWays:
     Candidates, in the order in which they are tried: smooth curves forward and back (Hermite
     polynomials of fifth degree without curvature at their ends); where the machine turns on the
     spot, turn, go straight, turn; elsewhere the shortest curve of arcs and straight lines, with a
-    stop wherever the steering must change.
+    stop wherever the steering must change, and such curves with a straight way at their end, for
+    ends where there is no room to turn.
 
     Attributes:
         coordinates: What the paths give.
@@ -71,10 +73,12 @@ class PlaneWays:
     def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
         begin, end = self._pose(x0), self._pose(x1)
-        for path in self._smooth(begin, end):
-            yield [path]
+        straight = self._pose(self.straightened(x0))
+        for path in self._smooth(straight, end):
+            yield [*self._shifts([begin, straight]), path]
         if self._flat.steered:
-            yield self._reeds_shepp(begin, end)
+            yield self._reeds_shepp(begin, end)[0]
+            yield from self._led(begin, end)
         else:
             for gear in (FORWARD, BACKWARD):
                 yield self._turn_go_turn(begin, end, gear)
@@ -137,12 +141,27 @@ class PlaneWays:
             *self._shifts([there, _turned(there, end.heading)]),
         ]
 
+    def _led(self, begin: Pose, end: Pose) -> Iterator[list[Path]]:
+        """Yield ways that lead straight into the end, forward and back."""
+        if float(np.hypot(end.x - begin.x, end.y - begin.y)) < TINY:
+            return
+        straight = tuple(map(float, self._steered(np.zeros(1))[0]))
+        for lead in LEADS:
+            for gear in (FORWARD, BACKWARD):
+                back = gear * lead * self.radius
+                x = end.x - back * float(np.cos(end.heading))
+                y = end.y - back * float(np.sin(end.heading))
+                paths, gate = self._reeds_shepp(begin, Pose(x, y, end.heading, straight))
+                there = Pose(end.x, end.y, gate.heading, straight)
+                arrived = Pose(end.x, end.y, gate.heading, end.steered)
+                yield [*paths, *self._shifts([gate, there, arrived])]
+
     def _shifts(self, poses: list[Pose]) -> list[Path]:
         """Return straight ways between poses, those apart that lie at the same place."""
         return [_straight(a, b) for a, b in pairwise(poses) if _apart(a, b)]
 
-    def _reeds_shepp(self, begin: Pose, end: Pose) -> list[Path]:
-        """Return arcs, and between them what the steering must change at a stop."""
+    def _reeds_shepp(self, begin: Pose, end: Pose) -> tuple[list[Path], Pose]:
+        """Return arcs, and between them what the steering must change at a stop; and their end."""
         paths, here = [], begin
         for arc in arcs(
             (begin.x, begin.y, begin.heading), (end.x, end.y, end.heading), self.radius
@@ -153,7 +172,7 @@ class PlaneWays:
             paths += [*self._shifts([here, ready]), _around(ready, arc)]
             here = there
         arrived = Pose(here.x, here.y, here.heading, end.steered)
-        return [*paths, *self._shifts([here, arrived])]
+        return [*paths, *self._shifts([here, arrived])], arrived
 
 
 def _sharpest(problem: Problem, flat: PlaneCurves) -> float:

@@ -113,7 +113,8 @@ class Steering(AbstractSteering):
     ) -> Iterator[Maneuver]:
         assert self.paths is not None
         for paths in self.ways.ways(x0, x1):
-            if all(worthwhile(self.paths.looks(path, x0)) for path in paths):
+            # From the end, where there is least room more often than anywhere else.
+            if all(worthwhile(self.paths.looks(path, x0)) for path in reversed(paths)):
                 motion = self.paths.chain(paths, x0)
                 if motion is not None:
                     yield motion
