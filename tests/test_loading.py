@@ -326,6 +326,8 @@ def test_another_planner_has_settings_of_its_own(tmp_path: Path) -> None:
     assert other.settings == {}
     same = problem_of(tmp_path, text, "planner.name=rrt").scenario.planner
     assert same.settings == {"max_steps": 7, "goal_bias": 0.3}
+    typed = problem_of(tmp_path, text, "planner.name=est", "planner.max_steps=9").scenario.planner
+    assert typed.settings == {"max_steps": 9}
 
 
 def test_what_is_typed_beside_another_planner_must_fit_it(tmp_path: Path) -> None:

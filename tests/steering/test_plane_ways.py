@@ -101,6 +101,30 @@ def test_the_tightest_circle_of_a_car_is_a_little_wider_than_the_steering_allows
     assert ways(scenes("drive")).radius == 0.0
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_car_is_led_straight_into_the_end(seed: int, scenes: Scenes) -> None:
+    """Forward and back, over quarters of the tightest circle's radius."""
+    car = scenes("car")
+    x0, x1 = poses(car, seed)
+    along_end = np.array([np.cos(x1[2]), np.sin(x1[2])])
+    led = set()
+    for paths in ways(car).ways(x0, x1):
+        rows = along(paths[-1], 9)
+        if np.abs(rows[:, 3]).max() == 0.0 and np.ptp(rows[:, 2]) == 0.0:
+            led.add(round(float((rows[-1, :2] - rows[0, :2]) @ along_end) / ways(car).radius, 6))
+    assert led >= {0.25, 0.5, 1.0, -0.25, -0.5, -1.0}
+
+
+def test_turned_wheels_are_straightened_before_a_smooth_curve(scenes: Scenes) -> None:
+    car = scenes("car")
+    x0, x1 = np.zeros((2, 7))
+    x0[3], x1[0] = 0.4, 10.0
+    first, smooth = next(ways(car).ways(x0, x1))
+    assert along(first, 3)[:, 3] == pytest.approx([0.4, 0.2, 0.0])
+    assert np.ptp(along(first)[:, :3]) == 0.0
+    assert along(smooth)[[0, -1], :3] == pytest.approx(np.array([[0, 0, 0], [10.0, 0, 0]]))
+
+
 def test_a_car_turns_its_wheels_where_it_stands(scenes: Scenes) -> None:
     car = scenes("car")
     x0 = np.zeros(7)

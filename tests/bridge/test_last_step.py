@@ -1,0 +1,78 @@
+"""The last step into the goal, against the coin's motion in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.bridge.last_step import LastStep
+from kinolab.problem import Problem
+from tests.support import OPEN, coin_after, problem_of
+
+GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")
+
+
+@pytest.fixture(scope="module")
+def narrow(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """The coin is to stand still within a millimetre: no sampled input does that."""
+    folder = tmp_path_factory.mktemp("narrow")
+    return problem_of(folder, OPEN, "goal.tolerance=0.001", "goal.at_rest=true")
+
+
+def rolled(x: np.ndarray, inputs: np.ndarray, step: float) -> np.ndarray:
+    for u in inputs:
+        x = coin_after(x, u, np.array([step]))[0]
+    return x
+
+
+def test_the_inputs_lead_from_the_state_into_the_goal(narrow: Problem) -> None:
+    last = LastStep(narrow, every=1, zoom=10.0)
+    x = narrow.start.copy()
+    x[-2:] = 0.5, 1.0  # it turns and rolls
+    assert last.leads_in(x.tolist(), narrow.goal_excess(x))
+    reached = rolled(x, np.array(last.inputs), narrow.step)
+    assert np.abs(reached[:2]).max() < 1.1e-3
+    assert np.abs(reached[-2:]).max() < 1e-2
+
+
+def test_one_state_of_several_is_tried(narrow: Problem) -> None:
+    last, x = LastStep(narrow, every=3, zoom=10.0), narrow.start.tolist()
+    assert [last.leads_in(x, 1000.0) for _ in range(6)] == [False, False, True] * 2
+    assert last.inputs
+    assert not last.leads_in(x, 1000.0)
+    assert last.inputs == []  # none that belong to a state before
+
+
+def test_a_state_in_the_goal_needs_no_last_step(narrow: Problem) -> None:
+    last = LastStep(narrow, every=1, zoom=10.0)
+    assert last.leads_in(narrow.start.tolist(), 1000.0)
+    assert not last.leads_in(np.zeros(6).tolist(), 0.0)
+    assert last.inputs == []
+
+
+def test_machines_that_are_not_flat_are_steered_near_the_goal_alone() -> None:
+    board = kinolab.load("snakeboard_park")
+    last, generator = LastStep(board, every=1, zoom=10.0), np.random.default_rng(0)
+    starts = [board.sample_goal(generator, 1.5) for _ in range(20)]
+    outside = [x for x in starts if board.goal_excess(x) > 1.0]
+    reached = [x for x in outside if last.leads_in(x.tolist(), board.goal_excess(x))]
+    assert reached
+    assert not last.leads_in(reached[0].tolist(), 10.1)
+
+
+def test_nothing_is_looked_for_when_time_is_up(narrow: Problem) -> None:
+    last = LastStep(narrow, every=1, zoom=10.0)
+    last.stop_when(lambda: True)
+    assert not last.leads_in(narrow.start.tolist(), 1000.0)
+
+
+@pytest.mark.parametrize("planner", GUIDED)
+def test_a_plan_goes_on_from_the_tree_into_the_goal(planner: str, narrow: Problem) -> None:
+    found = narrow.solve(planner=planner, seed=1, max_iterations=2000, last_step_every=5)
+    assert found.status == "solved"
+    assert found.trajectory is not None
+    reached = rolled(narrow.start, found.trajectory.u, narrow.step)
+    assert np.abs(reached[:2]).max() < 1.1e-3
+    sampled = narrow.solve(planner=planner, seed=1, max_iterations=2000, last_step_every=0)
+    assert sampled.status != "solved"
