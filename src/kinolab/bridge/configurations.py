@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,6 +19,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 FEW = 12  # looks at a path, which tell how long it is
 FINEST = 0.02  # [m] between two looks at a path
+SAME = 1e-6  # [m] or [rad] between the goal and itself, read back from OMPL
 SHIFT = 0.05  # of a coordinate's scale: a change that rest may undo
 
 
@@ -48,7 +50,7 @@ class Configurations:
         margin: float,
         rejections: Rejections | None = None,
     ) -> None:
-        self._problem, self._steering = problem, steering
+        self._problem, self._steering, self._goal = problem, steering, goal
         self._margin = min(margin, *(_room(problem, x) / 2 for x in (problem.start, goal)))
         self._judge = Propagator(problem, self._margin, rejections)
         self._base = _base(problem, steering)
@@ -92,10 +94,26 @@ class Configurations:
         return self._judge.admits(x.tolist())
 
     def free_ways(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
-        """Yield the free ways from one state at rest to another, each a list of paths."""
-        for paths in self._steering.ways.ways(x0, x1):
-            if all(self._has_room_along(path, x0) for path in paths):
+        """Yield the free ways from one state at rest to another, each a list of paths.
+
+        Longer ways are tried into the goal alone: where there is least room, and once for all.
+        """
+        ways = self._steering.ways
+        found = ways.ways(x0, x1)
+        for paths in chain(found, ways.detours(x0, x1)) if self._is_goal(x1) else found:
+            if all(self._has_room_along(path, x0) for path in reversed(paths)):
                 yield paths
+
+    def joined(self, x0: Array, x1: Array) -> bool:
+        """Say whether there is a free way between two states at rest; the goal is an end."""
+        ends = (x1, x0) if self._is_goal(x0) else (x0, x1)
+        return any(True for _ in self.free_ways(*ends))
+
+    def _is_goal(self, x: Array) -> bool:
+        away = x[self._free] - self._goal[self._free]
+        turned = (away + np.pi) % (2 * np.pi) - np.pi
+        away = np.where(self._problem.circular[self._free], turned, away)
+        return bool(np.abs(away).max(initial=0.0) < SAME)
 
     def _has_room_along(self, path: Any, x0: Array) -> bool:
         motion = self._steering.paths
@@ -125,7 +143,7 @@ class Ways(ob.MotionValidator):  # type: ignore[misc]
     def checkMotion(self, begin: Any, end: Any, *_: Any) -> bool:
         """Say whether there is one."""
         x0, x1 = (self._configurations.read(state) for state in (begin, end))
-        return x0 is not None and x1 is not None and any(self._configurations.free_ways(x0, x1))
+        return x0 is not None and x1 is not None and self._configurations.joined(x0, x1)
 
 
 def _base(problem: Problem, steering: Steering) -> Array:

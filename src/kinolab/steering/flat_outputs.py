@@ -31,6 +31,10 @@ class OutputWays:
         system = problem.system
         self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
 
+    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
+        """Yield nothing: there are no others."""
+        yield from ()
+
     def straightened(self, x: Array) -> Array:
         """Return the state as it is: nothing is steered."""
         return x

@@ -28,6 +28,10 @@ class LineWays:
         self._can = len(self.coordinates) == len(coordinates)
         self._nq = problem.model.nq
 
+    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
+        """Yield nothing: there are no others."""
+        yield from ()
+
     def straightened(self, x: Array) -> Array:
         """Return the state as it is: nothing is steered."""
         return x

@@ -43,8 +43,7 @@ class PlaneWays:
     Candidates, in the order in which they are tried: smooth curves forward and back (Hermite
     polynomials of fifth degree without curvature at their ends); where the machine turns on the
     spot, turn, go straight, turn; elsewhere the shortest curve of arcs and straight lines, with a
-    stop wherever the steering must change, and such curves with a straight way at their end, for
-    ends where there is no room to turn.
+    stop wherever the steering must change.
 
     Attributes:
         coordinates: What the paths give.
@@ -78,10 +77,25 @@ class PlaneWays:
             yield [*self._shifts([begin, straight]), path]
         if self._flat.steered:
             yield self._reeds_shepp(begin, end)[0]
-            yield from self._led(begin, end)
         else:
             for gear in (FORWARD, BACKWARD):
                 yield self._turn_go_turn(begin, end, gear)
+
+    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield ways with a straight part into the end, for ends where there is no room to turn."""
+        begin, end = self._pose(x0), self._pose(x1)
+        if not self._flat.steered or float(np.hypot(end.x - begin.x, end.y - begin.y)) < TINY:
+            return
+        straight = tuple(map(float, self._steered(np.zeros(1))[0]))
+        for lead in LEADS:
+            for gear in (FORWARD, BACKWARD):
+                back = gear * lead * self.radius
+                x = end.x - back * float(np.cos(end.heading))
+                y = end.y - back * float(np.sin(end.heading))
+                paths, gate = self._reeds_shepp(begin, Pose(x, y, end.heading, straight))
+                there = Pose(end.x, end.y, gate.heading, straight)
+                arrived = Pose(end.x, end.y, gate.heading, end.steered)
+                yield [*paths, *self._shifts([gate, there, arrived])]
 
     def _pose(self, x: Array) -> Pose:
         px, py, heading, *steered = x[self._index]
@@ -140,21 +154,6 @@ class PlaneWays:
             _straight(_turned(begin, course), there),
             *self._shifts([there, _turned(there, end.heading)]),
         ]
-
-    def _led(self, begin: Pose, end: Pose) -> Iterator[list[Path]]:
-        """Yield ways that lead straight into the end, forward and back."""
-        if float(np.hypot(end.x - begin.x, end.y - begin.y)) < TINY:
-            return
-        straight = tuple(map(float, self._steered(np.zeros(1))[0]))
-        for lead in LEADS:
-            for gear in (FORWARD, BACKWARD):
-                back = gear * lead * self.radius
-                x = end.x - back * float(np.cos(end.heading))
-                y = end.y - back * float(np.sin(end.heading))
-                paths, gate = self._reeds_shepp(begin, Pose(x, y, end.heading, straight))
-                there = Pose(end.x, end.y, gate.heading, straight)
-                arrived = Pose(end.x, end.y, gate.heading, end.steered)
-                yield [*paths, *self._shifts([gate, there, arrived])]
 
     def _shifts(self, poses: list[Pose]) -> list[Path]:
         """Return straight ways between poses, those apart that lie at the same place."""

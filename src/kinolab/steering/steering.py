@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
@@ -112,7 +113,7 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
         assert self.paths is not None
-        for paths in self.ways.ways(x0, x1):
+        for paths in chain(self.ways.ways(x0, x1), self.ways.detours(x0, x1)):
             # From the end, where there is least room more often than anywhere else.
             if all(worthwhile(self.paths.looks(path, x0)) for path in reversed(paths)):
                 motion = self.paths.chain(paths, x0)

@@ -29,6 +29,9 @@ class Ways(Protocol):
     def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
 
+    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield longer ways, for where none of the others is free."""
+
     def straightened(self, x: Array) -> Array:
         """Return a state whose steering stands straight, where a machine has any."""
 
