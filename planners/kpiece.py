@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 from ompl import control as oc
 
 from kinolab.bridge import AbstractGridPlanner, Bridge
-from kinolab.search import setting
+from kinolab.search import with_default
 
 
 @final
@@ -21,9 +21,7 @@ class KPIECE(AbstractGridPlanner):
 
     name: ClassVar[str] = "kpiece"
 
-    angles: bool = setting(
-        True, meaning="Whether angles are divided too, where there are fewer than three lengths."
-    )
+    angles: bool = with_default(True, AbstractGridPlanner, "angles")
 
     def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""

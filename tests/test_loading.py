@@ -328,6 +328,11 @@ def test_another_planner_has_settings_of_its_own(tmp_path: Path) -> None:
     assert same.settings == {"max_steps": 7, "goal_bias": 0.3}
     typed = problem_of(tmp_path, text, "planner.name=est", "planner.max_steps=9").scenario.planner
     assert typed.settings == {"max_steps": 9}
+    unnamed = OPEN.replace('name = "rrt"', "max_steps = 7")
+    assert problem_of(tmp_path, unnamed, "planner.name=rrt").scenario.planner.settings == {
+        "max_steps": 7
+    }
+    assert problem_of(tmp_path, unnamed, "planner.name=est").scenario.planner.settings == {}
 
 
 def test_what_is_typed_beside_another_planner_must_fit_it(tmp_path: Path) -> None:

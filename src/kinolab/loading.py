@@ -74,7 +74,9 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
 def _for_another_planner(scenario: Scenario) -> Scenario:
     """Leave out what a file says to its own planner, where an override names another one."""
     section, overrides = scenario.planner, scenario.origin.overrides
-    if not any(o.path == ("planner", "name") and o.changes for o in overrides):
+    named = [o.before for o in overrides if o.path == ("planner", "name")]
+    own = type(section).model_fields["name"].default
+    if not named or section.name == (own if named[0] is None else named[0]):
         return scenario
     typed = {o.path[1] for o in overrides if o.path[:1] == ("planner",) and len(o.path) > 1}
     kept = {key: value for key, value in section.settings.items() if key in typed}

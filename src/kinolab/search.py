@@ -12,14 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake, unknown_name
-from kinolab.settings import setting, settings_of
+from kinolab.settings import setting, settings_of, with_default
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from kinolab.problem import Problem
 
-__all__ = ["AbstractPlanner", "Array", "Budget", "Outcome", "SearchResult", "setting"]
+__all__ = [
+    "AbstractPlanner",
+    "Array",
+    "Budget",
+    "Outcome",
+    "SearchResult",
+    "setting",
+    "with_default",
+]
 
 Array: TypeAlias = NDArray[np.float64]
 T = TypeVar("T")

@@ -109,6 +109,18 @@ def setting(
     return field(default=default, metadata=told)
 
 
+def with_default(default: Any, planner: type, name: str) -> Any:
+    """Declare a setting as another planner has it, but for its default.
+
+    Args:
+        default: Its value where a scenario says nothing.
+        planner: Whose setting it is.
+        name: Of the setting.
+    """
+    told = {entry.name: entry.metadata for entry in fields(planner)}
+    return field(default=default, metadata=told[name])
+
+
 def settings_of(planner: type) -> tuple[Setting, ...]:
     """Return the settings of a planner: the fields of its dataclass, inherited ones first.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from kinolab.bridge import AbstractTreePlanner
 from kinolab.bridge.goal_samples import GoalSamples
 from kinolab.bridge.guide import Guidance, Guide
 from kinolab.problem import Problem
+from kinolab.search import Budget
 from tests.support import OPEN, coin_after, problem_of
 
 GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")
@@ -26,7 +28,7 @@ def grown(name: str, problem: Problem, seconds: float) -> tuple[Any, Any]:
     """A bridge whose problem OMPL's planner has searched, and the planner."""
     settings = planners.get(name)()
     assert isinstance(settings, AbstractTreePlanner)
-    bridge = settings.bridge(problem, 1)
+    bridge = settings.bridge(problem, 1, Budget(math.inf))
     ou.RNG.setSeed(1)
     planner = settings.begin(bridge)
     planner.solve(ob.timedPlannerTerminationCondition(seconds))

@@ -20,6 +20,10 @@ def narrow(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     return problem_of(folder, OPEN, "goal.tolerance=0.001", "goal.at_rest=true")
 
 
+def never() -> bool:
+    return False
+
+
 def rolled(x: np.ndarray, inputs: np.ndarray, step: float) -> np.ndarray:
     for u in inputs:
         x = coin_after(x, u, np.array([step]))[0]
@@ -27,7 +31,7 @@ def rolled(x: np.ndarray, inputs: np.ndarray, step: float) -> np.ndarray:
 
 
 def test_the_inputs_lead_from_the_state_into_the_goal(narrow: Problem) -> None:
-    last = LastStep(narrow, every=1, zoom=10.0)
+    last = LastStep(narrow, every=1, zoom=10.0, stop=never)
     x = narrow.start.copy()
     x[-2:] = 0.5, 1.0  # it turns and rolls
     assert last.leads_in(x.tolist(), narrow.goal_excess(x))
@@ -37,7 +41,7 @@ def test_the_inputs_lead_from_the_state_into_the_goal(narrow: Problem) -> None:
 
 
 def test_one_state_of_several_is_tried(narrow: Problem) -> None:
-    last, x = LastStep(narrow, every=3, zoom=10.0), narrow.start.tolist()
+    last, x = LastStep(narrow, every=3, zoom=10.0, stop=never), narrow.start.tolist()
     assert [last.leads_in(x, 1000.0) for _ in range(6)] == [False, False, True] * 2
     assert last.inputs
     assert not last.leads_in(x, 1000.0)
@@ -45,7 +49,7 @@ def test_one_state_of_several_is_tried(narrow: Problem) -> None:
 
 
 def test_a_state_in_the_goal_needs_no_last_step(narrow: Problem) -> None:
-    last = LastStep(narrow, every=1, zoom=10.0)
+    last = LastStep(narrow, every=1, zoom=10.0, stop=never)
     assert last.leads_in(narrow.start.tolist(), 1000.0)
     assert not last.leads_in(np.zeros(6).tolist(), 0.0)
     assert last.inputs == []
@@ -53,7 +57,7 @@ def test_a_state_in_the_goal_needs_no_last_step(narrow: Problem) -> None:
 
 def test_machines_that_are_not_flat_are_steered_near_the_goal_alone() -> None:
     board = kinolab.load("snakeboard_park")
-    last, generator = LastStep(board, every=1, zoom=10.0), np.random.default_rng(0)
+    last, generator = LastStep(board, every=1, zoom=10.0, stop=never), np.random.default_rng(0)
     starts = [board.sample_goal(generator, 1.5) for _ in range(20)]
     outside = [x for x in starts if board.goal_excess(x) > 1.0]
     reached = [x for x in outside if last.leads_in(x.tolist(), board.goal_excess(x))]
@@ -62,8 +66,7 @@ def test_machines_that_are_not_flat_are_steered_near_the_goal_alone() -> None:
 
 
 def test_nothing_is_looked_for_when_time_is_up(narrow: Problem) -> None:
-    last = LastStep(narrow, every=1, zoom=10.0)
-    last.stop_when(lambda: True)
+    last = LastStep(narrow, every=1, zoom=10.0, stop=lambda: True)
     assert not last.leads_in(narrow.start.tolist(), 1000.0)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -35,12 +35,12 @@ class Bridge:
         grid: Of the default projection.
         guidance: How motions are guided; None leaves it to OMPL.
         last_step: Steers into the goal; without it OMPL's path has to end there.
+        given_up: Says when no state counts as valid any more, so that OMPL comes to an end.
 
     Attributes:
         problem: What it was made of.
         seed: As given.
         states: The way into and out of OMPL's states.
-        goal_samples: States around the goal.
         guide: Of motions; None where OMPL leads them.
         last_step: Into the goal; None where OMPL finds it.
         space: The compound state space.
@@ -48,7 +48,6 @@ class Bridge:
         problem_definition: With start and goal.
         rejections: How many motions were refused, by cause and culprit.
         forget: Call it before a planner begins anew.
-        give_up_when: Sets when no state counts as valid any more, so that OMPL comes to an end.
     """
 
     def __init__(
@@ -62,16 +61,16 @@ class Bridge:
         grid: Grid | None = None,
         guidance: Guidance | None = None,
         last_step: LastStep | None = None,
+        given_up: Callable[[], bool] = lambda: False,
     ) -> None:
         self.problem, self.states, self.last_step = problem, States(problem), last_step
-        self.goal_samples = GoalSamples(problem, goal_zoom, seed)
+        samples = GoalSamples(problem, goal_zoom, seed)
         self.seed, self.guide = seed, None
         if guidance:
             held = {"min_steps": min_steps, "max_steps": max_steps}
-            samples = self.goal_samples
             self.guide = Guide(problem, samples, guidance, zoom=goal_zoom, seed=seed, **held)
-        propagation = Propagation(problem, self.states, self.guide)
-        self.forget, self.give_up_when = propagation.forget, propagation.give_up_when
+        propagation = Propagation(problem, self.states, self.guide, given_up)
+        self.forget = propagation.forget
         self.space = self.states.space
         self.rejections = propagation.rejections
         information = oc.SpaceInformation(self.space, control_space(problem, self.states))
@@ -89,7 +88,7 @@ class Bridge:
         # A start may pass a limit by rounding; OMPL would refuse it.
         self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
         self.problem_definition.addStartState(start)
-        goal = GoalRegion(problem, self.states, information, self.goal_samples, last_step)
+        goal = GoalRegion(problem, self.states, information, samples, last_step)
         self.problem_definition.setGoal(goal)
 
     def read(self, state: Any) -> list[float]:

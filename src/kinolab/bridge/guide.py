@@ -10,15 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.bridge.goal_region import INSIDE
 from kinolab.bridge.goal_samples import GoalSamples
 from kinolab.bridge.nearness import Nearness
-from kinolab.bridge.rollouts import Array, Rollouts
 from kinolab.problem import Problem
+from kinolab.propagation import Rollouts
+
+Array: TypeAlias = NDArray[np.float64]
 
 HORIZON = 50  # steps that are looked ahead at most
 

@@ -10,7 +10,7 @@ from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.projection import Grid
 from kinolab.bridge.tree_planner import AbstractTreePlanner
 from kinolab.problem import Problem
-from kinolab.search import setting
+from kinolab.search import Budget, setting, with_default
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,22 +21,14 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
     So inputs are compared by where they lead before one is held.
     """
 
-    goal_zoom: float = setting(
-        10.0, 1.0, 1e6, unit="tolerances", meaning="How far around the goal growth aims."
-    )
-    restart_after: int = setting(
-        40_000,
-        0,
-        unit="iterations",
-        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
-    )
+    goal_zoom: float = with_default(10.0, AbstractTreePlanner, "goal_zoom")
+    restart_after: int = with_default(40_000, AbstractTreePlanner, "restart_after")
     inputs_tried: int = setting(
         32, 1, 1000, meaning="How many inputs are compared at most before one is held."
     )
     goal_bias: float = setting(
         0.5, 0.0, 1.0, meaning="Probability of growing to the goal from a state near it."
     )
-
     last_step_every: int = setting(
         50,
         0,
@@ -45,9 +37,8 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
         meaning="From how many states one is steered into the goal; 0 for none.",
     )
 
-    def bridge(self, problem: Problem, seed: int) -> Bridge:
+    def bridge(self, problem: Problem, seed: int, budget: Budget) -> Bridge:
         """Return the problem in OMPL's terms, with guided motions."""
-        every = self.last_step_every
         return Bridge(
             problem,
             min_steps=self.min_steps,
@@ -55,9 +46,14 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
             goal_zoom=self.goal_zoom,
             seed=seed,
             grid=self.grid(),
-            last_step=LastStep(problem, every, self.goal_zoom) if every else None,
             guidance=Guidance(inputs_tried=self.inputs_tried, goal_bias=self.goal_bias),
+            last_step=self._last_step(problem, budget),
+            given_up=lambda: budget.interrupted,
         )
+
+    def _last_step(self, problem: Problem, budget: Budget) -> LastStep | None:
+        every = self.last_step_every
+        return LastStep(problem, every, self.goal_zoom, lambda: budget.over) if every else None
 
     def grid(self) -> Grid:
         """Return how the default projection divides a configuration."""

@@ -23,23 +23,19 @@ class LastStep:
         problem: With the goal.
         every: From how many of the states that could be steered from one is.
         zoom: What counts as near the goal, in its tolerances.
+        stop: Says when looking for motions must end.
 
     Attributes:
         inputs: That lead into the goal from the state tried last, step by step; empty where none
             were found.
     """
 
-    def __init__(self, problem: Problem, every: int, zoom: float) -> None:
+    def __init__(self, problem: Problem, every: int, zoom: float, stop: Callable[[], bool]) -> None:
         self.inputs: list[list[float]] = []
         self._every, self._met = every, 0
         self._within = zoom if problem.system.flat is None else np.inf
-        self._stop: Callable[[], bool] = lambda: False
         propagator = Propagator(problem)
-        self._arrival = Arrival(problem, HORIZON, propagator, self._ends, shoots=False)
-
-    def stop_when(self, stop: Callable[[], bool]) -> None:
-        """Set when looking for motions must end."""
-        self._stop = stop
+        self._arrival = Arrival(problem, HORIZON, propagator, stop, shoots=False)
 
     def leads_in(self, values: list[float], excess: float) -> bool:
         """Say whether a state is tried, and a motion into the goal was found.
@@ -57,6 +53,3 @@ class LastStep:
         motion = self._arrival.inputs(np.array(values))
         self.inputs = [u.tolist() for u, _ in motion or ()]
         return bool(self.inputs)
-
-    def _ends(self) -> bool:
-        return self._stop()

@@ -18,16 +18,19 @@ class Propagation:
         problem: Whose machine moves.
         states: The way into and out of OMPL's states.
         guide: Chooses inputs and ends motions; None leaves both to OMPL.
+        given_up: Says when no state is valid any more; a planner that finds none comes to an end.
 
     Attributes:
         rejections: How many motions were refused, by cause and culprit.
     """
 
-    def __init__(self, problem: Problem, states: States, guide: Guide | None = None) -> None:
+    def __init__(
+        self, problem: Problem, states: States, guide: Guide | None, given_up: Callable[[], bool]
+    ) -> None:
         self._states, self._guide, self._propagator = states, guide, Propagator(problem)
         self._inputs = range(problem.model.nu)
         self._last: tuple[list[float], bool] = ([], False)
-        self._given_up: Callable[[], bool] = lambda: False
+        self._given_up = given_up
         self.rejections = self._propagator.rejections
 
     def propagate(self, state: Any, control: Any, duration: float, result: Any) -> None:
@@ -48,10 +51,6 @@ class Propagation:
     def forget(self) -> None:
         """Forget the step made last, whose end may be the state that a planner begins from."""
         self._last = ([], False)
-
-    def give_up_when(self, given_up: Callable[[], bool]) -> None:
-        """Set when no state is valid any more; a planner that finds none comes to an end."""
-        self._given_up = given_up
 
     def is_valid(self, state: Any) -> bool:
         """Say whether a state is within its limits and free; a state just reached, with its way."""

@@ -46,9 +46,6 @@ def search(
     trees, AAAI 2008.
     """
     problem, definition = bridge.problem, bridge.problem_definition
-    bridge.give_up_when(lambda: budget.interrupted)
-    if bridge.last_step:
-        bridge.last_step.stop_when(lambda: budget.over)
     ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
     planner = begin(bridge)
     budget.restart()  # code for this machine was compiled and loaded until here

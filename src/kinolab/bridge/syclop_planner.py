@@ -9,9 +9,10 @@ from ompl import base as ob
 
 from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.decomposition import LOOKS, Decomposition
+from kinolab.bridge.grid_planner import AbstractGridPlanner
 from kinolab.bridge.guided_planner import AbstractGuidedPlanner
 from kinolab.bridge.regions import Regions
-from kinolab.search import setting
+from kinolab.search import setting, with_default
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,22 +24,14 @@ class AbstractSyclopPlanner(AbstractGuidedPlanner):
     the time about three times per extension, so that an extension takes as many iterations.
     """
 
-    restart_after: int = setting(
-        100_000,
-        0,
-        unit="iterations",
-        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
-    )
+    restart_after: int = with_default(100_000, AbstractGuidedPlanner, "restart_after")
     regions: int = setting(
         1000, 1, 10_000, meaning="About how many regions there are, equally many along each axis."
     )
-    angles: bool = setting(
-        False, meaning="Whether angles are divided too, where there are fewer than three lengths."
-    )
+    angles: bool = with_default(False, AbstractGridPlanner, "angles")
     free_volume_samples: int = setting(
         5000, 0, LOOKS // 4, meaning="How many random states tell how free the regions are."
     )
-
     most_in_cell: int = setting(
         20,
         1,

@@ -45,13 +45,14 @@ class AbstractTreePlanner(AbstractPlanner):
     def make(self, bridge: Bridge) -> Any:
         """Return OMPL's planner."""
 
-    def bridge(self, problem: Problem, seed: int) -> Bridge:  # noqa: ARG002
+    def bridge(self, problem: Problem, seed: int, budget: Budget) -> Bridge:  # noqa: ARG002
         """Return the problem in OMPL's terms; the seed is for what OMPL does not draw."""
         return Bridge(
             problem,
             min_steps=self.min_steps,
             max_steps=self.max_steps,
             goal_zoom=self.goal_zoom,
+            given_up=lambda: budget.interrupted,
         )
 
     def begin(self, bridge: Bridge) -> Any:
@@ -74,5 +75,5 @@ class AbstractTreePlanner(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region."""
-        bridge = self.bridge(problem, seed)
+        bridge = self.bridge(problem, seed, budget)
         return search(bridge, self.begin, self.again, seed, budget, self.restart_after)

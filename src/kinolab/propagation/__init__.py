@@ -4,6 +4,7 @@ from kinolab.propagation.compiled_step import CompiledStep
 from kinolab.propagation.held_inputs import HeldInputs
 from kinolab.propagation.propagator import Propagator
 from kinolab.propagation.rejections import Rejections
+from kinolab.propagation.rollouts import Rollouts
 from kinolab.propagation.sweep import Sweep
 
-__all__ = ["CompiledStep", "HeldInputs", "Propagator", "Rejections", "Sweep"]
+__all__ = ["CompiledStep", "HeldInputs", "Propagator", "Rejections", "Rollouts", "Sweep"]

@@ -8,9 +8,28 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.dynamics import Model
 from kinolab.problem import Problem
 
 SAMPLES = 4  # of what a machine demands, along a step
+POINTER = ctypes.c_void_p
+
+
+def function(model: Model, name: str, *types: Any) -> Callable[..., int]:
+    """Return a compiled function of a machine; the model owns it, and must outlive it.
+
+    Args:
+        model: Whose.
+        name: Of the function.
+        types: Of its arguments but the mode, which is the last.
+    """
+    return ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)(model.address(name))
+
+
+def stepper(problem: Problem, method: str | None = None) -> Callable[..., int]:
+    """Return the compiled step (x, u, p, duration, next, mode) of a method of integration."""
+    name = f"step_{method or problem.scenario.integration.method}"
+    return function(problem.model, name, POINTER, POINTER, POINTER, ctypes.c_double, POINTER)
 
 
 class CompiledStep:
@@ -39,13 +58,11 @@ class CompiledStep:
         self._has_cables = cables > 0
         self._p = model.parameter_vector()
         self._model = model  # owns the machine code behind the addresses
-        pointer, number = ctypes.c_void_p, ctypes.c_double
-        stepper = f"step_{method or problem.scenario.integration.method}"
-        self._step = self._function(stepper, pointer, pointer, pointer, number, pointer)
-        self._frames = self._function("frames", pointer, pointer, pointer)
-        self._cables = self._function("cables", pointer, pointer, pointer)
-        self._point_speed = self._function("point_speed", pointer, pointer, pointer, pointer)
-        self._cable_speed = self._function("cable_speed", pointer, pointer, pointer, pointer)
+        self._step = stepper(problem, method)
+        self._frames = function(model, "frames", POINTER, POINTER, POINTER)
+        self._cables = function(model, "cables", POINTER, POINTER, POINTER)
+        self._point_speed = function(model, "point_speed", POINTER, POINTER, POINTER, POINTER)
+        self._cable_speed = function(model, "cable_speed", POINTER, POINTER, POINTER, POINTER)
         x, u, after, speeds = map(ctypes.addressof, (self.x, self.u, self.next, self._speeds))
         strung = ctypes.addressof(self._cable_speeds)
         p, poses, ends = self._p.ctypes.data, self.poses.ctypes.data, self.ends.ctypes.data
@@ -54,16 +71,12 @@ class CompiledStep:
         self._speeds_at = ((x, u, p, speeds, 0), (after, u, p, speeds, 0))
         self._cable_speeds_at = ((x, u, p, strung, 0), (after, u, p, strung, 0))
         self._margins: Any = (ctypes.c_double * len(problem.system.requirements))()
-        self._requirements = self._function("requirements", pointer, pointer, pointer, pointer)
+        self._requirements = function(model, "requirements", POINTER, POINTER, POINTER, POINTER)
         self._margins_at = (after, u, p, ctypes.addressof(self._margins), 0)
-        self._f = self._function("f", pointer, pointer, pointer, pointer)
+        self._f = function(model, "f", POINTER, POINTER, POINTER, POINTER)
         self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
         outs = map(ctypes.addressof, self._slopes)
         self._slopes_at = [(at, u, p, out, 0) for at, out in zip((x, after), outs, strict=True)]
-
-    def _function(self, name: str, *types: Any) -> Callable[..., int]:
-        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)
-        return prototype(self._model.address(name))
 
     def step(self, duration: float) -> int:
         """Set ``next`` from ``x`` and ``u``; nonzero where that fails."""

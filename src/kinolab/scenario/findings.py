@@ -23,14 +23,11 @@ class Finding:
 
 @dataclass(frozen=True)
 class Override:
-    """One ``--set KEY=VALUE``: its text as it was typed, and the path it wrote to.
-
-    ``changes`` says whether anything else stood there before.
-    """
+    """One ``--set KEY=VALUE``: its text as it was typed, the path, and what stood there before."""
 
     text: str
     path: KeyPath
-    changes: bool = True
+    before: object = None
 
     @property
     def where(self) -> str:

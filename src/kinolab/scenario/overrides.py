@@ -36,7 +36,7 @@ def override_place(text: str) -> str:
     return f"--set {shortened(ascii(text)[1:-1] if _is_broken(text) else text, _SHOWN)}"
 
 
-def _apply(document: dict[str, Any], text: str) -> tuple[KeyPath, bool]:
+def _apply(document: dict[str, Any], text: str) -> tuple[KeyPath, object]:
     if _is_broken(text):
         raise _RefusedError("the text is not Unicode.", "Write it in UTF-8.")
     keys, value = _split(text)
@@ -92,20 +92,20 @@ def _toml(text: str) -> dict[str, Any] | None:
         return None
 
 
-def _put(document: dict[str, Any], keys: Sequence[str], value: Any) -> tuple[KeyPath, bool]:
+def _put(document: dict[str, Any], keys: Sequence[str], value: Any) -> tuple[KeyPath, object]:
     """Write ``value`` at ``keys``; tables on the way are made, entries of lists must exist.
 
     Returns:
-        The path, and whether anything else stood there.
+        The path, and what stood there; None where nothing did.
     """
     holder: Any = document
     path: list[str | int] = []
-    changes = True
+    before: object = None
     for last, key in enumerate(keys, start=1 - len(keys)):
         step = _step(holder, key, path)
         path.append(step)
         if last == 0:
-            changes = isinstance(holder, list) or holder.get(step) != value
+            before = holder.get(step) if isinstance(holder, dict) else holder[int(step)]
             holder[step] = value
         elif isinstance(holder, list):
             holder = holder[int(step)]
@@ -113,7 +113,7 @@ def _put(document: dict[str, Any], keys: Sequence[str], value: Any) -> tuple[Key
             holder = []  # has no entries, which the next step tells
         else:
             holder = holder.setdefault(step, {})
-    return tuple(path), changes
+    return tuple(path), before
 
 
 def _means_entry(path: Sequence[str | int], next_key: str) -> bool:

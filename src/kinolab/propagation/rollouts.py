@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
+from kinolab.propagation.compiled_step import stepper
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -33,10 +33,7 @@ class Rollouts:
         self._knots = np.zeros((count, steps + 1, model.nx))
         self.states = self._knots[:, 1:]
         self._model, self._p = model, model.parameter_vector()  # kept: addresses point into them
-        pointer, number = ctypes.c_void_p, ctypes.c_double
-        types = (ctypes.c_int32, pointer, pointer, pointer, number, pointer, ctypes.c_int64)
-        address = model.address(f"step_{problem.scenario.integration.method}")
-        self._step: Any = ctypes.CFUNCTYPE(*types)(address)
+        self._step = stepper(problem)
         p = self._p.ctypes.data
         self._calls = [
             [
