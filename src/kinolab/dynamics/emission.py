@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from kinolab.dynamics.cancellation import Cancellation
 from kinolab.dynamics.derivation import Derivation
 from kinolab.dynamics.ir import Register, Routine, literal
 from kinolab.dynamics.steppers import emit_linear_algebra, emit_steppers
@@ -50,11 +51,12 @@ def emit_module(derivation: Derivation) -> str:
         "requirements": d.requirements,
         "project": d.projection,
     }
-    functions = [emit_function("f", binding.tape, arguments, d.derivative, d.guards)]
+    short = Cancellation(binding.tape).rewritten
+    functions = [emit_function("f", binding.tape, arguments, short(d.derivative), short(d.guards))]
     for name, nodes in outputs.items():
         taken = {k: v for k, v in arguments.items() if k != "u" or name not in STATE_ONLY}
-        guards = d.chart_guards if name in NEED_CHART else ()
-        functions.append(emit_function(name, binding.tape, taken, nodes, guards))
+        guards = short(d.chart_guards) if name in NEED_CHART else ()
+        functions.append(emit_function(name, binding.tape, taken, short(nodes), guards))
     sizes = (len(d.state), len(binding.inputs))
     return "\n".join(
         [

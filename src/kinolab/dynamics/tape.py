@@ -223,8 +223,21 @@ class Tape:
         memo: dict[Node, Node] = dict(values)
         for node in self.needed(outputs):
             if node not in memo:
-                memo[node] = self._rebuild(node, memo)
+                operands = [memo[operand] for operand in self.operations[node].operands]
+                memo[node] = self.remade(node, operands)
         return [memo[output] for output in outputs]
+
+    def remade(self, node: Node, operands: Sequence[Node]) -> Node:
+        """Return what a node's operation makes of other operands."""
+        operation = self.operations[node]
+        if not operation.operands:
+            return node
+        if operation.name == "fmax":
+            return self.maximum(*operands)
+        if operation.name in UNARY:
+            return self.unary(operation.name, operands[0])
+        made: Node = getattr(self, operation.name)(*operands)
+        return made
 
     def needed(self, outputs: Iterable[Node]) -> list[Node]:
         """Return the nodes that outputs rest on, each after its operands."""
@@ -282,18 +295,6 @@ class Tape:
         half = self._integer_power(a, exponent // 2)
         square = self.mul(half, half)
         return self.mul(square, a) if exponent % 2 else square
-
-    def _rebuild(self, node: Node, memo: Mapping[Node, Node]) -> Node:
-        operation = self.operations[node]
-        if not operation.operands:
-            return node
-        operands = [memo[operand] for operand in operation.operands]
-        if operation.name == "fmax":
-            return self.maximum(*operands)
-        if operation.name in UNARY:
-            return self.unary(operation.name, operands[0])
-        made: Node = getattr(self, operation.name)(*operands)
-        return made
 
     def _tangent(self, output: Node, seeds: Mapping[Node, Node], tangent: dict[Node, Node]) -> Node:
         moving = frozenset(seeds)
