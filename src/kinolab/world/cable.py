@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from kinolab.kernel import kernel
 from kinolab.world.geometry import Array
 
 NO_ENDS: Array = np.zeros((0, 6))  # of a machine without cables
@@ -25,7 +25,7 @@ class CableGeometry:
     collides: bool = True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def finite(ends):  # type: ignore[no-untyped-def]
     """Say whether both ends (6,) of a cable are finite."""
     sound = True
@@ -34,40 +34,40 @@ def finite(ends):  # type: ignore[no-untyped-def]
     return sound
 
 
-@numba.njit(cache=True, error_model="numpy")
-def complete(n, turn):  # type: ignore[no-untyped-def]
-    """Write a rotation (3, 3) whose third column is the unit vector n (3,).
+@kernel
+def complete(x, y, z, turn):  # type: ignore[no-untyped-def]
+    """Write a rotation (3, 3) whose third column is the unit vector x, y, z.
 
     Source: Duff et al., Building an Orthonormal Basis, Revisited, JCGT 6(1), 2017.
     """
-    sign = math.copysign(1.0, n[2])
-    a = -1.0 / (sign + n[2])
-    b = n[0] * n[1] * a
-    turn[0, 0], turn[1, 0], turn[2, 0] = 1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]
-    turn[0, 1], turn[1, 1], turn[2, 1] = b, sign + n[1] * n[1] * a, -n[1]
-    turn[0, 2], turn[1, 2], turn[2, 2] = n[0], n[1], n[2]
+    sign = math.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    turn[0, 0], turn[1, 0], turn[2, 0] = 1.0 + sign * x * x * a, sign * b, -sign * x
+    turn[0, 1], turn[1, 1], turn[2, 1] = b, sign + y * y * a, -y
+    turn[0, 2], turn[1, 2], turn[2, 2] = x, y, z
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def span(ends, half, turn, at):  # type: ignore[no-untyped-def]
     """Place a capsule between two points (6,): set half[2], the turn (3, 3) and the centre (3,)."""
     largest = 0.0
     for i in range(3):
         at[i] = 0.5 * ends[i] + 0.5 * ends[i + 3]
         largest = max(largest, abs(0.5 * ends[i + 3] - 0.5 * ends[i]))
-    n = np.array([0.0, 0.0, 1.0])  # ends that coincide make a ball, which has no direction
+    x, y, z = 0.0, 0.0, 1.0  # ends that coincide make a ball, which has no direction
     half[2] = 0.0
-    if largest > 0.0:
-        for i in range(3):
-            n[i] = (0.5 * ends[i + 3] - 0.5 * ends[i]) / largest  # so that no square overflows
-        length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    if largest > 0.0:  # divided by it so that no square overflows
+        x = (0.5 * ends[3] - 0.5 * ends[0]) / largest
+        y = (0.5 * ends[4] - 0.5 * ends[1]) / largest
+        z = (0.5 * ends[5] - 0.5 * ends[2]) / largest
+        length = math.sqrt(x * x + y * y + z * z)
         half[2] = largest * length
-        for i in range(3):
-            n[i] /= length
-    complete(n, turn)
+        x, y, z = x / length, y / length, z / length
+    complete(x, y, z, turn)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def span_all(ends, rows, half, turns, places):  # type: ignore[no-untyped-def]
     """Place the capsules of several cables, which are the last shapes of the machine.
 

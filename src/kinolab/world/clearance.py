@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from kinolab.kernel import allocating
 from kinolab.world.geometry import Array, placement, sizes
 from kinolab.world.grid import Integers
 from kinolab.world.obstacle import Obstacle
@@ -53,7 +53,7 @@ def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
     return int(kind), half, world
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@allocating
 def room(  # type: ignore[no-untyped-def]
     turns, places, around, kind, half, rests, obstacle, own_pairs, grow, ground,
     fixed_kind, fixed_half, fixed_turn, fixed_at, first, last, triangles, boxes,

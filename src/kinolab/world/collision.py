@@ -88,8 +88,8 @@ class CollisionChecker:
         lines = [cable for cable in cables if cable.collides]
         self._names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
         parts = [body.name for body in bodies] + [cable.name for cable in cables]
-        own_pairs = _own_pairs(self._names, parts, self_pairs)
-        self.scene, self.grid = make_scene(self.bodies, lines, world, own_pairs)
+        pairs = own_pairs(self._names, parts, self_pairs)
+        self.scene, self.grid = make_scene(self.bodies, lines, world, pairs)
         self._fixtures = fixtures(world)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
@@ -278,10 +278,14 @@ class CollisionChecker:
                     yield Contact(self._names[a], self._names[b], "error")
 
 
-def _own_pairs(
+def own_pairs(
     owners: Sequence[str], parts: Sequence[str], names: Sequence[tuple[str, str]]
 ) -> list[tuple[int, int]]:
-    """Expand pairs of parts into pairs of their shapes; ``owners`` has each shape's part."""
+    """Expand pairs of parts into pairs of their shapes; ``owners`` has each shape's part.
+
+    Raises:
+        UnknownNameError: If a part does not exist.
+    """
     shapes: dict[str, list[int]] = {part: [] for part in parts}
     for shape, owner in enumerate(owners):
         shapes[owner].append(shape)

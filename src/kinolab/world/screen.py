@@ -10,11 +10,11 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.shapes import Shape
+from kinolab.kernel import kernel
 from kinolab.world.cable import CableGeometry
 from kinolab.world.geometry import Array, BodyGeometry, Kind, placement, sizes
 from kinolab.world.grid import Integers, MeshGrid, mesh_grid
@@ -99,7 +99,7 @@ def bounding_box(vertices: Array, primitive: tuple[Shape, Array] | None) -> tupl
     return center - extent, center + extent
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def place(pose, own, turn, at):  # type: ignore[no-untyped-def]
     """Compose a body's pose (12,) with a shape's own frame (3, 4) into R (3, 3) and p (3,)."""
     for i in range(3):
@@ -111,7 +111,7 @@ def place(pose, own, turn, at):  # type: ignore[no-untyped-def]
         )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def enclose(kind, half, turn, at, grow, box):  # type: ignore[no-untyped-def]
     """Write the axis-aligned box (6,) of a placed shape, ``grow`` larger on every side."""
     for i in range(3):
@@ -120,13 +120,13 @@ def enclose(kind, half, turn, at, grow, box):  # type: ignore[no-untyped-def]
         box[i + 3] = at[i] + reach
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def grounded(low, rests, margin):  # type: ignore[no-untyped-def]
     """Say whether a shape whose lowest point is at ``low`` is too low for its body."""
     return low < -SINKING if rests else low - margin <= SLACK
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def overlap(a, b):  # type: ignore[no-untyped-def]
     """Say whether two boxes (6,) share a point."""
     return (
@@ -139,13 +139,13 @@ def overlap(a, b):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def cell_of(offset, count):  # type: ignore[no-untyped-def]
     """Give the cell at an offset counted in cells, the first or last one beyond the grid."""
     return int(min(max(offset, 0.0), count - 1.0))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def near_surface(box, mesh, boxes, frame, extent, start, entries):  # type: ignore[no-untyped-def]
     """Say whether a box may touch a triangle of a mesh; True after looking at too many."""
     x, y, width = frame[mesh, 0], frame[mesh, 1], frame[mesh, 2]
@@ -164,7 +164,7 @@ def near_surface(box, mesh, boxes, frame, extent, start, entries):  # type: igno
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def left_of(x, y, ax, ay, bx, by):  # type: ignore[no-untyped-def]
     """Say whether (x, y) lies left of the edge, given its ends in any order, at its height.
 
@@ -176,7 +176,7 @@ def left_of(x, y, ax, ay, bx, by):  # type: ignore[no-untyped-def]
     return (bx - ax) * (y - ay) - (x - ax) * (by - ay) > 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def shadow(x, y, t):  # type: ignore[no-untyped-def]
     """Say whether (x, y) is in the triangle (9,) seen from above: 1 or -1 by its turn, else 0."""
     crossings, winding = 0, 0
@@ -189,7 +189,7 @@ def shadow(x, y, t):  # type: ignore[no-untyped-def]
     return winding if crossings == 1 else 0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def height(x, y, t):  # type: ignore[no-untyped-def]
     """Give the z of a triangle's plane at (x, y), kept between its lowest and highest corner.
 
@@ -203,7 +203,7 @@ def height(x, y, t):  # type: ignore[no-untyped-def]
     return min(max(z, min(t[2], t[5], t[8])), max(t[2], t[5], t[8]))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def inside(p, mesh, triangles, part, volume, frame, extent, start, entries):  # type: ignore[no-untyped-def]
     """Say whether a point (3,) lies in the solid of a mesh.
 
@@ -232,7 +232,7 @@ def inside(p, mesh, triangles, part, volume, frame, extent, start, entries):  # 
     return verdict
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel
 def first_not_finite(poses):  # type: ignore[no-untyped-def]
     """Give the first row of a pose table with NaN or infinity in it, -1 where there is none."""
     for k in range(poses.shape[0]):
@@ -242,7 +242,7 @@ def first_not_finite(poses):  # type: ignore[no-untyped-def]
     return -1
 
 
-@numba.njit(cache=True, error_model="numpy", nogil=True)
+@kernel
 def screen(  # type: ignore[no-untyped-def]
     poses, turns, places, around, pairs,
     kind, body, half, own, rests, obstacle, mesh, own_pairs, grow, margin, ground,

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from kinolab.kernel import kernel
 
 Array = NDArray[np.float64]
 
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 BOX, SPHERE, CYLINDER, CAPSULE = 0, 1, 2, 3
 
 
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@kernel  # type: ignore[untyped-decorator]
 def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> float:
     """Give the shape's reach from its centre along the unit vector n of its own frame, in [m]."""
     if kind == BOX:
@@ -29,13 +30,13 @@ def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> floa
     return half[0] + half[2] * abs(nz)  # type: ignore[no-any-return]
 
 
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@kernel  # type: ignore[untyped-decorator]
 def core_radius(kind: int, half: Array) -> float:
     """Give the ball that rounds the core: a sphere is a swollen point, a capsule a segment."""
     return half[0] if kind in (SPHERE, CAPSULE) else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@kernel  # type: ignore[untyped-decorator]
 def core_support(kind: int, half: Array, n: Array, point: Array) -> None:
     """Write the core's farthest point along n (3,), any length, own frame, to ``point`` (3,)."""
     point[0], point[1], point[2] = 0.0, 0.0, 0.0
@@ -50,7 +51,17 @@ def core_support(kind: int, half: Array, n: Array, point: Array) -> None:
             point[0], point[1] = half[0] * n[0] / across, half[0] * n[1] / across
 
 
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@kernel  # type: ignore[untyped-decorator]
+def reach_along(kind: int, half: Array, axis: int) -> float:
+    """Give the shape's reach from its centre along an axis of its own frame, in [m]."""
+    if kind == BOX:
+        return half[axis]  # type: ignore[no-any-return]
+    if kind == SPHERE or axis < 2:
+        return half[0]  # type: ignore[no-any-return]
+    return half[2] if kind == CYLINDER else half[2] + half[0]  # type: ignore[no-any-return]
+
+
+@kernel  # type: ignore[untyped-decorator]
 def dot(a: Array, b: Array) -> float:
     """Multiply two vectors (3,); a library call would take longer than the sum."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]  # type: ignore[no-any-return]

@@ -1,0 +1,245 @@
+"""Is the way of one step free? As far as the room reaches, it is; then the next look.
+
+At every look the machine has some room, and stays free for as long as no point of it moves further
+than that. So the looks go back from the end of the step to its beginning, each as far from the one
+before as its room allows.
+
+Source: Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996 (conservative
+advancement).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.kernel import kernel
+from kinolab.problem import Problem
+from kinolab.propagation.compiled_step import CompiledStep
+from kinolab.propagation.machine_calls import call_at, call_step, call_under, machine_of
+from kinolab.world import lowest_z
+from kinolab.world.certified import Scratch, Surroundings, room_within, scratch_for, surroundings
+from kinolab.world.geometry import Array
+from kinolab.world.grid import Integers
+
+RESOLUTION = 0.01  # [m] that a point may move between two looks, where it is tight
+FINEST = 1e-4  # [m] of the same where the start is close to an obstacle
+FAR = 1.0  # [m] of room that is looked for at most where a step needs less
+FINE = 0.25  # of a cell: room that the grid shows and is not worked out
+STATES = 20  # drawn at random to see whether bodies rise and sink
+CAUTION = 1.1  # factor on what is measured at both ends of a step, for what lies in between
+
+
+class Looks(NamedTuple):
+    """Scratch memory for looks at a machine."""
+
+    x: Array  # (nx,) a state within a step
+    speeds: Array  # (bodies + cables,)
+    poses: Array  # (bodies, 12)
+    ends: Array  # (cables, 6)
+    scratch: Scratch
+
+
+class Ways(NamedTuple):
+    """What is in the way of a machine, for compiled code."""
+
+    all_around: Surroundings
+    axis: Integers  # (limits,) x, y, z that the workspace limits, as entries of a pose
+    lower: Array  # (limits,) in [m]
+    upper: Array  # (limits,)
+    tight: float  # [m] of room that is asked for
+    farthest: float  # [m] that points may move between two looks, whatever the room is
+    fine: float  # [m] of room that is not worked out more closely
+    far: float  # [m] of room that is looked for, to spare later looks
+
+
+def ways_of(problem: Problem, margin: float = 0.0) -> Ways:
+    """Gather what is in the way of a problem's machine; ``margin`` in [m] is asked for besides."""
+    world, resolution = problem.world, _resolution(problem)
+    limits = [("xyz".index(axis), *pair) for axis, pair in world.bounds.items()]
+    all_around = surroundings(
+        problem.bodies,
+        world,
+        cables=problem.cables,
+        self_pairs=problem.system.collisions,
+        glides=not _moves_upright(problem, touching=False),
+    )
+    return Ways(
+        all_around=all_around,
+        axis=np.array([4 * axis + 3 for axis, *_ in limits], dtype=np.int64),
+        lower=np.array([lower for _, lower, _ in limits], dtype=float),
+        upper=np.array([upper for *_, upper in limits], dtype=float),
+        tight=margin + resolution / 2,
+        # A foot may come down to the ground and no further: only fine looks tell the difference.
+        farthest=resolution if _moves_upright(problem, touching=True) else math.inf,
+        fine=max(FINE * all_around.distance.width, resolution),
+        far=FAR,
+    )
+
+
+def looks_at(problem: Problem, ways: Ways, poses: Array, ends: Array) -> Looks:
+    """Return scratch memory for looks at a problem's machine; one for every thread."""
+    return Looks(
+        x=np.zeros(problem.model.nx),
+        speeds=np.zeros(max(len(poses), len(ends), 1)),
+        poses=poses,
+        ends=ends,
+        scratch=scratch_for(ways.all_around),
+    )
+
+
+def _resolution(problem: Problem) -> float:
+    """Return the spacing of checks: fine enough that the start has room for half of it."""
+    room = problem.checker().clearance(*problem.placement(problem.start))
+    return float(np.clip(room, FINEST, RESOLUTION))
+
+
+def _moves_upright(problem: Problem, *, touching: bool) -> bool:
+    """Say whether a body's lowest point rises and sinks, of those that may touch the ground or not.
+
+    Margins against the ground would be in the way of what glides at one height.
+    """
+    chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
+    if not (problem.world.ground and chosen):
+        return False
+    generator, nq = np.random.default_rng(0), problem.model.nq
+    states = np.array([problem.sample_goal(generator) for _ in range(STATES)])
+    states[:, :nq] += generator.normal(size=(STATES, nq))
+    poses = problem.frames(states)[:, chosen].reshape(STATES, len(chosen), 3, 4)
+    lowest = [
+        [lowest_z(shape, pose[k]) for pose in poses]
+        for k, body in enumerate(chosen)
+        for shape in problem.bodies[body].shapes
+    ]
+    # Not finite: the machine has no pose at some of the states, which says nothing about heights.
+    return bool(lowest) and not np.ptp(lowest, axis=1).max() <= FINEST
+
+
+@kernel
+def place_at(machine, x, looks):  # type: ignore[no-untyped-def]
+    """Set the poses and the ends of cables at a state."""
+    call_at(machine.frames, x.ctypes.data, machine.p.ctypes.data, looks.poses.ctypes.data)
+    if looks.ends.shape[0]:
+        call_at(machine.cables, x.ctypes.data, machine.p.ctypes.data, looks.ends.ctypes.data)
+
+
+@kernel
+def room_at(wanted, need, looks, ways):  # type: ignore[no-untyped-def]
+    """Bound the room of a placed machine, the workspace included, as ``room_within`` does."""
+    best = need
+    for k in range(ways.axis.shape[0]):
+        for b in range(looks.poses.shape[0]):
+            at = looks.poses[b, ways.axis[k]]
+            inside = min(at - ways.lower[k], ways.upper[k] - at)
+            if not inside >= 0.0:  # NaN included
+                return -1.0
+            best = min(best, max(inside, ways.tight))
+    return room_within(
+        looks.poses, looks.ends, ways.tight, wanted, best, ways.fine,
+        looks.scratch, ways.all_around,
+    )  # fmt: skip
+
+
+@kernel
+def fastest_at(machine, x, u, looks):  # type: ignore[no-untyped-def]
+    """Bound the speed of a machine's points at a state under inputs, in [m/s].
+
+    The ends of a cable bound its points: each is a mean of the two, and so is its velocity.
+    """
+    bodies, cables, largest = looks.poses.shape[0], looks.ends.shape[0], 0.0
+    p, out = machine.p.ctypes.data, looks.speeds.ctypes.data
+    call_under(machine.point_speed, x.ctypes.data, u.ctypes.data, p, out)
+    for b in range(bodies):
+        largest = max(largest, looks.speeds[b])
+    if cables:
+        call_under(machine.cable_speed, x.ctypes.data, u.ctypes.data, p, out)
+        for c in range(cables):
+            largest = max(largest, looks.speeds[c])
+    return largest
+
+
+@kernel
+def free_on_the_way(machine, x, u, after, h, spare, speed, looks, ways):  # type: ignore[no-untyped-def]
+    """Say whether the step from x to ``after`` in h [s] is free; the poses are those that are not.
+
+    The speed of its points within the step is taken to be at most CAUTION times that at its ends.
+
+    Args:
+        machine, looks, ways: The machine and what is in its way.
+        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+        h: In [s].
+        spare: Room at x in [m], as far as it is known; 0 where it is not.
+        speed: That of the fastest point at x, in [m/s].
+
+    Returns:
+        Room at ``after`` in [m], negative where the way is not free; and the speed there.
+    """
+    then = fastest_at(machine, after, u, looks)
+    speed = CAUTION * max(speed, then)
+    if spare - speed * h >= ways.tight:
+        return spare - speed * h, then
+    place_at(machine, after, looks)
+    left, at_end = h, -1.0
+    while True:
+        reach = speed * left
+        room = min(room_at(reach, max(reach, ways.far), looks, ways), ways.farthest)
+        if not room >= ways.tight:
+            return -1.0, then
+        if at_end < 0.0:
+            at_end = room
+        if room >= reach:
+            return at_end, then
+        # The next look has as much room as is asked for, or the step is not free.
+        left -= (room + ways.tight) / speed
+        if left <= 0.0 or speed * left <= spare:
+            return at_end, then
+        call_step(
+            machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
+            left, looks.x.ctypes.data,
+        )  # fmt: skip
+        place_at(machine, looks.x, looks)
+
+
+class FreeMotion:
+    """Judges states and steps of a machine.
+
+    Args:
+        problem: Whose machine and world.
+        calls: The step that is judged; its poses and ends are those of the last look.
+        margin: Room in [m] that is asked for in addition.
+    """
+
+    def __init__(self, problem: Problem, calls: CompiledStep, margin: float = 0.0) -> None:
+        self._machine, self._ways = machine_of(problem), ways_of(problem, margin)
+        self._looks = looks_at(problem, self._ways, calls.poses, calls.ends)
+        self._x, self._u, self._next = (np.frombuffer(b) for b in (calls.x, calls.u, calls.next))
+        self._checker = problem.checker(margin=self._ways.tight)
+        self._model = problem.model  # owns the machine code
+
+    def free(self) -> bool:
+        """Say whether the state reached is inside the workspace and touches nothing."""
+        place_at(self._machine, self._next, self._looks)
+        return bool(
+            room_at(self._ways.tight, self._ways.tight, self._looks, self._ways) >= self._ways.tight
+        )
+
+    def free_on_the_way(self, duration: float) -> bool:
+        """Say whether the step just made is free."""
+        machine, x, u, looks = self._machine, self._x, self._u, self._looks
+        speed = fastest_at(machine, x, u, looks)
+        step = (machine, x, u, self._next, duration, 0.0, speed)
+        return bool(free_on_the_way(*step, looks, self._ways)[0] >= 0.0)
+
+    def culprits(self) -> list[str]:
+        """Name what is in the way at the last look, which failed."""
+        ways, poses = self._ways, self._looks.poses
+        outside = [
+            f"{'xyz'[entry // 4]} of {body.name} leaves the workspace"
+            for body, row in zip(self._checker.bodies, poses, strict=True)
+            for entry, lower, upper in zip(ways.axis, ways.lower, ways.upper, strict=True)
+            if not lower <= row[entry] <= upper
+        ]
+        touching = self._checker.contacts(poses, self._looks.ends)
+        return outside + [f"{contact.body} – {contact.obstacle}" for contact in touching]

@@ -1,0 +1,90 @@
+"""Calls of a machine's functions from compiled code, by their addresses.
+
+Addresses are arguments, so that what is compiled here serves every machine.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from kinolab.problem import Problem
+from kinolab.world.geometry import Array
+
+
+class Machine(NamedTuple):
+    """A machine for compiled code: where its functions are, and its parameters."""
+
+    step: int
+    f: int
+    frames: int
+    cables: int
+    point_speed: int
+    cable_speed: int
+    requirements: int
+    p: Array
+
+
+def machine_of(problem: Problem, method: str | None = None) -> Machine:
+    """Return a problem's machine; whoever keeps it must keep the model too, which owns the code."""
+    model = problem.model
+    stepper = f"step_{method or problem.scenario.integration.method}"
+    names = [name for name in Machine._fields[1:] if name != "p"]
+    # Parameters of a machine without any: an address is asked of the array all the same.
+    parameters = np.append(model.parameter_vector(), 0.0)
+    addresses: dict[str, Any] = {name: model.address(name) for name in names}
+    return Machine(step=model.address(stepper), **addresses, p=parameters)
+
+
+def _call(builder: Any, address: Any, arguments: list[Any]) -> Any:
+    """Emit the call of a C function that returns its status; the last argument is always 0."""
+    kinds = [*(argument.type for argument in arguments), ir.IntType(64)]
+    function = ir.FunctionType(ir.IntType(32), kinds)
+    place = builder.inttoptr(address, function.as_pointer())
+    return builder.call(place, [*arguments, ir.Constant(ir.IntType(64), 0)])
+
+
+def _pointers(builder: Any, addresses: list[Any]) -> list[Any]:
+    return [builder.inttoptr(address, ir.IntType(8).as_pointer()) for address in addresses]
+
+
+@intrinsic
+def call_step(typing, function, x, u, p, h, out):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """Call step(x, u, p, h, out); all but h in [s] are addresses. Returns 0 if it worked."""
+    address = types.int64
+    signature = types.int32(address, address, address, address, types.float64, address)
+
+    def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        function, x, u, p, h, out = arguments
+        x, u, p, out = _pointers(builder, [x, u, p, out])
+        return _call(builder, function, [x, u, p, h, out])
+
+    return signature, code
+
+
+@intrinsic
+def call_at(typing, function, x, p, out):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """Call frames(x, p, out) or cables(x, p, out); all are addresses."""
+    address = types.int64
+    signature = types.int32(address, address, address, address)
+
+    def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return _call(builder, arguments[0], _pointers(builder, arguments[1:]))
+
+    return signature, code
+
+
+@intrinsic
+def call_under(typing, function, x, u, p, out):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """Call f(x, u, p, out) or another function of states and inputs; all are addresses."""
+    address = types.int64
+    signature = types.int32(address, address, address, address, address)
+
+    def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return _call(builder, arguments[0], _pointers(builder, arguments[1:]))
+
+    return signature, code
