@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
@@ -125,6 +126,19 @@ class Budget:
         elapsed = time.monotonic() - self.started
         too_many = self.max_iterations is not None and self.iterations >= self.max_iterations
         return self.interrupted or too_many or elapsed > self.time_limit
+
+    @property
+    def left(self) -> float:
+        """How many iterations may still be made; infinite without a limit."""
+        return math.inf if self.max_iterations is None else self.max_iterations - self.iterations
+
+    def spend(self, iterations: int) -> None:
+        """Count iterations that were made at once."""
+        self.iterations += iterations
+        elapsed = time.monotonic() - self.started
+        if self.progress and elapsed > self._next_report:
+            self._next_report = elapsed + 0.25
+            self.progress(self.iterations, elapsed)
 
     def spent(self) -> bool:
         """Say whether the search must end, and count one more iteration if not."""

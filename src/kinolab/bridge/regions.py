@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.bridge.nearness import Nearness
-from kinolab.bridge.projection import projected
 from kinolab.problem import Problem
+from kinolab.projection import projected
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -1,0 +1,136 @@
+"""A tree that grows where cells are important, compiled as a whole.
+
+Motions that lead nowhere new are mostly forgotten, so that the tree stays small; one that goes
+through a new cell leaves a node there.
+
+Source: Sucan, Kavraki, Kinodynamic motion planning by interior-exterior cell exploration, WAFR
+2008.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinolab.compiled.cells import choose, clear_cells, holds, key_of, put, rate
+from kinolab.compiled.leads import cell_at
+from kinolab.compiled.question import draw_input, excess, keeps_limits
+from kinolab.compiled.random import below, uniform
+from kinolab.compiled.tree import FULL, GROWING, INSIDE, REACHED, insert_node, step_is_free
+from kinolab.kernel import kernel
+from kinolab.propagation.free_motion import fastest_at
+from kinolab.propagation.machine_calls import call_step
+
+KEPT = 0.05  # probability that a motion is kept that leads nowhere new
+
+
+@kernel
+def explore(  # type: ignore[no-untyped-def]
+    machine, question, ways, looks, tree, cells, leads, random, best, iterations,
+    min_steps, max_steps, greed, tried,
+):  # fmt: skip
+    """Grow a tree by some iterations.
+
+    Args:
+        machine, question, ways, looks: The problem, and scratch memory.
+        tree: Grows.
+        cells, leads: Over the problem's states.
+        random: State of the generator.
+        best: The node nearest to the goal, and its excess (2,); written.
+        iterations: How many at most.
+        min_steps, max_steps: For how many steps an input is held.
+        greed: Power of the way to the goal by which cells count less.
+        tried: Inputs of which that one is held which leads furthest to the goal.
+
+    Returns:
+        How it ended, and how many iterations were made.
+    """
+    now, after, u, goal = tree.now, tree.after, tree.held, question.goal
+    for done in range(iterations):
+        if tree.size[0] + max_steps >= tree.x.shape[0]:
+            return FULL, done
+        cell, parent = choose(cells, random)
+        steps = held_for(
+            machine, question, tree, leads, random, parent, min_steps, max_steps, tried
+        )
+        for i in range(now.shape[0]):
+            now[i] = tree.x[parent, i]
+        made, spare, new = 0, float(tree.spare[parent]), False
+        speed = fastest_at(machine, now, u, looks)
+        for step in range(steps):
+            room, speed = step_is_free(
+                machine, question, ways, looks, tree, now, u, after, spare, speed
+            )
+            if room < 0.0:
+                break
+            made, spare = made + 1, room
+            for i in range(now.shape[0]):
+                now[i] = after[i]
+            if made < min_steps:
+                continue
+            share = excess(goal, now, machine, looks, math.inf)
+            far = leads.steps[cell_at(leads, now)]
+            key = key_of(cells, goal, now, far)
+            first = holds(cells, key) == 0
+            if first or share <= INSIDE or (step == steps - 1 and uniform(random) < KEPT):
+                parent = insert_node(tree, now, u, parent, made, spare)
+                made, new = 0, new or first
+                put(cells, key, parent, score(tree, far, greed))
+                if share < best[1]:
+                    best[0], best[1] = parent, share
+                if share <= INSIDE:
+                    return REACHED, done + 1
+        rate(cells, cell, new)
+    return GROWING, iterations
+
+
+@kernel
+def start_in_a_cell(cells, question):  # type: ignore[no-untyped-def]
+    """Leave nothing in the cells but the start, which is node 0."""
+    clear_cells(cells)
+    put(cells, key_of(cells, question.goal, question.start, math.inf), 0, 1.0)
+
+
+@kernel
+def score(tree, far, greed):  # type: ignore[no-untyped-def]
+    """Return the score of a new cell: later ones count more, and those nearer to the goal."""
+    return math.log(1.0 + tree.size[0]) / (1.0 + far) ** greed
+
+
+@kernel
+def held_for(  # type: ignore[no-untyped-def]
+    machine, question, tree, leads, random, parent, min_steps, max_steps, tried
+):  # fmt: skip
+    """Write the input to hold from a node to ``tree.held``; return for how many steps."""
+    least, longest = math.inf, 0
+    for k in range(tried):
+        draw_input(question, random, tree.drawn)
+        steps, far = min_steps + below(random, max_steps - min_steps + 1), 0.0
+        if tried > 1:
+            far, steps = leads_to(machine, question, tree, leads, parent, steps)
+        if k == 0 or far < least:
+            least, longest = far, max(steps, min_steps)
+            for i in range(tree.held.shape[0]):
+                tree.held[i] = tree.drawn[i]
+    return longest
+
+
+@kernel
+def leads_to(machine, question, tree, leads, parent, steps):  # type: ignore[no-untyped-def]
+    """Return how far from the goal an input leads at best, obstacles apart, and after how long."""
+    now, after, u = tree.now, tree.after, tree.drawn
+    for i in range(now.shape[0]):
+        now[i] = tree.x[parent, i]
+    least, at = math.inf, 1
+    for step in range(steps):
+        failed = call_step(
+            machine.step, now.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
+            question.step, after.ctypes.data,
+        )  # fmt: skip
+        if failed != 0 or not keeps_limits(question, after):
+            break
+        for i in range(now.shape[0]):
+            now[i] = after[i]
+        far = leads.steps[cell_at(leads, now)]
+        if far <= least:
+            least, at = far, step + 1
+    return least, at

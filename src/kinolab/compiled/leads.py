@@ -1,0 +1,133 @@
+"""How far it is to the goal around obstacles, roughly: over cells of where a machine is.
+
+A cell counts as free where one of a few random states in it is. The way from cell to free cell says
+little about what the dynamics allow, and more than the straight line does.
+
+Source: Plaku, Kavraki, Vardi, Motion planning with dynamics by a synergistic combination of layers
+of planning, IEEE Transactions on Robotics 26(3), 2010.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.compiled.forest import Array, Integers
+from kinolab.compiled.random import attitude, uniform
+from kinolab.kernel import kernel
+from kinolab.problem import Problem
+from kinolab.projection import projected
+from kinolab.propagation.free_motion import place_at, room_at
+
+CELLS = 4096  # at most
+TRIES = 3  # states of a cell that are looked at
+BLOCKED = -1.0  # instead of steps
+
+
+class Leads(NamedTuple):
+    """Cells over some entries of the state, for compiled code."""
+
+    entry: Integers  # (k,) entries of the state that are divided
+    lower: Array  # (k,)
+    per_unit: Array  # (k,) cells per unit
+    along: Integers  # (3,) cells along each, 1 where there are fewer entries
+    steps: Array  # (cells,) to the goal; infinite where there is no way
+    queue: NDArray[np.int32]  # (cells,) scratch
+
+
+def leads(problem: Problem) -> Leads:
+    """Return cells that know no way yet."""
+    entries = projected(problem, angles=False)
+    lower, upper = problem.sampling_bounds[entries].T
+    span = (upper - lower) * np.maximum(problem.weights[entries], 1e-9)
+    edge = (span.prod() / CELLS) ** (1 / len(span))
+    count = np.ones(3, np.int64)
+    count[: len(span)] = np.maximum(1, np.floor(span / edge))
+    while count.prod() > CELLS:
+        count[count.argmax()] -= 1
+    return Leads(
+        entry=np.array(entries, dtype=np.int64),
+        lower=np.ascontiguousarray(lower),
+        per_unit=count[: len(span)] / (upper - lower),
+        along=count,
+        steps=np.full(int(count.prod()), math.inf),
+        queue=np.zeros(int(count.prod()), np.int32),
+    )
+
+
+@kernel
+def cell_at(leads, x):  # type: ignore[no-untyped-def]
+    """Return the cell of a state."""
+    cell = 0
+    for k in range(3):
+        place = 0
+        if k < leads.entry.shape[0]:
+            at = (x[leads.entry[k]] - leads.lower[k]) * leads.per_unit[k]
+            place = int(min(max(at, 0.0), leads.along[k] - 1.0))
+        cell = cell * leads.along[k] + place
+    return cell
+
+
+@kernel
+def find_ways(leads, machine, question, ways, looks, random, x):  # type: ignore[no-untyped-def]
+    """Work out how many steps each cell is from the goal; ``x`` (nx,) is scratch."""
+    steps = leads.steps
+    for cell in range(steps.shape[0]):
+        steps[cell] = BLOCKED
+        for _ in range(TRIES):
+            draw_in_cell(leads, question, random, cell, x)
+            place_at(machine, x, looks)
+            if room_at(0.0, ways.tight, looks, ways) >= ways.tight:
+                steps[cell] = math.inf
+                break
+    flood(leads, question)
+    for cell in range(steps.shape[0]):
+        if steps[cell] == BLOCKED or steps[cell] == math.inf:
+            steps[cell] = steps.shape[0]
+
+
+@kernel
+def draw_in_cell(leads, question, random, cell, x):  # type: ignore[no-untyped-def]
+    """Draw a state of a cell."""
+    for i in range(x.shape[0]):
+        low, high = question.lowest[i], question.highest[i]
+        x[i] = low + uniform(random) * (high - low)
+    for k in range(question.attitudes.shape[0]):
+        first = question.attitudes[k]
+        attitude(random, x[first : first + 4])
+    places = places_of(leads, cell)
+    for k in range(leads.entry.shape[0]):
+        x[leads.entry[k]] = leads.lower[k] + (places[k] + uniform(random)) / leads.per_unit[k]
+
+
+@kernel
+def places_of(leads, cell):  # type: ignore[no-untyped-def]
+    """Return where a cell is along each entry."""
+    along = leads.along
+    return cell // (along[1] * along[2]), cell // along[2] % along[1], cell % along[2]
+
+
+@kernel
+def flood(leads, question):  # type: ignore[no-untyped-def]
+    """Count the steps from the cells of the goal through free cells, corners included."""
+    steps, queue, along = leads.steps, leads.queue, leads.along
+    first, last = 0, 0
+    for k in range(question.ends.shape[0]):
+        cell = cell_at(leads, question.ends[k])
+        if steps[cell] != 0.0:
+            steps[cell], queue[last] = 0.0, cell
+            last += 1
+    while first < last:
+        cell = queue[first]
+        first += 1
+        i, j, k = places_of(leads, cell)
+        for a in range(max(i - 1, 0), min(i + 2, along[0])):
+            for b in range(max(j - 1, 0), min(j + 2, along[1])):
+                for c in range(max(k - 1, 0), min(k + 2, along[2])):
+                    other = (a * along[1] + b) * along[2] + c
+                    if steps[other] == math.inf:
+                        steps[other], queue[last] = steps[cell] + 1.0, other
+                        last += 1

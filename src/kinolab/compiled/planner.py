@@ -1,0 +1,240 @@
+"""What the compiled planners have in common: pieces of a search between looks at the clock."""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kinolab.compiled.forest import Array
+from kinolab.compiled.question import Question, question_of
+from kinolab.compiled.random import State, generator
+from kinolab.compiled.tree import (
+    COLLISION,
+    EQUATIONS,
+    FULL,
+    LIMIT,
+    REACHED,
+    TRIED,
+    Tree,
+    rows_to,
+)
+from kinolab.errors import InputError, Mistake
+from kinolab.motion import DivergedError, resimulate
+from kinolab.problem import Problem
+from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
+from kinolab.propagation.machine_calls import Machine, machine_of
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+
+PIECE = 0.01  # [s] of a search between two looks at the clock
+FIRST = 64  # iterations of the first piece
+GROWTH = 1.5  # of the length of a round over the one before
+
+
+class Search(NamedTuple):
+    """Everything that a compiled loop works on."""
+
+    machine: Machine
+    question: Question
+    ways: Ways
+    looks: Looks
+    random: State
+    model: Any  # owns the machine's code
+
+
+def search_of(problem: Problem, zoom: float, seed: int) -> Search:
+    """Gather everything for one search; searches in threads of their own share nothing written."""
+    poses, ends = np.zeros((len(problem.bodies), 12)), np.zeros((len(problem.cables), 6))
+    ways = ways_of(problem)
+    return Search(
+        machine_of(problem),
+        question_of(problem, zoom, seed),
+        ways,
+        looks_at(problem, ways, poses, ends),
+        generator(seed),
+        problem.model,
+    )
+
+
+class AbstractGrowth(ABC):
+    """A tree that grows in compiled code.
+
+    Attributes:
+        nodes: Of the tree.
+        best: The node nearest to the goal, and how far outside it is, shape (2,).
+    """
+
+    nodes: Tree
+    best: Array
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Leave nothing in the tree but the start."""
+
+    @abstractmethod
+    def grow(self, iterations: int) -> tuple[int, int]:
+        """Grow by some iterations; return GROWING, REACHED or FULL, and how many were made."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbstractCompiledPlanner(AbstractPlanner):
+    """A planner whose loop is compiled as a whole, once for all machines."""
+
+    min_steps: int = setting(
+        1,
+        1,
+        100_000,
+        unit="steps",
+        meaning="For how many steps of the integration an input is held at least.",
+    )
+    max_steps: int = setting(
+        20,
+        1,
+        100_000,
+        unit="steps",
+        meaning="For how many steps of the integration an input is held at most.",
+    )
+    inputs_tried: int = setting(
+        1, 1, 1000, meaning="How many inputs are compared before one is held."
+    )
+    goal_zoom: float = setting(
+        1.0, 1.0, 1e6, unit="tolerances", meaning="How far around the goal growth aims."
+    )
+    max_nodes: int = setting(
+        200_000,
+        64,
+        20_000_000,
+        unit="nodes",
+        meaning="How many states are kept at most; then a new tree begins.",
+    )
+    restart_after: int = setting(
+        0,
+        0,
+        unit="iterations",
+        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
+    )
+
+    def conflicts(self) -> Iterator[tuple[str, str, str]]:
+        """Yield steps that exclude each other."""
+        if self.min_steps > self.max_steps:
+            what = f"{self.min_steps} is more than max_steps, {self.max_steps}."
+            yield "min_steps", what, "Lower it, or raise max_steps."
+
+    @abstractmethod
+    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
+        """Return what grows a tree."""
+
+    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+        """Grow a tree from the start until it reaches the goal region."""
+        _refuse(self.name, problem)
+        tree = self.growth(problem, search_of(problem, self.goal_zoom, seed))
+        tree.begin()
+        tree.grow(0)
+        budget.restart()  # code was compiled and loaded until here
+        nearest, u, solved = math.inf, np.zeros((0, problem.model.nu)), False
+        length, left, misses, restarts = 0.0, float(self.restart_after or math.inf), 0, 0
+        length, pieces = left, Pieces(budget)
+        while not solved and (iterations := pieces.next(left)):
+            ended, made = tree.grow(iterations)
+            pieces.done(made)
+            left -= made
+            if ended == REACHED:
+                found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+                solved = reaches(problem, found)
+                u, misses = (found, misses) if solved else (u, misses + 1)
+            elif ended == FULL or left <= 0:
+                nearest, u = nearer(tree, nearest, u)
+                length *= GROWTH
+                left, restarts = length, restarts + 1
+                tree.begin()
+        if not solved:
+            nearest, u = nearer(tree, nearest, u)
+        statistics = {"missed_the_goal_in_truth": float(misses), "restarts": float(restarts)}
+        return result(problem, budget, u, tree.nodes, statistics, solved=solved)
+
+
+def _refuse(name: str, problem: Problem) -> None:
+    """Raise where a problem asks for what compiled loops do not check."""
+    mistakes = []
+    if np.isfinite(problem.rate_bounds).any():
+        what = f"{name} does not keep limits of rates that are no states."
+        mistakes.append(Mistake("[bounds]", what, "Use another planner, such as rrt."))
+    if problem.keep_outs:
+        what = f"{name} does not keep axes out of cones."
+        mistakes.append(Mistake("[[keep_out]]", what, "Use another planner, such as rrt."))
+    if mistakes:
+        raise InputError(mistakes)
+
+
+class Pieces:
+    """How many iterations to make before the next look at the clock.
+
+    Args:
+        budget: Of the search.
+    """
+
+    def __init__(self, budget: Budget) -> None:
+        self._budget, self._size, self._begun = budget, FIRST, 0.0
+
+    def next(self, most: float = math.inf) -> int:
+        """Return how many iterations may be made now; 0 when the search must end."""
+        if self._budget.over:
+            return 0
+        left = self._budget.left
+        self._begun = time.monotonic()
+        return int(max(1, min(self._size, left, most)))
+
+    def done(self, iterations: int) -> None:
+        """Count iterations made, and fit the next piece to the time they took."""
+        self._budget.spend(iterations)
+        took = max(time.monotonic() - self._begun, 1e-6)
+        fitting = iterations * PIECE / took
+        self._size = int(min(max(fitting, self._size / 4, 1), 4 * self._size, 1_000_000))
+
+
+def reaches(problem: Problem, u: Array) -> bool:
+    """Say whether the true motion under inputs ends in the goal, as the one that was found does."""
+    if problem.scenario.integration.truth == "discrete":
+        return True  # the map that was applied is the truth
+    try:
+        return problem.goal_excess(resimulate(problem, *rows(problem, u)).x[-1]) <= 1.0
+    except DivergedError:
+        return False
+
+
+def rows(problem: Problem, u: Array) -> tuple[Array, Array]:
+    """Return times (N+1,) and inputs (N, nu) of a motion."""
+    return problem.step * np.arange(len(u) + 1.0), u
+
+
+def nearer(tree: AbstractGrowth, nearest: float, u: Array) -> tuple[float, Array]:
+    """Return the motion of a tree that ends nearest to the goal, if it is nearer than another."""
+    if tree.best[1] < nearest:
+        return float(tree.best[1]), rows_to(tree.nodes, int(tree.best[0]))
+    return nearest, u
+
+
+def result(
+    problem: Problem,
+    budget: Budget,
+    u: Array,
+    nodes: Tree,
+    statistics: dict[str, float],
+    *,
+    solved: bool,
+) -> SearchResult:
+    """Return what a search found, with what was refused by cause."""
+    outcome = Outcome.SOLVED
+    if not solved:
+        outcome = Outcome.APPROXIMATE if len(u) else Outcome.NOT_FOUND
+        outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
+    named = {"limit": LIMIT, "collision": COLLISION, "equations": EQUATIONS}
+    counts = {f"rejected_by_{cause}": float(nodes.tally[k]) for cause, k in named.items()}
+    counts |= {"propagations": float(nodes.tally[TRIED]), "nodes": float(nodes.size[0])}
+    times, inputs = rows(problem, u)
+    return SearchResult(outcome, times, inputs, budget.iterations, counts | statistics)

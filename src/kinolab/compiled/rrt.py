@@ -1,0 +1,117 @@
+"""A rapidly-exploring random tree, compiled as a whole.
+
+Source: LaValle, Kuffner, Randomized kinodynamic planning, IJRR 20(5), 2001.
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinolab.compiled.forest import nearest
+from kinolab.compiled.question import draw_input, draw_state, excess, scaled
+from kinolab.compiled.random import below, uniform
+from kinolab.compiled.tree import FULL, GROWING, INSIDE, REACHED, insert, step_is_free
+from kinolab.kernel import kernel
+from kinolab.propagation.free_motion import fastest_at
+from kinolab.propagation.machine_calls import call_step
+
+
+@kernel
+def grow(  # type: ignore[no-untyped-def]
+    machine, question, ways, looks, tree, random, best, iterations,
+    goal_bias, tried, min_steps, max_steps,
+):  # fmt: skip
+    """Grow a tree by some iterations.
+
+    Args:
+        machine, question, ways, looks: The problem, and scratch memory.
+        tree: Grows.
+        random: State of the generator.
+        best: The node nearest to the goal, and its excess (2,); written.
+        iterations: How many at most.
+        goal_bias: Probability of growing to the goal.
+        tried: Inputs of which that one is held which leads nearest.
+        min_steps, max_steps: For how many steps an input is held.
+
+    Returns:
+        How it ended, and how many iterations were made.
+    """
+    target, now, after, point = tree.target, tree.now, tree.after, tree.aim
+    goal = question.goal
+    for done in range(iterations):
+        if tree.size[0] >= tree.x.shape[0]:
+            return FULL, done
+        draw_state(question, random, goal_bias, target)
+        scaled(question, target, point)
+        parent, _ = nearest(tree.forest, point, 0, math.inf)
+        if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
+            continue
+        longest = held_for(machine, question, tree, random, parent, min_steps, max_steps, tried)
+        for i in range(now.shape[0]):
+            now[i] = tree.x[parent, i]
+        made, reached, spare = 0, False, float(tree.spare[parent])
+        speed = fastest_at(machine, now, tree.held, looks)
+        while made < longest and not reached:
+            room, speed = step_is_free(
+                machine, question, ways, looks, tree, now, tree.held, after, spare, speed
+            )
+            if room < 0.0:
+                break
+            made, spare = made + 1, room
+            for i in range(now.shape[0]):
+                now[i] = after[i]
+            if made >= min_steps:
+                share = excess(goal, now, machine, looks, min(best[1], math.inf))
+                reached = share <= INSIDE
+        if made < min_steps:
+            tree.failures[parent] += 1
+            continue
+        node = insert(tree, question, now, tree.held, parent, made, spare)
+        share = excess(goal, now, machine, looks, math.inf)
+        if share < best[1]:
+            best[0], best[1] = node, share
+        if reached:
+            return REACHED, done + 1
+    return GROWING, iterations
+
+
+@kernel
+def held_for(  # type: ignore[no-untyped-def]
+    machine, question, tree, random, parent, min_steps, max_steps, tried
+):  # fmt: skip
+    """Write the input to hold from a node to ``tree.held``; return for how many steps."""
+    least, longest, drawn = math.inf, 0, tree.drawn
+    for k in range(tried):
+        draw_input(question, random, drawn)
+        steps, gap = min_steps + below(random, max_steps - min_steps + 1), 0.0
+        if tried > 1:
+            gap = led_to(machine, question, tree, parent, drawn, steps, tree.aim)
+        if k == 0 or gap < least:
+            least, longest = gap, steps
+            for i in range(drawn.shape[0]):
+                tree.held[i] = drawn[i]
+    return longest
+
+
+@kernel
+def led_to(machine, question, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
+    """Return the squared distance from a target to where an input leads, obstacles apart."""
+    now, after = tree.now, tree.after
+    for i in range(now.shape[0]):
+        now[i] = tree.x[parent, i]
+    for _ in range(steps):
+        failed = call_step(
+            machine.step, now.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
+            question.step, after.ctypes.data,
+        )  # fmt: skip
+        if failed != 0:
+            return math.inf
+        for i in range(now.shape[0]):
+            now[i] = after[i]
+    scaled(question, now, tree.point)
+    total, period = 0.0, tree.forest.period
+    for i in range(period.shape[0]):
+        gap = abs(tree.point[i] - point[i])
+        gap = min(gap, period[i] - gap)
+        total += gap * gap
+    return total

@@ -1,0 +1,160 @@
+"""A tree of states that grows under held inputs: its memory, and how a motion is added to it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.compiled.forest import Array, Forest, Integers, add, bytes_per_point, clear, forest
+from kinolab.compiled.question import Question, keeps_limits, period_of, scaled
+from kinolab.kernel import kernel
+from kinolab.propagation.free_motion import free_on_the_way
+from kinolab.propagation.machine_calls import call_step, call_under
+
+GROWING, REACHED, FULL = 0, 1, 2  # how growth ends: it could go on, is in the goal, or has no room
+INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
+LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # why steps are refused, as ``Tree.tally`` counts them
+TRIED = 3  # where all steps are counted
+ROUNDED = 1.0 - 1e-6  # so that single precision does not add any room
+SAMPLES = 4  # of what a machine demands, along a step
+
+
+class Tree(NamedTuple):
+    """Nodes in flat arrays, for compiled code; node 0 is the start."""
+
+    x: Array  # (capacity, nx)
+    u: Array  # (capacity, nu) held on the way from the parent
+    parent: NDArray[np.int32]  # (capacity,) -1 for the start
+    steps: NDArray[np.int32]  # (capacity,) for which the input was held
+    spare: NDArray[np.float32]  # (capacity,) room in [m], as far as it is known
+    failures: NDArray[np.int32]  # (capacity,) motions from there that came to nothing
+    size: Integers  # (1,)
+    tally: Integers  # (4,) steps: refused, by cause, and all
+    forest: Forest
+    point: Array  # (d,) scratch
+    now: Array  # (nx,) scratch
+    after: Array  # (nx,) scratch
+    held: Array  # (nu,) scratch
+    margins: Array  # (requirements,) scratch
+    target: Array  # (nx,) scratch
+    drawn: Array  # (nu,) scratch
+    aim: Array  # (d,) scratch
+
+
+def tree(question: Question, capacity: int, neighbours: bool = True) -> Tree:
+    """Return a tree without nodes that has room for so many; the nearest of them can be found."""
+    nx, nu = len(question.start), len(question.input_lower)
+    return Tree(
+        x=np.zeros((capacity, nx)),
+        u=np.zeros((capacity, nu)),
+        parent=np.zeros(capacity, np.int32),
+        steps=np.zeros(capacity, np.int32),
+        spare=np.zeros(capacity, np.float32),
+        failures=np.zeros(capacity, np.int32),
+        size=np.zeros(1, np.int64),
+        tally=np.zeros(4, np.int64),
+        forest=forest(capacity if neighbours else 1, period_of(question)),
+        point=np.zeros(len(question.entry)),
+        now=np.zeros(nx),
+        after=np.zeros(nx),
+        held=np.zeros(nu),
+        margins=np.zeros(max(question.requirements, 1)),
+        target=np.zeros(nx),
+        drawn=np.zeros(nu),
+        aim=np.zeros(len(question.entry)),
+    )
+
+
+def bytes_per_node(question: Question) -> int:
+    """Return how much memory a node takes, its share of the forest included."""
+    nx, nu, d = len(question.start), len(question.input_lower), len(question.entry)
+    return 8 * (nx + nu) + 16 + bytes_per_point(d)
+
+
+@kernel
+def insert_node(tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
+    """Add a node that is no neighbour of any; return its number."""
+    node = tree.size[0]
+    for i in range(x.shape[0]):
+        tree.x[node, i] = x[i]
+    for i in range(u.shape[0]):
+        tree.u[node, i] = u[i]
+    tree.parent[node], tree.steps[node] = parent, steps
+    tree.spare[node] = spare * ROUNDED
+    tree.failures[node] = 0
+    tree.size[0] += 1
+    return node
+
+
+@kernel
+def insert(tree, question, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
+    """Add a node; return its number."""
+    node = insert_node(tree, x, u, parent, steps, spare)
+    scaled(question, x, tree.point)
+    add(tree.forest, tree.point)
+    return node
+
+
+@kernel
+def keeps_requirements(machine, question, x, u, h, looks, margins):  # type: ignore[no-untyped-def]
+    """Check what the machine demands along a step under the input held."""
+    if question.requirements == 0:
+        return True
+    p = machine.p.ctypes.data
+    for k in range(1, SAMPLES + 1):
+        call_step(
+            machine.step, x.ctypes.data, u.ctypes.data, p, h * k / SAMPLES, looks.x.ctypes.data
+        )
+        call_under(machine.requirements, looks.x.ctypes.data, u.ctypes.data, p, margins.ctypes.data)
+        for i in range(question.requirements):
+            if not margins[i] >= 0.0:
+                return False
+    return True
+
+
+@kernel
+def step_is_free(  # type: ignore[no-untyped-def]
+    machine, question, ways, looks, tree, x, u, after, spare, speed
+):  # fmt: skip
+    """Make a step from x under u into ``after``, and count why it may not be made.
+
+    Returns:
+        Room at ``after`` in [m], negative where the step is refused; and the speed there, as
+        ``free_on_the_way``.
+    """
+    h = question.step
+    tree.tally[TRIED] += 1
+    failed = call_step(
+        machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data
+    )
+    if failed != 0:
+        tree.tally[EQUATIONS] += 1
+        return -1.0, 0.0
+    if not keeps_limits(question, after) or not keeps_requirements(
+        machine, question, x, u, h, looks, tree.margins
+    ):
+        tree.tally[LIMIT] += 1
+        return -1.0, 0.0
+    spare, speed = free_on_the_way(machine, x, u, after, h, spare, speed, looks, ways)
+    if spare < 0.0:
+        tree.tally[COLLISION] += 1
+    return spare, speed
+
+
+def begin(tree: Tree, question: Question) -> None:
+    """Leave nothing in a tree but the start."""
+    clear(tree.forest)
+    tree.size[0] = 0
+    still = np.zeros(len(question.input_lower))
+    insert_node(tree, question.start, still, -1, 0, 0.0)
+
+
+def rows_to(tree: Tree, node: int) -> Array:
+    """Return the inputs from the start to a node, one row per step, shape (steps, nu)."""
+    held = []
+    while tree.parent[node] >= 0:
+        held.append(np.repeat(tree.u[node][None], tree.steps[node], axis=0))
+        node = int(tree.parent[node])
+    return np.concatenate(held[::-1]) if held else np.zeros((0, tree.u.shape[1]))
