@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import kinolab
 from kinolab import planners
 from kinolab.compiled import AbstractCompiledPlanner
 from kinolab.compiled.planner import search_of
-from kinolab.errors import InputError
 from kinolab.problem import Problem
 from tests.support import OPEN, problem_of
 
@@ -62,9 +62,38 @@ def test_a_full_tree_makes_room_for_a_new_one(name: str, table: Problem) -> None
 
 
 @pytest.mark.parametrize("name", COMPILED)
-def test_what_is_not_checked_is_refused(name: str, tmp_path: Any) -> None:
+def test_axes_keep_out_of_cones(name: str, tmp_path: Path) -> None:
     cone = (
-        '\n[[keep_out]]\nbody = "coin"\naxis = [0, 1, 0]\ndirection = [0, 0, 1]\nhalf_angle = 0.1\n'
+        '[[keep_out]]\nbody = "coin"\naxis = [0, 1, 0]\ndirection = [1, 0, 0]\nhalf_angle = 1.2\n'
     )
-    with pytest.raises(InputError, match="cones"):
-        problem_of(tmp_path, OPEN + cone).solve(planner=name, seed=1, max_iterations=10)
+    problem = problem_of(tmp_path, OPEN + "\n" + cone, "goal.tolerance=1e-6")
+    tree = grown(name, problem, 1000)
+    headings = tree.x[: int(tree.size[0]), 2]
+    axles = np.stack([-np.sin(headings), np.cos(headings)])  # the axle is at right angles to it
+    assert np.arccos(axles[0]).min() > 1.2
+    assert np.arccos(axles[0]).min() < 1.4  # and they come near
+    assert tree.tally[0] > 0
+
+
+@pytest.mark.parametrize("name", COMPILED)
+def test_rates_that_are_no_states_keep_their_limits(name: str, tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, OPEN, "bounds.x_dot=[-0.2, 0.3]", "goal.tolerance=1e-6")
+    tree = grown(name, problem, 1000)
+    x = tree.x[: int(tree.size[0])]
+    rates = 0.25 * x[:, 5] * np.cos(x[:, 2])  # rolling, R = 0.25 m
+    assert -0.2 <= rates.min() < -0.1
+    assert 0.2 < rates.max() <= 0.3
+
+
+@pytest.mark.parametrize("name", COMPILED)
+def test_no_state_passes_a_limit_between_two_steps(name: str, table: Problem) -> None:
+    tree, model = grown(name, table, 2000), table.model
+    lower, upper = table.bounds.T
+    for node in range(1, int(tree.size[0])):
+        x = tree.x[tree.parent[node]]
+        for _ in range(tree.steps[node]):
+            for share in (0.25, 0.5, 0.75, 1.0):
+                between = model.step(x, tree.u[node], share * table.step)
+                assert (between >= lower).all()
+                assert (between <= upper).all()
+            x = between

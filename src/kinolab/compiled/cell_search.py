@@ -13,7 +13,8 @@ import math
 
 from kinolab.compiled.cells import choose, clear_cells, holds, key_of, put, rate
 from kinolab.compiled.leads import cell_at
-from kinolab.compiled.question import draw_input, excess, keeps_limits
+from kinolab.compiled.limits import keeps_limits
+from kinolab.compiled.question import draw_input, excess
 from kinolab.compiled.random import below, uniform
 from kinolab.compiled.tree import FULL, GROWING, INSIDE, REACHED, insert_node, step_is_free
 from kinolab.kernel import kernel
@@ -126,7 +127,7 @@ def leads_to(machine, question, tree, leads, parent, steps):  # type: ignore[no-
             machine.step, now.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
             question.step, after.ctypes.data,
         )  # fmt: skip
-        if failed != 0 or not keeps_limits(question, after):
+        if failed != 0 or not keeps_limits(question.limits, after):
             break
         for i in range(now.shape[0]):
             now[i] = after[i]

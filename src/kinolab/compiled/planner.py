@@ -24,7 +24,6 @@ from kinolab.compiled.tree import (
     Tree,
     rows_to,
 )
-from kinolab.errors import InputError, Mistake
 from kinolab.motion import DivergedError, resimulate
 from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
@@ -131,7 +130,6 @@ class AbstractCompiledPlanner(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region."""
-        _refuse(self.name, problem)
         tree = self.growth(problem, search_of(problem, self.goal_zoom, seed))
         tree.begin()
         tree.grow(0)
@@ -156,19 +154,6 @@ class AbstractCompiledPlanner(AbstractPlanner):
             nearest, u = nearer(tree, nearest, u)
         statistics = {"missed_the_goal_in_truth": float(misses), "restarts": float(restarts)}
         return result(problem, budget, u, tree.nodes, statistics, solved=solved)
-
-
-def _refuse(name: str, problem: Problem) -> None:
-    """Raise where a problem asks for what compiled loops do not check."""
-    mistakes = []
-    if np.isfinite(problem.rate_bounds).any():
-        what = f"{name} does not keep limits of rates that are no states."
-        mistakes.append(Mistake("[bounds]", what, "Use another planner, such as rrt."))
-    if problem.keep_outs:
-        what = f"{name} does not keep axes out of cones."
-        mistakes.append(Mistake("[[keep_out]]", what, "Use another planner, such as rrt."))
-    if mistakes:
-        raise InputError(mistakes)
 
 
 class Pieces:

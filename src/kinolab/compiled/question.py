@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.compiled.forest import Array, Integers
+from kinolab.compiled.limits import Limits, limits_of
 from kinolab.compiled.random import attitude, below, uniform
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
@@ -42,8 +43,7 @@ class Question(NamedTuple):
     """What a search needs to know of a problem."""
 
     start: Array  # (nx,)
-    lower: Array  # (nx,) limits of the state
-    upper: Array  # (nx,)
+    limits: Limits
     lowest: Array  # (nx,) finite limits, within which states are drawn
     highest: Array  # (nx,)
     attitudes: Integers  # (attitudes,) where quaternions begin in the state
@@ -56,7 +56,6 @@ class Question(NamedTuple):
     pool: Array  # (states, nx) around the goal
     ends: Array  # (states, nx) in the goal
     step: float  # of propagation, in [s]
-    requirements: int  # how many the machine has
 
 
 def question_of(problem: Problem, zoom: float, seed: int) -> Question:
@@ -66,8 +65,7 @@ def question_of(problem: Problem, zoom: float, seed: int) -> Question:
     spreads = zoom ** random.uniform(size=POOL)
     return Question(
         start=np.clip(problem.start, *problem.bounds.T),
-        lower=_row(problem.bounds[:, 0]),
-        upper=_row(problem.bounds[:, 1]),
+        limits=limits_of(problem),
         lowest=_row(problem.sampling_bounds[:, 0]),
         highest=_row(problem.sampling_bounds[:, 1]),
         attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
@@ -80,7 +78,6 @@ def question_of(problem: Problem, zoom: float, seed: int) -> Question:
         pool=np.array([problem.sample_goal(random, spread) for spread in spreads]),
         ends=np.array([problem.sample_goal(random) for _ in range(ENDS)]),
         step=problem.step,
-        requirements=len(problem.system.requirements),
     )
 
 
@@ -139,15 +136,6 @@ def scaled(question, x, out):  # type: ignore[no-untyped-def]
         if question.circular[i]:
             value = short_way(value)
         out[i] = question.weight[i] * value
-
-
-@kernel
-def keeps_limits(question, x):  # type: ignore[no-untyped-def]
-    """Say whether a state is within its limits; NaN is not."""
-    kept = True
-    for i in range(x.shape[0]):
-        kept = kept and question.lower[i] <= x[i] <= question.upper[i]
-    return kept
 
 
 @kernel

@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.compiled.forest import Array, Forest, Integers, add, bytes_per_point, clear, forest
-from kinolab.compiled.question import Question, keeps_limits, period_of, scaled
+from kinolab.compiled.limits import step_keeps_limits
+from kinolab.compiled.question import Question, period_of, scaled
 from kinolab.kernel import kernel
 from kinolab.propagation.free_motion import free_on_the_way
-from kinolab.propagation.machine_calls import call_step, call_under
+from kinolab.propagation.machine_calls import call_step
 
 GROWING, REACHED, FULL = 0, 1, 2  # how growth ends: it could go on, is in the goal, or has no room
 INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
 LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # why steps are refused, as ``Tree.tally`` counts them
 TRIED = 3  # where all steps are counted
 ROUNDED = 1.0 - 1e-6  # so that single precision does not add any room
-SAMPLES = 4  # of what a machine demands, along a step
 
 
 class Tree(NamedTuple):
@@ -37,7 +37,6 @@ class Tree(NamedTuple):
     now: Array  # (nx,) scratch
     after: Array  # (nx,) scratch
     held: Array  # (nu,) scratch
-    margins: Array  # (requirements,) scratch
     target: Array  # (nx,) scratch
     drawn: Array  # (nu,) scratch
     aim: Array  # (d,) scratch
@@ -60,7 +59,6 @@ def tree(question: Question, capacity: int, neighbours: bool = True) -> Tree:
         now=np.zeros(nx),
         after=np.zeros(nx),
         held=np.zeros(nu),
-        margins=np.zeros(max(question.requirements, 1)),
         target=np.zeros(nx),
         drawn=np.zeros(nu),
         aim=np.zeros(len(question.entry)),
@@ -98,23 +96,6 @@ def insert(tree, question, x, u, parent, steps, spare):  # type: ignore[no-untyp
 
 
 @kernel
-def keeps_requirements(machine, question, x, u, h, looks, margins):  # type: ignore[no-untyped-def]
-    """Check what the machine demands along a step under the input held."""
-    if question.requirements == 0:
-        return True
-    p = machine.p.ctypes.data
-    for k in range(1, SAMPLES + 1):
-        call_step(
-            machine.step, x.ctypes.data, u.ctypes.data, p, h * k / SAMPLES, looks.x.ctypes.data
-        )
-        call_under(machine.requirements, looks.x.ctypes.data, u.ctypes.data, p, margins.ctypes.data)
-        for i in range(question.requirements):
-            if not margins[i] >= 0.0:
-                return False
-    return True
-
-
-@kernel
 def step_is_free(  # type: ignore[no-untyped-def]
     machine, question, ways, looks, tree, x, u, after, spare, speed
 ):  # fmt: skip
@@ -132,9 +113,7 @@ def step_is_free(  # type: ignore[no-untyped-def]
     if failed != 0:
         tree.tally[EQUATIONS] += 1
         return -1.0, 0.0
-    if not keeps_limits(question, after) or not keeps_requirements(
-        machine, question, x, u, h, looks, tree.margins
-    ):
+    if not step_keeps_limits(machine, question.limits, x, u, after, h, looks):
         tree.tally[LIMIT] += 1
         return -1.0, 0.0
     spare, speed = free_on_the_way(machine, x, u, after, h, spare, speed, looks, ways)

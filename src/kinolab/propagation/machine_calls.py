@@ -26,6 +26,7 @@ class Machine(NamedTuple):
     point_speed: int
     cable_speed: int
     requirements: int
+    velocity: int
     p: Array
 
 
