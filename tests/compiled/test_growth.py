@@ -13,6 +13,7 @@ from kinolab import planners
 from kinolab.compiled import AbstractCompiledPlanner
 from kinolab.compiled.planner import search_of
 from kinolab.problem import Problem
+from kinolab.search import Budget, Outcome
 from tests.support import OPEN, problem_of
 
 COMPILED = ("rrt_fast", "kpiece_fast")
@@ -97,3 +98,22 @@ def test_no_state_passes_a_limit_between_two_steps(name: str, table: Problem) ->
                 assert (between >= lower).all()
                 assert (between <= upper).all()
             x = between
+
+
+@pytest.mark.parametrize("name", COMPILED)
+def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path) -> None:
+    fence = '\n[[world.obstacle]]\nname = "fence"\nbox = [0.1, 9, 1]\nposition = [1, 0, 0.5]\n'
+    problem = problem_of(tmp_path, OPEN + fence, "goal.tolerance=1e-6")
+    found = planners.get(name)(last_step_every=0).solve(problem, 1, Budget(30.0, 500))
+    assert found.outcome is Outcome.APPROXIMATE
+    assert "coin – fence" in found.rejections["collision"]
+    assert found.statistics["propagations"] > 500
+
+
+@pytest.mark.parametrize("name", COMPILED)
+def test_a_goal_that_is_not_hit_by_chance_is_steered_into(name: str, tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, OPEN, "goal.tolerance=0.001", "goal.at_rest=true")
+    led = problem.solve(planner=name, seed=1, max_iterations=5000, last_step_every=100)
+    assert led.status == "solved"
+    alone = problem.solve(planner=name, seed=1, max_iterations=5000, last_step_every=0)
+    assert alone.status != "solved"

@@ -13,11 +13,11 @@ from ompl import util as ou
 from kinolab.bridge.goal_region import GoalRegion
 from kinolab.bridge.goal_samples import GoalSamples
 from kinolab.bridge.guide import Guidance, Guide
-from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.projection import Grid, Projection
 from kinolab.bridge.propagation import Propagation
 from kinolab.bridge.spaces import States, control_space
 from kinolab.problem import Problem
+from kinolab.steering.last_step import LastStep
 
 ou.setLogLevel(ou.LogLevel.LOG_NONE)
 

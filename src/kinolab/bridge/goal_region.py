@@ -8,9 +8,9 @@ import numpy as np
 from ompl import base as ob
 
 from kinolab.bridge.goal_samples import GoalSamples
-from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.spaces import States
 from kinolab.problem import Problem
+from kinolab.steering.last_step import LastStep
 
 INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
 

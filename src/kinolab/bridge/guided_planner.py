@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from kinolab.bridge.bridge import Bridge
 from kinolab.bridge.guide import Guidance
-from kinolab.bridge.last_step import LastStep
 from kinolab.bridge.projection import Grid
 from kinolab.bridge.tree_planner import AbstractTreePlanner
 from kinolab.problem import Problem
 from kinolab.search import Budget, setting, with_default
+from kinolab.steering.last_step import LastStep
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,11 +6,13 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kinolab.compiled.culprits import culprits
 from kinolab.compiled.forest import Array
 from kinolab.compiled.question import Question, question_of
 from kinolab.compiled.random import State, generator
@@ -29,6 +31,7 @@ from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.steering.last_step import LastStep
 
 PIECE = 0.01  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
@@ -118,6 +121,14 @@ class AbstractCompiledPlanner(AbstractPlanner):
         meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
     )
 
+    last_step_every: int = setting(
+        1000,
+        0,
+        1_000_000,
+        unit="iterations",
+        meaning="How often a state of the tree is steered into the goal; 0 for never.",
+    )
+
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
         """Yield steps that exclude each other."""
         if self.min_steps > self.max_steps:
@@ -135,14 +146,17 @@ class AbstractCompiledPlanner(AbstractPlanner):
         tree.grow(0)
         budget.restart()  # code was compiled and loaded until here
         nearest, u, solved = math.inf, np.zeros((0, problem.model.nu)), False
-        length, left, misses, restarts = 0.0, float(self.restart_after or math.inf), 0, 0
-        length, pieces = left, Pieces(budget)
-        while not solved and (iterations := pieces.next(left)):
+        length = left = float(self.restart_after or math.inf)
+        misses, restarts, pieces = 0, 0, Pieces(budget)
+        arrivals = Arrivals(problem, self, seed, budget)
+        while not solved and (iterations := pieces.next(min(left, arrivals.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
             left -= made
+            found = arrivals.after(made, tree)
             if ended == REACHED:
                 found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+            if found is not None:
                 solved = reaches(problem, found)
                 u, misses = (found, misses) if solved else (u, misses + 1)
             elif ended == FULL or left <= 0:
@@ -153,7 +167,47 @@ class AbstractCompiledPlanner(AbstractPlanner):
         if not solved:
             nearest, u = nearer(tree, nearest, u)
         statistics = {"missed_the_goal_in_truth": float(misses), "restarts": float(restarts)}
-        return result(problem, budget, u, tree.nodes, statistics, solved=solved)
+        outcome = result(problem, budget, u, tree.nodes, statistics, solved=solved)
+        if solved or budget.interrupted:
+            return outcome
+        return replace(outcome, rejections=culprits(problem, tree.nodes, self.max_steps))
+
+
+class Arrivals:
+    """Steers some of a tree's states into the goal, where growth alone would have to hit it.
+
+    Args:
+        problem: What to plan.
+        planner: Says how often, and what counts as near the goal.
+        seed: Of the choice of states.
+        budget: Of the search.
+
+    Attributes:
+        due: Iterations until the next attempt.
+    """
+
+    def __init__(
+        self, problem: Problem, planner: AbstractCompiledPlanner, seed: int, budget: Budget
+    ) -> None:
+        self._problem, self._zoom, self._budget = problem, planner.goal_zoom, budget
+        self._every = planner.last_step_every or math.inf
+        self._generator, self.due = np.random.default_rng(seed), self._every
+
+    @cached_property
+    def _last_step(self) -> LastStep:
+        return LastStep(self._problem, 1, self._zoom, lambda: self._budget.over)
+
+    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
+        """Return inputs from the start into the goal, where an attempt was due and found some."""
+        self.due -= iterations
+        if self.due > 0:
+            return None
+        self.due = self._every
+        node = int(self._generator.integers(tree.nodes.size[0]))
+        x = tree.nodes.x[node]
+        if not self._last_step.leads_in(x.tolist(), self._problem.goal_excess(x)):
+            return None
+        return np.concatenate([rows_to(tree.nodes, node), self._last_step.inputs])
 
 
 class Pieces:

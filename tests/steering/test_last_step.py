@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.bridge.last_step import LastStep
 from kinolab.problem import Problem
+from kinolab.steering.last_step import LastStep
 from tests.support import OPEN, coin_after, problem_of
 
 GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")

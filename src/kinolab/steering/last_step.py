@@ -8,7 +8,7 @@ import numpy as np
 
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
-from kinolab.steering import Arrival
+from kinolab.steering.arrival import Arrival
 
 HORIZON = 20  # steps of the shortest motion that is looked for by shooting
 

@@ -1,0 +1,34 @@
+"""Who is to blame for what a compiled loop refused.
+
+The loop counts causes and does not ask for names. So motions like its own are made again, a few of
+them, by the propagator that does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinolab.compiled.tree import Tree
+from kinolab.problem import Problem
+from kinolab.propagation import Propagator
+
+MOTIONS = 100  # that are made
+
+
+def culprits(problem: Problem, nodes: Tree, max_steps: int) -> dict[str, dict[str, float]]:
+    """Return by cause and culprit the share of what is refused, as ``Rejections.shares``.
+
+    Args:
+        problem: What was planned.
+        nodes: That motions begin from, one at least.
+        max_steps: For how many steps an input is held at most.
+    """
+    generator, judge = np.random.default_rng(0), Propagator(problem)
+    lower, upper = problem.model.control_bounds.T
+    for node in generator.integers(nodes.size[0], size=MOTIONS):
+        x, u = nodes.x[node].tolist(), generator.uniform(lower, upper).tolist()
+        for _ in range(generator.integers(max_steps) + 1):
+            x, free = judge.step(x, u, problem.step)
+            if not free:
+                break
+    return judge.rejections.shares()
