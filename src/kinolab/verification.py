@@ -259,7 +259,8 @@ def _error_growth(problem: Problem, trajectory: Trajectory, motion: Motion) -> C
     except DivergedError as error:
         return Check("error growth", math.inf, GROWTH, False, str(error))
     apart = (far.x - motion.x) / problem.scales
-    growth = float(np.linalg.norm(apart, axis=1).max() / NUDGE)
+    with np.errstate(over="ignore"):  # of a motion that diverges it is infinite
+        growth = float(np.linalg.norm(apart, axis=1).max() / NUDGE)
     detail = "too sensitive to be replayed without feedback" if growth > GROWTH else ""
     return _check("error growth", growth, GROWTH, detail)
 
