@@ -13,6 +13,7 @@ from kinolab.compiled.cells import cells
 from kinolab.compiled.leads import find_ways, leads
 from kinolab.compiled.tree import begin, tree
 from kinolab.problem import Problem
+from kinolab.records import Record
 from kinolab.search import setting, with_default
 
 
@@ -45,29 +46,26 @@ class KPIECEFast(AbstractCompiledPlanner):
 
 class _Growth(AbstractGrowth):
     def __init__(self, planner: KPIECEFast, problem: Problem, search: Search) -> None:
-        self._planner, self._search, question = planner, search, search.question
-        self.nodes, self.best = tree(question, planner.max_nodes, neighbours=False), np.zeros(2)
-        self._cells = cells(problem, question, planner.max_nodes, planner.goal_zoom, planner.cells)
-        self._leads, self._led = leads(problem), False
+        question, most = search.question, planner.max_nodes
+        self.nodes, self.best = tree(question, most, neighbours=False), np.zeros(2)
+        self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
+        self._cells = Record(cells(problem, question, most, planner.goal_zoom, planner.cells))
+        self._leads, self._led = Record(leads(problem)), False
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
-        begin(self.nodes, self._search.question)
-        start_in_a_cell(self._cells, self._search.question)
+        begin(self._search, self._tree)
+        start_in_a_cell(self._search, self._cells)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow by some iterations; the ways of the cells are found before the first."""
-        s, planner = self._search, self._planner
+        planner = self._planner
         if iterations and not self._led:
-            self._find_ways()
+            self._led = True
+            find_ways(self._search, self._leads, self.nodes.now)
         ended, made = explore(
-            s.machine, s.question, s.ways, s.looks, self.nodes, self._cells, self._leads, s.random,
-            self.best, iterations,
+            self._search, self._tree, self._cells, self._leads, self.best, iterations,
             planner.min_steps, planner.max_steps, planner.greed, planner.inputs_tried,
         )  # fmt: skip
         return int(ended), int(made)
-
-    def _find_ways(self) -> None:
-        s, self._led = self._search, True
-        find_ways(self._leads, s.machine, s.question, s.ways, s.looks, s.random, self.nodes.now)

@@ -8,11 +8,10 @@ from typing import ClassVar, final
 import numpy as np
 
 from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.compiled.forest import add
-from kinolab.compiled.question import scaled
 from kinolab.compiled.rrt import grow
 from kinolab.compiled.tree import begin, tree
 from kinolab.problem import Problem
+from kinolab.records import Record
 from kinolab.search import setting
 
 
@@ -40,22 +39,19 @@ class RRTFast(AbstractCompiledPlanner):
 
 class _Growth(AbstractGrowth):
     def __init__(self, planner: RRTFast, search: Search) -> None:
-        self._planner, self._search = planner, search
         self.nodes, self.best = tree(search.question, planner.max_nodes), np.zeros(2)
+        self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
-        question, nodes = self._search.question, self.nodes
-        begin(nodes, question)
-        scaled(question, question.start, nodes.point)
-        add(nodes.forest, nodes.point)
+        begin(self._search, self._tree)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow by some iterations."""
-        s, planner = self._search, self._planner
+        planner = self._planner
         ended, made = grow(
-            s.machine, s.question, s.ways, s.looks, self.nodes, s.random, self.best, iterations,
+            self._search, self._tree, self.best, iterations,
             planner.goal_bias, planner.inputs_tried, planner.min_steps, planner.max_steps,
         )  # fmt: skip
         return int(ended), int(made)

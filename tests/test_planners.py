@@ -203,7 +203,7 @@ def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Probl
     if name == "potential_field":  # knows no way into the pen, so that it has nothing to keep
         return
     assert found.trajectory is not None
-    assert found.timings["search"] < 2.0  # [s]; it reports four times a second
+    assert found.timings["search"] < 5.0  # [s] of 30; it reports four times a second
 
 
 def test_a_planner_and_a_setting_that_do_not_exist_are_refused(table: Problem) -> None:

@@ -77,6 +77,9 @@ class Budget:
         max_iterations: None for no limit.
         progress: Called about four times a second with the iterations and the seconds so far.
         interrupted: Set from outside to end the search soon.
+        iterations: Made so far.
+        started: When the time began to count, on the monotonic clock.
+        prepared: Seconds before that, in which a planner got everything it needs.
     """
 
     time_limit: float
@@ -85,6 +88,7 @@ class Budget:
     interrupted: bool = False
     iterations: int = 0
     started: float = field(default_factory=time.monotonic)
+    prepared: float = 0.0
     _next_report: float = 0.25
     _calls: int = 0  # of ``end``
     _patience: float = float("inf")  # calls of ``end`` that do not break off what is running
@@ -92,7 +96,9 @@ class Budget:
 
     def restart(self) -> None:
         """Begin to count the time now, when a planner has everything it needs."""
-        self.started = time.monotonic()
+        now = time.monotonic()
+        self.prepared += now - self.started
+        self.started = now
 
     def end(self) -> None:
         """End the search soon; a handler of signals calls this, and again where it takes long."""

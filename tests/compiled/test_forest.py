@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.compiled.forest import LEAF, Forest, add, forest, nearest
+from kinolab.compiled.forest import LEAF, add, forest, nearest
+from kinolab.records import Record
 
 Array = np.ndarray
 
@@ -17,8 +18,8 @@ def square(points: Array, query: Array, period: Array) -> Array:
     return (np.minimum(apart, other) ** 2).sum(axis=1)
 
 
-def planted(points: Array, period: Array) -> Forest:
-    found = forest(len(points), period)
+def planted(points: Array, period: Array) -> Record:
+    found = Record(forest(len(points), period))
     for point in points:
         add(found, point)
     return found
@@ -41,7 +42,7 @@ def test_no_point_is_nearer_by_more_than_a_tenth(count: int, dimensions: int) ->
 def test_every_point_finds_itself_at_any_time() -> None:
     random, period = np.random.default_rng(0), np.array([np.inf, 2.0, np.inf])
     points = random.normal(size=(700, 3)) * [1.0, 0.3, 5.0]
-    trees = forest(700, period)
+    trees = Record(forest(700, period))
     for name, point in enumerate(points):
         add(trees, point)
         asked = int(random.integers(name + 1))

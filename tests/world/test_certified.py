@@ -9,7 +9,13 @@ import kinolab
 from kinolab.problem import Problem
 from kinolab.world.certified import MARGIN, Room, surroundings
 
-SCENARIOS = ("rolling_disk_maze", "vehicle_parking", "crane_factory", "submarine_corridor")
+SCENARIOS = (
+    "rolling_disk_maze",
+    "vehicle_parking",
+    "crane_factory",
+    "submarine_corridor",
+    "diffdrive_warehouse",
+)
 POSES = 3000
 
 
@@ -56,3 +62,36 @@ def test_room_is_the_clearance_where_it_is_worked_out(name: str) -> None:
             exact = room.within(*placed, 0.3)
             assert exact == pytest.approx(min(known - MARGIN, 0.3), abs=1.1 * MARGIN)
             assert room.within(*placed, 0.3, 0.02) <= known
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_machine_that_is_pushed_against_an_obstacle_is_refused_before_fcl_sees_it_touch(
+    name: str,
+) -> None:
+    """The gaps that FCL calls touching are a few micrometres wide."""
+    problem = kinolab.load(name)
+    room, checker, random = room_of(problem), problem.checker(), np.random.default_rng(2)
+    upright, met = name in ("crane_factory", "submarine_corridor"), 0
+    for x in states(problem)[: POSES // 5]:
+        poses, ends = problem.placement(x)
+        push = random.normal(size=3) * [1.0, 1.0, upright]
+        push /= np.linalg.norm(push)
+        poses, ends = poses.reshape(-1, 3, 4).copy(), ends.reshape(-1, 2, 3).copy()
+
+        def pushed(way: float, poses=poses, ends=ends, push=push):  # type: ignore[no-untyped-def]
+            moved = poses.copy()
+            moved[:, :, 3] += way * push
+            return moved.reshape(-1, 12), (ends + way * push).reshape(-1, 6)
+
+        way, free = 0.0, room.within(*pushed(0.0), 0.5)
+        if not 0.0 < free < 0.4:
+            continue
+        for _ in range(100):
+            way += max(free, 1e-7)
+            free = room.within(*pushed(way), 0.5)
+            if free < 1e-6 or way > 5.0:
+                break
+        if 0.0 < free < 1e-6:
+            met += 1
+            assert not checker.collides(*pushed(way))
+    assert met > 5

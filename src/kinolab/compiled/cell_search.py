@@ -26,16 +26,14 @@ KEPT = 0.05  # probability that a motion is kept that leads nowhere new
 
 @kernel
 def explore(  # type: ignore[no-untyped-def]
-    machine, question, ways, looks, tree, cells, leads, random, best, iterations,
-    min_steps, max_steps, greed, tried,
+    search, tree, cells, leads, best, iterations, min_steps, max_steps, greed, tried,
 ):  # fmt: skip
     """Grow a tree by some iterations.
 
     Args:
-        machine, question, ways, looks: The problem, and scratch memory.
+        search: The problem, and scratch memory.
         tree: Grows.
         cells, leads: Over the problem's states.
-        random: State of the generator.
         best: The node nearest to the goal, and its excess (2,); written.
         iterations: How many at most.
         min_steps, max_steps: For how many steps an input is held.
@@ -45,32 +43,28 @@ def explore(  # type: ignore[no-untyped-def]
     Returns:
         How it ended, and how many iterations were made.
     """
-    now, after, u, goal = tree.now, tree.after, tree.held, question.goal
+    now, after, u, random = tree.now, tree.after, tree.held, search.random
     for done in range(iterations):
-        if tree.size[0] + max_steps >= tree.x.shape[0]:
+        if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
         cell, parent = choose(cells, random)
-        steps = held_for(
-            machine, question, tree, leads, random, parent, min_steps, max_steps, tried
-        )
+        steps = held_for(search, tree, leads, parent, min_steps, max_steps, tried)
         for i in range(now.shape[0]):
             now[i] = tree.x[parent, i]
         made, spare, new = 0, float(tree.spare[parent]), False
-        speed = fastest_at(machine, now, u, looks)
+        speed = fastest_at(search.machine, now, u, search.looks)
         for step in range(steps):
-            room, speed = step_is_free(
-                machine, question, ways, looks, tree, now, u, after, spare, speed
-            )
+            room, speed = step_is_free(search, tree, now, u, after, spare, speed)
             if room < 0.0:
                 break
             made, spare = made + 1, room
             for i in range(now.shape[0]):
                 now[i] = after[i]
-            if made < min_steps:
+            if made < min_steps or tree.size[0] >= tree.x.shape[0]:
                 continue
-            share = excess(goal, now, machine, looks, math.inf)
+            share = excess(search, now, math.inf)
             far = leads.steps[cell_at(leads, now)]
-            key = key_of(cells, goal, now, far)
+            key = key_of(cells, search.question.goal, now, far)
             first = holds(cells, key) == 0
             if first or share <= INSIDE or (step == steps - 1 and uniform(random) < KEPT):
                 parent = insert_node(tree, now, u, parent, made, spare)
@@ -85,8 +79,9 @@ def explore(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def start_in_a_cell(cells, question):  # type: ignore[no-untyped-def]
+def start_in_a_cell(search, cells):  # type: ignore[no-untyped-def]
     """Leave nothing in the cells but the start, which is node 0."""
+    question = search.question
     clear_cells(cells)
     put(cells, key_of(cells, question.goal, question.start, math.inf), 0, 1.0)
 
@@ -98,16 +93,14 @@ def score(tree, far, greed):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def held_for(  # type: ignore[no-untyped-def]
-    machine, question, tree, leads, random, parent, min_steps, max_steps, tried
-):  # fmt: skip
+def held_for(search, tree, leads, parent, min_steps, max_steps, tried):  # type: ignore[no-untyped-def]
     """Write the input to hold from a node to ``tree.held``; return for how many steps."""
-    least, longest = math.inf, 0
+    least, longest, random = math.inf, 0, search.random
     for k in range(tried):
-        draw_input(question, random, tree.drawn)
+        draw_input(search.question, random, tree.drawn)
         steps, far = min_steps + below(random, max_steps - min_steps + 1), 0.0
         if tried > 1:
-            far, steps = leads_to(machine, question, tree, leads, parent, steps)
+            far, steps = leads_to(search, tree, leads, parent, steps)
         if k == 0 or far < least:
             least, longest = far, max(steps, min_steps)
             for i in range(tree.held.shape[0]):
@@ -116,9 +109,10 @@ def held_for(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def leads_to(machine, question, tree, leads, parent, steps):  # type: ignore[no-untyped-def]
+def leads_to(search, tree, leads, parent, steps):  # type: ignore[no-untyped-def]
     """Return how far from the goal an input leads at best, obstacles apart, and after how long."""
     now, after, u = tree.now, tree.after, tree.drawn
+    machine, question = search.machine, search.question
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
     least, at = math.inf, 1

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.compiled.forest import Array, Integers
-from kinolab.compiled.question import Question, short_way
+from kinolab.compiled.question import Question, share_of
 from kinolab.compiled.random import uniform
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
@@ -101,10 +101,7 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
     """
     farthest = 0.0
     for k in range(goal.entry.shape[0]):
-        gap = x[goal.entry[k]] - goal.target[k]
-        if goal.circular[k]:
-            gap = short_way(gap)
-        farthest = max(farthest, abs(gap) / goal.tolerance[k])
+        farthest = max(farthest, abs(share_of(goal, k, x)))
     key = FIRST
     if farthest >= cells.zoom or steps > NEARBY:
         for k in range(cells.entry.shape[0]):
@@ -115,10 +112,7 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
     per_tolerance = 0.5 * cells.across * 2.0**level / cells.zoom
     key = (key ^ int(-1 - level)) * NEXT
     for k in range(goal.entry.shape[0]):
-        gap = x[goal.entry[k]] - goal.target[k]
-        if goal.circular[k]:
-            gap = short_way(gap)
-        key = (key ^ math.floor(gap / goal.tolerance[k] * per_tolerance)) * NEXT
+        key = (key ^ math.floor(share_of(goal, k, x) * per_tolerance)) * NEXT
     return key
 
 

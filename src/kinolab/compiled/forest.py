@@ -73,11 +73,6 @@ def forest(capacity: int, period: Array) -> Forest:
     )
 
 
-def bytes_per_point(d: int) -> int:
-    """Return how much memory a point of d coordinates takes: all levels have twice its block."""
-    return 4 * d + 2 * (4 * d + 4) + 2 * 2 * 4 * d * WIDTH // (7 * LEAF) + 1
-
-
 def _layers(leaves: int) -> list[int]:
     """Return how many groups of boxes there are above some leaves, layer by layer."""
     found: list[int] = []

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.compiled.forest import Array, Integers
-from kinolab.compiled.random import attitude, uniform
+from kinolab.compiled.question import draw_anywhere
+from kinolab.compiled.random import uniform
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
 from kinolab.projection import projected
@@ -72,18 +73,18 @@ def cell_at(leads, x):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def find_ways(leads, machine, question, ways, looks, random, x):  # type: ignore[no-untyped-def]
+def find_ways(search, leads, x):  # type: ignore[no-untyped-def]
     """Work out how many steps each cell is from the goal; ``x`` (nx,) is scratch."""
-    steps = leads.steps
+    steps, ways, looks = leads.steps, search.ways, search.looks
     for cell in range(steps.shape[0]):
         steps[cell] = BLOCKED
         for _ in range(TRIES):
-            draw_in_cell(leads, question, random, cell, x)
-            place_at(machine, x, looks)
+            draw_in_cell(leads, search.question, search.random, cell, x)
+            place_at(search.machine, x, looks)
             if room_at(0.0, ways.tight, looks, ways) >= ways.tight:
                 steps[cell] = math.inf
                 break
-    flood(leads, question)
+    flood(leads, search.question)
     for cell in range(steps.shape[0]):
         if steps[cell] == BLOCKED or steps[cell] == math.inf:
             steps[cell] = steps.shape[0]
@@ -92,12 +93,7 @@ def find_ways(leads, machine, question, ways, looks, random, x):  # type: ignore
 @kernel
 def draw_in_cell(leads, question, random, cell, x):  # type: ignore[no-untyped-def]
     """Draw a state of a cell."""
-    for i in range(x.shape[0]):
-        low, high = question.lowest[i], question.highest[i]
-        x[i] = low + uniform(random) * (high - low)
-    for k in range(question.attitudes.shape[0]):
-        first = question.attitudes[k]
-        attitude(random, x[first : first + 4])
+    draw_anywhere(question, random, x)
     places = places_of(leads, cell)
     for k in range(leads.entry.shape[0]):
         x[leads.entry[k]] = leads.lower[k] + (places[k] + uniform(random)) / leads.per_unit[k]

@@ -10,10 +10,11 @@ import numpy as np
 from kinolab.compiled.forest import Array, Integers
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
+from kinolab.propagation.caution import CAUTION
 from kinolab.propagation.compiled_step import SAMPLES
 from kinolab.propagation.free_motion import place_at
 from kinolab.propagation.machine_calls import call_step, call_under
-from kinolab.propagation.propagator import CAUTION, INSTANT, TURN
+from kinolab.propagation.propagator import INSTANT, TURN
 
 
 class Limits(NamedTuple):

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,6 @@ class Search(NamedTuple):
     ways: Ways
     looks: Looks
     random: State
-    model: Any  # owns the machine's code
 
 
 def search_of(problem: Problem, zoom: float, seed: int) -> Search:
@@ -59,7 +58,6 @@ def search_of(problem: Problem, zoom: float, seed: int) -> Search:
         ways,
         looks_at(problem, ways, poses, ends),
         generator(seed),
-        problem.model,
     )
 
 

@@ -13,7 +13,7 @@ from kinolab.compiled.limits import Limits, limits_of
 from kinolab.compiled.random import attitude, below, uniform
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
-from kinolab.propagation.free_motion import Looks, Ways, place_at
+from kinolab.propagation.free_motion import place_at
 
 POOL = 4096  # states around the goal that are drawn beforehand
 ENDS = 256  # states in the goal
@@ -145,7 +145,13 @@ def draw_state(question, random, bias, x):  # type: ignore[no-untyped-def]
         row = question.pool[below(random, question.pool.shape[0])]
         for i in range(x.shape[0]):
             x[i] = row[i]
-        return
+    else:
+        draw_anywhere(question, random, x)
+
+
+@kernel
+def draw_anywhere(question, random, x):  # type: ignore[no-untyped-def]
+    """Draw a state, all alike."""
     for i in range(x.shape[0]):
         low, high = question.lowest[i], question.highest[i]
         x[i] = low + uniform(random) * (high - low)
@@ -163,17 +169,21 @@ def draw_input(question, random, u):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def excess(goal, x, machine, looks, enough):  # type: ignore[no-untyped-def]
+def share_of(goal, k, x):  # type: ignore[no-untyped-def]
+    """Return how far a named entry is from its target, as a share of its tolerance."""
+    gap = x[goal.entry[k]] - goal.target[k]
+    return (short_way(gap) if goal.circular[k] else gap) / goal.tolerance[k]
+
+
+@kernel
+def excess(search, x, enough):  # type: ignore[no-untyped-def]
     """Return the largest deviation from a goal as a share of its tolerance, as ``Goal.excess``.
 
     More than ``enough`` need not be worked out in full.
     """
-    worst = 0.0
+    goal, worst = search.question.goal, 0.0
     for k in range(goal.entry.shape[0]):
-        gap = goal.target[k] - x[goal.entry[k]]
-        if goal.circular[k]:
-            gap = short_way(gap)
-        share = abs(gap) / goal.tolerance[k]
+        share = abs(share_of(goal, k, x))
         if not share <= worst:  # NaN included
             worst = share
             if not worst <= enough:
@@ -185,8 +195,8 @@ def excess(goal, x, machine, looks, enough):  # type: ignore[no-untyped-def]
         worst = max(worst, 2.0 * math.acos(min(1.0, abs(along))) / goal.turn[k])
     if goal.point_body.shape[0] == 0 and goal.axis_body.shape[0] == 0:
         return worst
-    place_at(machine, x, looks)
-    return max(worst, excess_of_bodies(goal, looks))
+    place_at(search.machine, x, search.looks)
+    return max(worst, excess_of_bodies(goal, search.looks))
 
 
 @kernel
@@ -202,18 +212,14 @@ def excess_of_bodies(goal, looks):  # type: ignore[no-untyped-def]
             square += gap * gap
         worst = max(worst, math.sqrt(square) / goal.point_tolerance[k])
     for k in range(goal.axis_body.shape[0]):
-        pose, along, square = looks.poses[goal.axis_body[k]], 0.0, 0.0
+        pose, square = looks.poses[goal.axis_body[k]], 0.0
         for i in range(3):
             turned = 0.0
             for j in range(3):
                 turned += pose[4 * i + j] * goal.axis[k, j]
-            along += turned * goal.axis_target[k, i]
             gap = turned - goal.axis_target[k, i]
             square += gap * gap
         # The chord is sharp where the cosine is not.
         angle = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(square)))
         worst = max(worst, angle / goal.axis_tolerance[k])
     return worst
-
-
-__all__ = ["Goal", "Looks", "Question", "Ways", "question_of"]

@@ -18,15 +18,13 @@ from kinolab.propagation.machine_calls import call_step
 
 @kernel
 def grow(  # type: ignore[no-untyped-def]
-    machine, question, ways, looks, tree, random, best, iterations,
-    goal_bias, tried, min_steps, max_steps,
+    search, tree, best, iterations, goal_bias, tried, min_steps, max_steps,
 ):  # fmt: skip
     """Grow a tree by some iterations.
 
     Args:
-        machine, question, ways, looks: The problem, and scratch memory.
+        search: The problem, and scratch memory.
         tree: Grows.
-        random: State of the generator.
         best: The node nearest to the goal, and its excess (2,); written.
         iterations: How many at most.
         goal_bias: Probability of growing to the goal.
@@ -37,7 +35,7 @@ def grow(  # type: ignore[no-untyped-def]
         How it ended, and how many iterations were made.
     """
     target, now, after, point = tree.target, tree.now, tree.after, tree.aim
-    goal = question.goal
+    question, random = search.question, search.random
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
@@ -46,46 +44,40 @@ def grow(  # type: ignore[no-untyped-def]
         parent, _ = nearest(tree.forest, point, 0, math.inf)
         if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
             continue
-        longest = held_for(machine, question, tree, random, parent, min_steps, max_steps, tried)
+        longest = held_for(search, tree, parent, min_steps, max_steps, tried)
         for i in range(now.shape[0]):
             now[i] = tree.x[parent, i]
-        made, reached, spare = 0, False, float(tree.spare[parent])
-        speed = fastest_at(machine, now, tree.held, looks)
-        while made < longest and not reached:
-            room, speed = step_is_free(
-                machine, question, ways, looks, tree, now, tree.held, after, spare, speed
-            )
+        made, share, spare = 0, math.inf, float(tree.spare[parent])
+        speed = fastest_at(search.machine, now, tree.held, search.looks)
+        while made < longest and share > INSIDE:
+            room, speed = step_is_free(search, tree, now, tree.held, after, spare, speed)
             if room < 0.0:
                 break
             made, spare = made + 1, room
             for i in range(now.shape[0]):
                 now[i] = after[i]
             if made >= min_steps:
-                share = excess(goal, now, machine, looks, min(best[1], math.inf))
-                reached = share <= INSIDE
+                share = excess(search, now, max(best[1], INSIDE))
         if made < min_steps:
             tree.failures[parent] += 1
             continue
-        node = insert(tree, question, now, tree.held, parent, made, spare)
-        share = excess(goal, now, machine, looks, math.inf)
+        node = insert(search, tree, now, tree.held, parent, made, spare)
         if share < best[1]:
             best[0], best[1] = node, share
-        if reached:
+        if share <= INSIDE:
             return REACHED, done + 1
     return GROWING, iterations
 
 
 @kernel
-def held_for(  # type: ignore[no-untyped-def]
-    machine, question, tree, random, parent, min_steps, max_steps, tried
-):  # fmt: skip
+def held_for(search, tree, parent, min_steps, max_steps, tried):  # type: ignore[no-untyped-def]
     """Write the input to hold from a node to ``tree.held``; return for how many steps."""
-    least, longest, drawn = math.inf, 0, tree.drawn
+    least, longest, drawn, random = math.inf, 0, tree.drawn, search.random
     for k in range(tried):
-        draw_input(question, random, drawn)
+        draw_input(search.question, random, drawn)
         steps, gap = min_steps + below(random, max_steps - min_steps + 1), 0.0
         if tried > 1:
-            gap = led_to(machine, question, tree, parent, drawn, steps, tree.aim)
+            gap = led_to(search, tree, parent, drawn, steps, tree.aim)
         if k == 0 or gap < least:
             least, longest = gap, steps
             for i in range(drawn.shape[0]):
@@ -94,9 +86,9 @@ def held_for(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def led_to(machine, question, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
+def led_to(search, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
     """Return the squared distance from a target to where an input leads, obstacles apart."""
-    now, after = tree.now, tree.after
+    now, after, machine, question = tree.now, tree.after, search.machine, search.question
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
     for _ in range(steps):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.compiled.forest import Array, Forest, Integers, add, bytes_per_point, clear, forest
+from kinolab.compiled.forest import Array, Forest, Integers, add, clear, forest
 from kinolab.compiled.limits import step_keeps_limits
 from kinolab.compiled.question import Question, period_of, scaled
 from kinolab.kernel import kernel
@@ -65,12 +65,6 @@ def tree(question: Question, capacity: int, neighbours: bool = True) -> Tree:
     )
 
 
-def bytes_per_node(question: Question) -> int:
-    """Return how much memory a node takes, its share of the forest included."""
-    nx, nu, d = len(question.start), len(question.input_lower), len(question.entry)
-    return 8 * (nx + nu) + 16 + bytes_per_point(d)
-
-
 @kernel
 def insert_node(tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
     """Add a node that is no neighbour of any; return its number."""
@@ -87,25 +81,23 @@ def insert_node(tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-de
 
 
 @kernel
-def insert(tree, question, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
+def insert(search, tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
     """Add a node; return its number."""
     node = insert_node(tree, x, u, parent, steps, spare)
-    scaled(question, x, tree.point)
+    scaled(search.question, x, tree.point)
     add(tree.forest, tree.point)
     return node
 
 
 @kernel
-def step_is_free(  # type: ignore[no-untyped-def]
-    machine, question, ways, looks, tree, x, u, after, spare, speed
-):  # fmt: skip
+def step_is_free(search, tree, x, u, after, spare, speed):  # type: ignore[no-untyped-def]
     """Make a step from x under u into ``after``, and count why it may not be made.
 
     Returns:
         Room at ``after`` in [m], negative where the step is refused; and the speed there, as
         ``free_on_the_way``.
     """
-    h = question.step
+    machine, looks, h = search.machine, search.looks, search.question.step
     tree.tally[TRIED] += 1
     failed = call_step(
         machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data
@@ -113,21 +105,22 @@ def step_is_free(  # type: ignore[no-untyped-def]
     if failed != 0:
         tree.tally[EQUATIONS] += 1
         return -1.0, 0.0
-    if not step_keeps_limits(machine, question.limits, x, u, after, h, looks):
+    if not step_keeps_limits(machine, search.question.limits, x, u, after, h, looks):
         tree.tally[LIMIT] += 1
         return -1.0, 0.0
-    spare, speed = free_on_the_way(machine, x, u, after, h, spare, speed, looks, ways)
+    spare, speed = free_on_the_way(machine, x, u, after, h, spare, speed, looks, search.ways)
     if spare < 0.0:
         tree.tally[COLLISION] += 1
     return spare, speed
 
 
-def begin(tree: Tree, question: Question) -> None:
+@kernel
+def begin(search, tree):  # type: ignore[no-untyped-def]
     """Leave nothing in a tree but the start."""
     clear(tree.forest)
     tree.size[0] = 0
-    still = np.zeros(len(question.input_lower))
-    insert_node(tree, question.start, still, -1, 0, 0.0)
+    tree.held[:] = 0.0
+    insert(search, tree, search.question.start, tree.held, -1, 0, 0.0)
 
 
 def rows_to(tree: Tree, node: int) -> Array:

@@ -91,6 +91,8 @@ class _Attempt:
             lambda: search(self.searcher, self.problem, self.seed, self.budget),
             patience=1,
         )
+        prepared = self.budget.prepared
+        self.timings |= {"prepare": prepared, "search": self.timings["search"] - prepared}
         if found is None:  # it did not look at the budget
             nothing = np.zeros((0, self.problem.model.nu))
             return SearchResult(Outcome.INTERRUPTED, np.zeros(1), nothing, self.budget.iterations)

@@ -17,19 +17,14 @@ import numpy as np
 
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
-from kinolab.propagation.compiled_step import CompiledStep
-from kinolab.propagation.machine_calls import call_at, call_step, call_under, machine_of
-from kinolab.world import lowest_z
+from kinolab.propagation.caution import CAUTION, moves_upright, resolution
+from kinolab.propagation.machine_calls import call_at, call_step, call_under
 from kinolab.world.certified import Scratch, Surroundings, room_within, scratch_for, surroundings
 from kinolab.world.geometry import Array
 from kinolab.world.grid import Integers
 
-RESOLUTION = 0.01  # [m] that a point may move between two looks, where it is tight
-FINEST = 1e-4  # [m] of the same where the start is close to an obstacle
 FAR = 1.0  # [m] of room that is looked for at most where a step needs less
 FINE = 0.25  # of a cell: room that the grid shows and is not worked out
-STATES = 20  # drawn at random to see whether bodies rise and sink
-CAUTION = 1.1  # factor on what is measured at both ends of a step, for what lies in between
 
 
 class Looks(NamedTuple):
@@ -55,26 +50,26 @@ class Ways(NamedTuple):
     far: float  # [m] of room that is looked for, to spare later looks
 
 
-def ways_of(problem: Problem, margin: float = 0.0) -> Ways:
-    """Gather what is in the way of a problem's machine; ``margin`` in [m] is asked for besides."""
-    world, resolution = problem.world, _resolution(problem)
+def ways_of(problem: Problem) -> Ways:
+    """Gather what is in the way of a problem's machine."""
+    world, spacing = problem.world, resolution(problem)
     limits = [("xyz".index(axis), *pair) for axis, pair in world.bounds.items()]
     all_around = surroundings(
         problem.bodies,
         world,
         cables=problem.cables,
         self_pairs=problem.system.collisions,
-        glides=not _moves_upright(problem, touching=False),
+        glides=not moves_upright(problem, touching=False),
     )
     return Ways(
         all_around=all_around,
         axis=np.array([4 * axis + 3 for axis, *_ in limits], dtype=np.int64),
         lower=np.array([lower for _, lower, _ in limits], dtype=float),
         upper=np.array([upper for *_, upper in limits], dtype=float),
-        tight=margin + resolution / 2,
+        tight=spacing / 2,
         # A foot may come down to the ground and no further: only fine looks tell the difference.
-        farthest=resolution if _moves_upright(problem, touching=True) else math.inf,
-        fine=max(FINE * all_around.distance.width, resolution),
+        farthest=spacing if moves_upright(problem, touching=True) else math.inf,
+        fine=max(FINE * all_around.distance.width, spacing),
         far=FAR,
     )
 
@@ -88,33 +83,6 @@ def looks_at(problem: Problem, ways: Ways, poses: Array, ends: Array) -> Looks:
         ends=ends,
         scratch=scratch_for(ways.all_around),
     )
-
-
-def _resolution(problem: Problem) -> float:
-    """Return the spacing of checks: fine enough that the start has room for half of it."""
-    room = problem.checker().clearance(*problem.placement(problem.start))
-    return float(np.clip(room, FINEST, RESOLUTION))
-
-
-def _moves_upright(problem: Problem, *, touching: bool) -> bool:
-    """Say whether a body's lowest point rises and sinks, of those that may touch the ground or not.
-
-    Margins against the ground would be in the way of what glides at one height.
-    """
-    chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
-    if not (problem.world.ground and chosen):
-        return False
-    generator, nq = np.random.default_rng(0), problem.model.nq
-    states = np.array([problem.sample_goal(generator) for _ in range(STATES)])
-    states[:, :nq] += generator.normal(size=(STATES, nq))
-    poses = problem.frames(states)[:, chosen].reshape(STATES, len(chosen), 3, 4)
-    lowest = [
-        [lowest_z(shape, pose[k]) for pose in poses]
-        for k, body in enumerate(chosen)
-        for shape in problem.bodies[body].shapes
-    ]
-    # Not finite: the machine has no pose at some of the states, which says nothing about heights.
-    return bool(lowest) and not np.ptp(lowest, axis=1).max() <= FINEST
 
 
 @kernel
@@ -200,46 +168,3 @@ def free_on_the_way(machine, x, u, after, h, spare, speed, looks, ways):  # type
             left, looks.x.ctypes.data,
         )  # fmt: skip
         place_at(machine, looks.x, looks)
-
-
-class FreeMotion:
-    """Judges states and steps of a machine.
-
-    Args:
-        problem: Whose machine and world.
-        calls: The step that is judged; its poses and ends are those of the last look.
-        margin: Room in [m] that is asked for in addition.
-    """
-
-    def __init__(self, problem: Problem, calls: CompiledStep, margin: float = 0.0) -> None:
-        self._machine, self._ways = machine_of(problem), ways_of(problem, margin)
-        self._looks = looks_at(problem, self._ways, calls.poses, calls.ends)
-        self._x, self._u, self._next = (np.frombuffer(b) for b in (calls.x, calls.u, calls.next))
-        self._checker = problem.checker(margin=self._ways.tight)
-        self._model = problem.model  # owns the machine code
-
-    def free(self) -> bool:
-        """Say whether the state reached is inside the workspace and touches nothing."""
-        place_at(self._machine, self._next, self._looks)
-        return bool(
-            room_at(self._ways.tight, self._ways.tight, self._looks, self._ways) >= self._ways.tight
-        )
-
-    def free_on_the_way(self, duration: float) -> bool:
-        """Say whether the step just made is free."""
-        machine, x, u, looks = self._machine, self._x, self._u, self._looks
-        speed = fastest_at(machine, x, u, looks)
-        step = (machine, x, u, self._next, duration, 0.0, speed)
-        return bool(free_on_the_way(*step, looks, self._ways)[0] >= 0.0)
-
-    def culprits(self) -> list[str]:
-        """Name what is in the way at the last look, which failed."""
-        ways, poses = self._ways, self._looks.poses
-        outside = [
-            f"{'xyz'[entry // 4]} of {body.name} leaves the workspace"
-            for body, row in zip(self._checker.bodies, poses, strict=True)
-            for entry, lower, upper in zip(ways.axis, ways.lower, ways.upper, strict=True)
-            if not lower <= row[entry] <= upper
-        ]
-        touching = self._checker.contacts(poses, self._looks.ends)
-        return outside + [f"{contact.body} – {contact.obstacle}" for contact in touching]

@@ -30,10 +30,10 @@ class Machine(NamedTuple):
     p: Array
 
 
-def machine_of(problem: Problem, method: str | None = None) -> Machine:
+def machine_of(problem: Problem) -> Machine:
     """Return a problem's machine; whoever keeps it must keep the model too, which owns the code."""
     model = problem.model
-    stepper = f"step_{method or problem.scenario.integration.method}"
+    stepper = f"step_{problem.scenario.integration.method}"
     names = [name for name in Machine._fields[1:] if name != "p"]
     # Parameters of a machine without any: an address is asked of the array all the same.
     parameters = np.append(model.parameter_vector(), 0.0)

@@ -8,13 +8,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinolab.problem import Problem
+from kinolab.propagation.caution import CAUTION
 from kinolab.propagation.compiled_step import CompiledStep
 from kinolab.propagation.rejections import Rejections
 from kinolab.propagation.sweep import Sweep
 
 TURN = 0.01  # [rad] of an axis between two looks at a forbidden cone
 INSTANT = 1e-6  # [s] over which the speed of an axis is measured
-CAUTION = 1.1  # factor on what is measured at both ends of a step, for what lies in between
 
 
 class Propagator:

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from kinolab.problem import Problem
+from kinolab.propagation.caution import moves_upright, resolution
 from kinolab.propagation.compiled_step import CompiledStep
-from kinolab.world import CollisionChecker, lowest_z
+from kinolab.world import CollisionChecker
 
-RESOLUTION = 0.01  # [m] that a point may move between two looks, where it is tight
-FINEST = 1e-4  # [m] of the same where the start is close to an obstacle
 LEVELS = 7  # each looks at twice the distance of the one before
 PIECES = 4  # that a way is cut into where a look at the whole of it fails
-STATES = 20  # drawn at random to see whether bodies rise and sink
 
 
 class Sweep:
@@ -31,12 +27,12 @@ class Sweep:
 
     def __init__(self, problem: Problem, calls: CompiledStep, margin: float = 0.0) -> None:
         self._calls = calls
-        self._resolution = _resolution(problem)
+        self._resolution = resolution(problem)
         self._tight = problem.checker(margin=margin + self._resolution / 2)
         self._coarse: dict[int, CollisionChecker] = {}
-        self._ground = _moves_upright(problem, touching=False)
+        self._ground = moves_upright(problem, touching=False)
         # A foot may come down to the ground and no further: only fine looks tell the difference.
-        self._levels = 1 if _moves_upright(problem, touching=True) else LEVELS
+        self._levels = 1 if moves_upright(problem, touching=True) else LEVELS
         self._workspace = [
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
@@ -98,30 +94,3 @@ class Sweep:
                 if not lower + margin <= row[entry] <= upper - margin:
                     return False
         return not checker.collides(calls.poses, calls.ends)
-
-
-def _resolution(problem: Problem) -> float:
-    """Return the spacing of checks: fine enough that the start has room for half of it."""
-    room = problem.checker().clearance(*problem.placement(problem.start))
-    return float(np.clip(room, FINEST, RESOLUTION))
-
-
-def _moves_upright(problem: Problem, *, touching: bool) -> bool:
-    """Say whether a body's lowest point rises and sinks, of those that may touch the ground or not.
-
-    Margins against the ground would be in the way of what glides at one height.
-    """
-    chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
-    if not (problem.world.ground and chosen):
-        return False
-    generator, nq = np.random.default_rng(0), problem.model.nq
-    states = np.array([problem.sample_goal(generator) for _ in range(STATES)])
-    states[:, :nq] += generator.normal(size=(STATES, nq))
-    poses = problem.frames(states)[:, chosen].reshape(STATES, len(chosen), 3, 4)
-    lowest = [
-        [lowest_z(shape, pose[k]) for pose in poses]
-        for k, body in enumerate(chosen)
-        for shape in problem.bodies[body].shapes
-    ]
-    # Not finite: the machine has no pose at some of the states, which says nothing about heights.
-    return bool(lowest) and not np.ptp(lowest, axis=1).max() <= FINEST

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kinolab.kernel import kernel
+from kinolab.records import Record
 from kinolab.world.cable import CableGeometry, finite, span
 from kinolab.world.clearance import Fixtures, fixtures
 from kinolab.world.collision import own_pairs
@@ -28,7 +29,7 @@ from kinolab.world.support import half_extent, reach_along
 from kinolab.world.triangle_tree import TriangleTree, triangle_tree
 from kinolab.world.world import World
 
-MARGIN = 1e-5  # [m] that is kept beside obstacles: FCL calls gaps of some 5e-6 touching
+MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
 BEYOND = 2.0  # times ``fine``: how far away what is near is looked for
 DEEPEST = 64  # balls that wait at most, at a tree's depth
 MOST = 3  # balls that are divided
@@ -396,8 +397,8 @@ class Room:
     def __init__(self, all_around: Surroundings) -> None:
         # The lengths of cables are written into the scene.
         half = all_around.scene.half.copy()
-        self._around = all_around._replace(scene=all_around.scene._replace(half=half))
-        self._scratch = scratch_for(all_around)
+        self._around = Record(all_around._replace(scene=all_around.scene._replace(half=half)))
+        self._scratch = Record(scratch_for(all_around))
 
     def within(self, poses: Array, ends: Array, need: float, fine: float = math.inf) -> float:
         """Return the room of a pose, as ``room_within`` does."""

@@ -15,7 +15,7 @@ from kinolab.dynamics.shapes import Shape
 from kinolab.world.geometry import Array, Kind, sizes
 from kinolab.world.grid import Integers
 
-MOST = 4096  # balls of one shape
+MOST = 31  # balls of one shape: no more are asked for where three are divided
 SWOLLEN = 1.0 + 1e-9  # for rounding
 
 

@@ -21,7 +21,7 @@ from scipy import ndimage
 
 from kinolab.kernel import allocating, kernel
 from kinolab.world.geometry import Array, Kind, placement, sizes
-from kinolab.world.grid import Integers, MeshGrid, mesh_grid
+from kinolab.world.grid import MeshGrid, mesh_grid
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.screen import bounding_box, inside
 from kinolab.world.separation import separation
@@ -281,6 +281,3 @@ def bound(width, distance, x, y, z):  # type: ignore[no-untyped-def]
     # Outside of the grid all obstacles are on its other side.
     a, b, c = max(a - 0.5, 0.0), max(b - 0.5, 0.0), max(c - 0.5, 0.0)
     return max(found, width * math.sqrt(a * a + b * b + c * c), 0.0)
-
-
-__all__ = ["DistanceGrid", "Integers", "bound", "digest", "distance_grid"]

@@ -1,0 +1,134 @@
+"""Named tuples by reference, for compiled code.
+
+numba hands a tuple on as all that is in it: hundreds of words at every call where a tuple of tuples
+of arrays holds a whole problem, and as many names in every function that has to be compiled. A
+record is one address; a field is read where it is asked for.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import from_dtype, types
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+from numba.np import arrayobj
+
+WORD = 8  # bytes
+
+
+class RecordType(types.Type):  # type: ignore[misc]
+    """What is in a record: the type of each field, and how many words lie before it."""
+
+    def __init__(self, kind: str, fields: tuple[tuple[str, Any, int], ...]) -> None:
+        self.fields = {name: (held, offset) for name, held, offset in fields}
+        what = hashlib.blake2b(repr(fields).encode(), digest_size=6).hexdigest()
+        super().__init__(name=f"{kind}_{what}")
+
+
+class Record:
+    """A named tuple of arrays, numbers and such tuples, as compiled code takes it.
+
+    It is read whenever it is used: who changes an array's entries changes the record's.
+
+    Args:
+        held: The tuple. Its arrays are contiguous; they are kept alive.
+    """
+
+    def __init__(self, held: Any) -> None:
+        self.held = held
+        words: list[int] = []
+        self.type = _lay_out(held, words)
+        self._memory = np.array(words, dtype=np.uint64)
+        self.address = self._memory.ctypes.data
+
+
+def _lay_out(held: Any, words: list[int]) -> RecordType:
+    """Append the words of a tuple; return their types."""
+    fields: list[tuple[str, Any, int]] = []
+    first = len(words)
+    for name, value in zip(held._fields, held, strict=True):
+        begin = len(words)
+        if hasattr(value, "_fields"):
+            kind: Any = _lay_out(value, words)
+        elif isinstance(value, np.ndarray):
+            if not value.flags.c_contiguous:
+                raise ValueError(f"{name} of {type(held).__name__} is not contiguous")
+            kind = types.Array(from_dtype(value.dtype), value.ndim, "C")
+            words += [value.ctypes.data, *value.shape]
+        else:
+            kind, dtype = _number(value)
+            words.append(int(np.array([value], dtype).view(np.uint64)[0]))
+        fields.append((name, kind, begin - first))
+    return RecordType(type(held).__name__, tuple(fields))
+
+
+def _number(value: Any) -> tuple[Any, Any]:
+    if isinstance(value, bool | np.bool_ | int | np.integer):
+        return types.int64, np.int64
+    return types.float64, np.float64
+
+
+@typeof_impl.register(Record)  # type: ignore[untyped-decorator]
+def _typeof(value: Record, _context: Any) -> RecordType:
+    return value.type
+
+
+register_model(RecordType)(models.OpaqueModel)
+
+
+@unbox(RecordType)  # type: ignore[untyped-decorator]
+def _unbox(_type: RecordType, value: Any, c: Any) -> NativeValue:
+    address = c.pyapi.object_getattr_string(value, "address")
+    pointer = c.pyapi.long_as_voidptr(address)
+    c.pyapi.decref(address)
+    return NativeValue(pointer)
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):  # type: ignore[misc]
+    key = RecordType
+
+    def generic_resolve(self, record: RecordType, name: str) -> Any:
+        return record.fields[name][0] if name in record.fields else None
+
+
+@lower_getattr_generic(RecordType)  # type: ignore[untyped-decorator]
+def _field(context: Any, builder: Any, record: RecordType, address: Any, name: str) -> Any:
+    held, offset = record.fields[name]
+    where = builder.gep(address, [ir.Constant(ir.IntType(64), WORD * offset)])
+    if isinstance(held, RecordType):
+        return where
+    kind = context.get_value_type(held.dtype if isinstance(held, types.Array) else held)
+    if not isinstance(held, types.Array):
+        return _word(builder, where, kind)
+    size = ir.Constant(ir.IntType(64), context.get_abi_sizeof(context.get_data_type(held.dtype)))
+    data = _word(builder, where, context.get_data_type(held.dtype).as_pointer())
+    shape = [_word(builder, where, ir.IntType(64), 1 + k) for k in range(held.ndim)]
+    strides = [size]
+    for length in shape[:0:-1]:
+        strides.insert(0, builder.mul(strides[0], length))
+    array = arrayobj.make_array(held)(context, builder)
+    arrayobj.populate_array(
+        array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None
+    )
+    return array._getvalue()
+
+
+def _word(builder: Any, where: Any, kind: Any, offset: int = 0) -> Any:
+    """Read a word, which does not change while compiled code runs."""
+    place = builder.gep(where, [ir.Constant(ir.IntType(64), WORD * offset)])
+    read = builder.load(builder.bitcast(place, kind.as_pointer()))
+    read.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return read
