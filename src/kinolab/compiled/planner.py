@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -30,8 +29,9 @@ from kinolab.motion import DivergedError, resimulate
 from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
-from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
 from kinolab.steering.last_step import LastStep
+from kinolab.tree_search import AbstractTreeSearch
 
 PIECE = 0.01  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
@@ -82,28 +82,11 @@ class AbstractGrowth(ABC):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AbstractCompiledPlanner(AbstractPlanner):
+class AbstractCompiledPlanner(AbstractTreeSearch):
     """A planner whose loop is compiled as a whole, once for all machines."""
 
-    min_steps: int = setting(
-        1,
-        1,
-        100_000,
-        unit="steps",
-        meaning="For how many steps of the integration an input is held at least.",
-    )
-    max_steps: int = setting(
-        20,
-        1,
-        100_000,
-        unit="steps",
-        meaning="For how many steps of the integration an input is held at most.",
-    )
     inputs_tried: int = setting(
         1, 1, 1000, meaning="How many inputs are compared before one is held."
-    )
-    goal_zoom: float = setting(
-        1.0, 1.0, 1e6, unit="tolerances", meaning="How far around the goal growth aims."
     )
     max_nodes: int = setting(
         200_000,
@@ -112,13 +95,7 @@ class AbstractCompiledPlanner(AbstractPlanner):
         unit="nodes",
         meaning="How many states are kept at most; then a new tree begins.",
     )
-    restart_after: int = setting(
-        0,
-        0,
-        unit="iterations",
-        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
-    )
-
+    restart_after: int = with_default(0, AbstractTreeSearch, "restart_after")
     last_step_every: int = setting(
         1000,
         0,
@@ -126,12 +103,6 @@ class AbstractCompiledPlanner(AbstractPlanner):
         unit="iterations",
         meaning="How often a state of the tree is steered into the goal; 0 for never.",
     )
-
-    def conflicts(self) -> Iterator[tuple[str, str, str]]:
-        """Yield steps that exclude each other."""
-        if self.min_steps > self.max_steps:
-            what = f"{self.min_steps} is more than max_steps, {self.max_steps}."
-            yield "min_steps", what, "Lower it, or raise max_steps."
 
     @abstractmethod
     def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
