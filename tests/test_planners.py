@@ -232,19 +232,32 @@ def test_a_step_of_any_length_ends_in_time(tmp_path: Path) -> None:
         assert found.timings["search"] < 2.0  # [s]
 
 
-def test_a_discrete_problem_is_judged_on_its_own_map_or_refused(tmp_path: Path) -> None:
-    """Its knots are x + h f(x, u), to 1e-9."""
-    overrides = ('integration.truth="discrete"', 'integration.method="euler"')
-    try:
-        problem = problem_of(tmp_path, OPEN, *overrides)
-    except InputError as refused:
-        assert "truth" in str(refused)  # noqa: PT017  # either answer is right
-        return
-    motion = problem.solve(seed=1, max_iterations=20_000).trajectory
+@pytest.mark.parametrize("name", ["rrt", "rrt_fast", "kpiece_fast"])
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_a_discrete_problem_is_judged_on_its_own_map(
+    name: str, substeps: int, tmp_path: Path
+) -> None:
+    """Its knots are substeps of x + h f(x, u), to 1e-9."""
+    own = ('integration.truth="discrete"', 'integration.method="euler"')
+    problem = problem_of(tmp_path, OPEN, *own, f"integration.substeps={substeps}")
+    found = problem.solve(planner=name, seed=1, max_iterations=20_000)
+    assert found.status == "solved"
+    motion = found.trajectory
     assert motion is not None
-    h = np.diff(motion.t)[:, None]
-    steps = motion.x[:-1] + h * problem.model.f(motion.x[:-1], motion.u)
-    assert np.abs(motion.x[1:] - steps).max() < 1e-9
+    x, h = motion.x[:-1], np.diff(motion.t)[:, None] / substeps
+    for _ in range(substeps):
+        x = x + h * problem.model.f(x, motion.u)
+    assert np.abs(motion.x[1:] - x).max() < 1e-9
+
+
+@every_planner
+def test_a_goal_that_is_a_ball_is_reached(name: str, tmp_path: Path) -> None:
+    ball = ("goal.norm='euclidean'", "goal.x=2.0", "goal.y=0.5", "goal.tolerance=0.2")
+    found = problem_of(tmp_path, OPEN, *ball).solve(planner=name, seed=1, max_iterations=20_000)
+    assert found.status == "solved"
+    assert found.trajectory is not None
+    x, y = found.trajectory.x[-1, :2]
+    assert np.hypot(x - 2.0, y - 0.5) <= 0.2
 
 
 # --- restarts ---

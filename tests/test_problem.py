@@ -109,6 +109,20 @@ def test_angles_of_the_goal_are_compared_on_the_circle(tmp_path: Path) -> None:
         assert problem.goal_excess(x) == pytest.approx(distance / 0.1, abs=1e-11)
 
 
+def test_a_goal_may_be_a_ball_instead_of_a_box(tmp_path: Path) -> None:
+    goal = "goal={ x = 1.0, psi = 3.1, norm = 'euclidean', tolerance = { x = 0.5, psi = 0.2 } }"
+    problem = problem_of(tmp_path, OPEN, goal)
+    x = np.array([1.4, 7.0, -3.1, 0.0, 0.0, 0.0])
+    shares = np.hypot(0.4 / 0.5, (2 * np.pi - 6.2) / 0.2)
+    assert problem.goal_excess(x) == pytest.approx(shares, abs=1e-12)
+    random = np.random.default_rng(0)
+    for spread in (1.0, 3.0):
+        drawn = np.array([problem.sample_goal(random, spread) for _ in range(2000)])
+        away = np.hypot((drawn[:, 0] - 1.0) / 0.5, (drawn[:, 2] - 3.1) / 0.2) / spread
+        assert 0.99 < away.max() <= 1.0 + 1e-12
+        assert np.mean(away < 0.5) == pytest.approx(0.25, abs=0.03)  # all places alike
+
+
 def test_points_and_directions_of_the_goal_are_those_of_the_body(tmp_path: Path) -> None:
     """theta = pi / 2 puts the bob at (0, 1, 0) and turns its x axis to y."""
     text = """

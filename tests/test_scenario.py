@@ -158,7 +158,7 @@ def test_a_scenario_with_four_mistakes_reports_all_four() -> None:
         'crane.toml [planner] time_limit: "5" is text, not a number. '
         "Give a positive number [s] (default 30.0).",
         "crane.toml [integration] metod: no key is called 'metod'. "
-        "Did you mean 'method'? Known: method, step, truth.",
+        "Did you mean 'method'? Known: method, step, substeps, truth.",
     ]
 
 
@@ -532,8 +532,8 @@ def test_a_written_scenario_has_every_default() -> None:
         '[world]\nbounds = {}\nground = "none"\n\n'
         "[[world.obstacle]]\nbox = [1.0, 1.0, 1.0]\nposition = [0.0, 0.0, 0.0]\n"
         'rpy = [0.0, 0.0, 0.0]\nname = "box 1"\n\n[bounds]\n\n[metric]\n\n[start]\n\n'
-        "[goal]\nx = 1.0\ntolerance = 0.1\nat_rest = false\n\n"
-        '[integration]\nmethod = "rk4"\nstep = 0.05\ntruth = "continuous"\n\n'
+        '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\n\n'
+        '[integration]\nmethod = "rk4"\nstep = 0.05\nsubsteps = 1\ntruth = "continuous"\n\n'
         '[planner]\nweights = { x = 2 }\nname = "rrt"\ntime_limit = 30.0\nseed = 1\n'
         'improve = 2.0\n\n[render]\nview = "perspective"\nspeed = 1.0\nsize = [800, 600]\n'
     )
@@ -583,6 +583,7 @@ goal = st.builds(
         {},
         optional={
             "tolerance": st.one_of(positive, st.dictionaries(name, positive, max_size=2)),
+            "norm": st.sampled_from(["max", "euclidean"]),
             "at_rest": st.booleans(),
             "point": st.lists(point, max_size=2),
             "direction": st.lists(direction_goal, max_size=2),
@@ -668,8 +669,8 @@ SCALARS = [
 KEYS = [
     "schema", "title", "system", "world", "bounds", "metric", "start", "goal", "keep_out",
     "planner", "integration", "render", "name", "file", "parameters", "obstacle", "mesh", "box",
-    "scale", "up", "solid", "tolerance", "at_rest", "point", "direction", "body", "axis", "seed",
-    "size", "x", "1",
+    "scale", "up", "solid", "tolerance", "norm", "at_rest", "point", "direction", "body", "axis",
+    "seed", "size", "x", "1",
     "'<list>'", "'[key]'", '"\\u0000"', "schema_version", "values", "_origin", "''",
 ]  # fmt: skip
 dotted = st.lists(st.sampled_from(KEYS), min_size=1, max_size=4).map(".".join)

@@ -101,7 +101,7 @@ class AttitudeTarget:
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """A box around target values of some states, and targets of points and axes of bodies.
+    """A box or a ball around target values of some states, and targets of points and axes.
 
     Attributes:
         indices: Entries of the state that have a target.
@@ -111,6 +111,7 @@ class Goal:
         points: Targets of points.
         directions: Targets of axes.
         attitudes: Targets of coordinates on SO(3).
+        together: Whether the root of the sum of squares of all shares counts, not the largest.
     """
 
     indices: tuple[int, ...]
@@ -120,6 +121,7 @@ class Goal:
     points: tuple[PointTarget, ...] = ()
     directions: tuple[DirectionTarget, ...] = ()
     attitudes: tuple[AttitudeTarget, ...] = ()
+    together: bool = False
 
     @property
     def needs_frames(self) -> bool:
@@ -133,7 +135,9 @@ class Goal:
         return np.where(self.circular, wrapped, difference)
 
     def excess(self, x: Array, frames: Array | None = None) -> float:
-        """Return the largest deviation as a share of its tolerance: at most 1 inside the goal.
+        """Return how far outside the goal a state is, in tolerances: at most 1 inside.
+
+        Each deviation is a share of its tolerance; the largest one counts, or their Euclidean norm.
 
         Args:
             x: State, shape (nx,).
@@ -144,6 +148,8 @@ class Goal:
         if frames is not None:
             shares += [point.distance(frames) / point.tolerance for point in self.points]
             shares += [target.angle(frames) / target.tolerance for target in self.directions]
+        if self.together:
+            return float(np.linalg.norm(shares))
         return float(np.max(shares, initial=0.0))  # NaN stays NaN, which is outside
 
     def distance(self, x: Array, frames: Array | None = None) -> float:

@@ -93,7 +93,9 @@ def interval(
     return result.sol
 
 
-def follow_map(model: Model, start: Array, t: Array, u: Array, method: str) -> Motion:
+def follow_map(
+    model: Model, start: Array, t: Array, u: Array, method: str, substeps: int = 1
+) -> Motion:
     """Apply the integrator's own step as the truth; between knots the state is interpolated.
 
     Raises:
@@ -102,7 +104,8 @@ def follow_map(model: Model, start: Array, t: Array, u: Array, method: str) -> M
     states, pieces = [np.asarray(start, dtype=float)], []
     for k, held in enumerate(u):
         try:
-            states.append(model.step(states[-1], held, float(t[k + 1] - t[k]), method=method))
+            span = float(t[k + 1] - t[k])
+            states.append(model.step(states[-1], held, span, method=method, substeps=substeps))
         except KinolabError as error:
             raise DivergedError(float(t[k]), str(error)) from error
         pieces.append(Chord((float(t[k]), float(t[k + 1])), states[-2], states[-1]))
@@ -144,7 +147,7 @@ def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
     """
     settings = problem.scenario.integration
     if settings.truth == "discrete":
-        return follow_map(problem.model, start, t, u, settings.method)
+        return follow_map(problem.model, start, t, u, settings.method, settings.substeps)
     return follow(problem.model, start, t, u, problem.scales)
 
 

@@ -215,12 +215,19 @@ class Problem:
         x: Array = generator.uniform(lower, upper)
         for first in self.model.attitudes.values():
             x[first : first + 4] = random_attitude(generator)
-        for goal in self.goal.attitudes:
-            near = turned_at_random(
-                np.array(goal.target), min(spread * goal.tolerance, np.pi), generator
-            )
-            x[goal.index : goal.index + 4] = near
-        x[list(self.goal.indices)] = generator.uniform(*self._goal_box(spread))
+        goal, entries = self.goal, list(self.goal.indices)
+        shares = np.full(len(entries) + len(goal.attitudes), spread)
+        if goal.together:
+            shares *= _in_a_ball(len(shares), generator)
+        for share, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
+            reach = min(abs(share) * attitude.tolerance, np.pi)
+            near = turned_at_random(np.array(attitude.target), reach, generator)
+            x[attitude.index : attitude.index + 4] = near
+        if goal.together:
+            near = goal.targets + shares[: len(entries)] * goal.tolerances
+            x[entries] = np.clip(near, *self._goal_box(spread))
+        else:
+            x[entries] = generator.uniform(*self._goal_box(spread))
         return x
 
     @cached_property
@@ -273,3 +280,10 @@ def _contact_sentence(contact: Any) -> str:
         "sinks": f"{contact.body} sinks into {contact.obstacle}.",
     }
     return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")
+
+
+def _in_a_ball(d: int, generator: np.random.Generator) -> Array:
+    """Return a point of the unit ball of d dimensions, all alike."""
+    way = generator.normal(size=d)
+    point: Array = generator.uniform() ** (1 / max(d, 1)) * way / max(np.linalg.norm(way), 1e-300)
+    return point

@@ -294,7 +294,10 @@ def _goal(problem: Problem, motion: Motion) -> Check:
         for attitude in problem.goal.attitudes
         if not attitude.turn(final) <= attitude.tolerance
     ]
-    detail = "; ".join(parts) or "a point or an axis misses its target"
+    other = "a point or an axis misses its target"
+    if problem.goal.together and not problem.goal.needs_frames:
+        other = "each deviation is within its tolerance, their Euclidean norm is not"
+    detail = "; ".join(parts) or other
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 
 

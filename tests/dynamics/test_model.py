@@ -67,23 +67,27 @@ def test_functions_by_address_equal_the_methods(name: str) -> None:
 
 @pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("method", ["rk4", "euler"])
-def test_a_step_by_address_is_the_textbooks(name: str, method: str) -> None:
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_a_step_by_address_is_the_textbooks(name: str, method: str, substeps: int) -> None:
     model = MODELS[name]()
     (x,), (u,) = draw(model, 1)
-    h = 0.01
-    k1 = model.f(x, u)
-    expected = x + h * k1
-    if method == "rk4":
-        k2 = model.f(x + h / 2 * k1, u)
-        k3 = model.f(x + h / 2 * k2, u)
-        expected = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + model.f(x + h * k3, u))
-    np.testing.assert_allclose(model.step(x, u, h, method=method), expected, rtol=1e-13, atol=1e-14)
-    out, p = np.empty(model.nx), model.parameter_vector()
-    types = (POINTER, POINTER, POINTER, DOUBLE, POINTER, LONG)
-    step = ctypes.CFUNCTYPE(ctypes.c_int32, *types)(model.address(f"step_{method}"))
     u = np.ascontiguousarray(u)
-    assert step(x.ctypes.data, u.ctypes.data, p.ctypes.data, h, out.ctypes.data, 0) == 0
-    assert out.tobytes() == model.step(x, u, h, method=method).tobytes()
+    whole, h, expected = 0.01, 0.01 / substeps, x
+    for _ in range(substeps):
+        at, k1 = expected, model.f(expected, u)
+        expected = at + h * k1
+        if method == "rk4":
+            k2 = model.f(at + h / 2 * k1, u)
+            k3 = model.f(at + h / 2 * k2, u)
+            expected = at + h / 6 * (k1 + 2 * k2 + 2 * k3 + model.f(at + h * k3, u))
+    reached = model.step(x, u, whole, method=method, substeps=substeps)
+    np.testing.assert_allclose(reached, expected, rtol=1e-13, atol=1e-14)
+    out, p = np.empty(model.nx), model.parameter_vector()
+    types = (POINTER, POINTER, POINTER, DOUBLE, POINTER, LONG, LONG)
+    step = ctypes.CFUNCTYPE(ctypes.c_int32, *types)(model.address(f"step_{method}"))
+    arguments = (x.ctypes.data, u.ctypes.data, p.ctypes.data, whole, out.ctypes.data, substeps, 0)
+    assert step(*arguments) == 0
+    assert out.tobytes() == reached.tobytes()
 
 
 def test_rk4_is_of_fourth_order_and_euler_of_first() -> None:

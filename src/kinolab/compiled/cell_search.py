@@ -19,7 +19,7 @@ from kinolab.compiled.random import below, uniform
 from kinolab.compiled.tree import FULL, GROWING, INSIDE, REACHED, insert_node, step_is_free
 from kinolab.kernel import kernel
 from kinolab.propagation.free_motion import fastest_at
-from kinolab.propagation.machine_calls import call_step
+from kinolab.propagation.machine_calls import advance
 
 KEPT = 0.05  # probability that a motion is kept that leads nowhere new
 
@@ -117,10 +117,7 @@ def leads_to(search, tree, leads, parent, steps):  # type: ignore[no-untyped-def
         now[i] = tree.x[parent, i]
     least, at = math.inf, 1
     for step in range(steps):
-        failed = call_step(
-            machine.step, now.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
-            question.step, after.ctypes.data,
-        )  # fmt: skip
+        failed = advance(machine, now, u, question.step, after)
         if failed != 0 or not keeps_limits(question.limits, after):
             break
         for i in range(now.shape[0]):

@@ -13,7 +13,7 @@ from kinolab.problem import Problem
 from kinolab.propagation.caution import CAUTION
 from kinolab.propagation.compiled_step import SAMPLES
 from kinolab.propagation.free_motion import place_at
-from kinolab.propagation.machine_calls import call_step, call_under
+from kinolab.propagation.machine_calls import advance, call_under
 from kinolab.propagation.propagator import INSTANT, TURN
 
 
@@ -124,7 +124,7 @@ def keeps_requirements(machine, limits, x, u, h, looks):  # type: ignore[no-unty
         return True
     at, under, p = looks.x.ctypes.data, u.ctypes.data, machine.p.ctypes.data
     for k in range(1, SAMPLES + 1):
-        call_step(machine.step, x.ctypes.data, under, p, h * k / SAMPLES, at)
+        advance(machine, x, u, h * k / SAMPLES, looks.x)
         call_under(machine.requirements, at, under, p, limits.margins.ctypes.data)
         for i in range(limits.requirements):
             if not limits.margins[i] >= 0.0:
@@ -147,9 +147,8 @@ def keeps_out(machine, limits, x, u, after, h, looks):  # type: ignore[no-untype
     count = max(1.0, math.ceil(CAUTION * fastest * h / TURN))
     if not count < 1e6:  # NaN included
         return False
-    at, p = limits.beside.ctypes.data, machine.p.ctypes.data
     for k in range(1, int(count) + 1):
-        call_step(machine.step, x.ctypes.data, u.ctypes.data, p, h * k / count, at)
+        advance(machine, x, u, h * k / count, limits.beside)
         if not outside_cones(machine, limits, limits.beside, looks):
             return False
     return True

@@ -37,6 +37,7 @@ class Goal(NamedTuple):
     axis: Array  # (axes, 3) in the body's frame
     axis_target: Array  # (axes, 3)
     axis_tolerance: Array  # (axes,) in [rad]
+    together: bool  # whether the Euclidean norm of all shares counts, not the largest
 
 
 class Question(NamedTuple):
@@ -115,6 +116,7 @@ def goal_of(problem: Problem) -> Goal:
         axis=rows(goal.directions, "axis", 3),
         axis_target=rows(goal.directions, "target", 3),
         axis_tolerance=column(goal.directions, "tolerance"),
+        together=goal.together,
     )
 
 
@@ -177,32 +179,37 @@ def share_of(goal, k, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def excess(search, x, enough):  # type: ignore[no-untyped-def]
-    """Return the largest deviation from a goal as a share of its tolerance, as ``Goal.excess``.
+    """Return how far outside the goal a state is, in tolerances, as ``Goal.excess``.
 
-    More than ``enough`` need not be worked out in full.
+    Once it is known to be more than ``enough``, the rest is not looked at.
     """
-    goal, worst = search.question.goal, 0.0
+    goal, far = search.question.goal, 0.0
     for k in range(goal.entry.shape[0]):
-        share = abs(share_of(goal, k, x))
-        if not share <= worst:  # NaN included
-            worst = share
-            if not worst <= enough:
-                return worst
+        far = farther(goal, far, abs(share_of(goal, k, x)))
+        if not far <= enough:  # NaN included
+            return far
     for k in range(goal.attitude.shape[0]):
         first, along = goal.attitude[k], 0.0
         for i in range(4):
-            along += x[first + i] * goal.quaternion[k, i]
-        worst = max(worst, 2.0 * math.acos(min(1.0, abs(along))) / goal.turn[k])
-    if goal.point_body.shape[0] == 0 and goal.axis_body.shape[0] == 0:
-        return worst
+            along += goal.quaternion[k, i] * x[first + i]
+        far = farther(goal, far, 2.0 * math.acos(min(1.0, abs(along))) / goal.turn[k])
+    if (goal.point_body.shape[0] == 0 and goal.axis_body.shape[0] == 0) or not far <= enough:
+        return far
     place_at(search.machine, x, search.looks)
-    return max(worst, excess_of_bodies(goal, search.looks))
+    return excess_of_bodies(goal, search.looks, far)
 
 
 @kernel
-def excess_of_bodies(goal, looks):  # type: ignore[no-untyped-def]
-    """Return the largest deviation of a placed machine's points and axes, as ``excess`` does."""
-    worst = 0.0
+def farther(goal, far, share):  # type: ignore[no-untyped-def]
+    """Return how far outside the goal a state is, one more share counted; NaN stays NaN."""
+    if goal.together:
+        return math.sqrt(far * far + share * share)
+    return far if share <= far or math.isnan(far) else share
+
+
+@kernel
+def excess_of_bodies(goal, looks, far):  # type: ignore[no-untyped-def]
+    """Count the shares of points and axes at poses; see ``Goal.excess``."""
     for k in range(goal.point_body.shape[0]):
         pose, square = looks.poses[goal.point_body[k]], 0.0
         for i in range(3):
@@ -210,7 +217,7 @@ def excess_of_bodies(goal, looks):  # type: ignore[no-untyped-def]
             for j in range(3):
                 gap += pose[4 * i + j] * goal.point_at[k, j]
             square += gap * gap
-        worst = max(worst, math.sqrt(square) / goal.point_tolerance[k])
+        far = farther(goal, far, math.sqrt(square) / goal.point_tolerance[k])
     for k in range(goal.axis_body.shape[0]):
         pose, square = looks.poses[goal.axis_body[k]], 0.0
         for i in range(3):
@@ -221,5 +228,5 @@ def excess_of_bodies(goal, looks):  # type: ignore[no-untyped-def]
             square += gap * gap
         # The chord is sharp where the cosine is not.
         angle = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(square)))
-        worst = max(worst, angle / goal.axis_tolerance[k])
-    return worst
+        far = farther(goal, far, angle / goal.axis_tolerance[k])
+    return far

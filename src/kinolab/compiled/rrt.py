@@ -13,7 +13,7 @@ from kinolab.compiled.random import below, uniform
 from kinolab.compiled.tree import FULL, GROWING, INSIDE, REACHED, insert, step_is_free
 from kinolab.kernel import kernel
 from kinolab.propagation.free_motion import fastest_at
-from kinolab.propagation.machine_calls import call_step
+from kinolab.propagation.machine_calls import advance
 
 
 @kernel
@@ -92,11 +92,7 @@ def led_to(search, tree, parent, u, steps, point):  # type: ignore[no-untyped-de
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
     for _ in range(steps):
-        failed = call_step(
-            machine.step, now.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
-            question.step, after.ctypes.data,
-        )  # fmt: skip
-        if failed != 0:
+        if advance(machine, now, u, question.step, after) != 0:
             return math.inf
         for i in range(now.shape[0]):
             now[i] = after[i]

@@ -12,7 +12,7 @@ from kinolab.compiled.limits import step_keeps_limits
 from kinolab.compiled.question import Question, period_of, scaled
 from kinolab.kernel import kernel
 from kinolab.propagation.free_motion import free_on_the_way
-from kinolab.propagation.machine_calls import call_step
+from kinolab.propagation.machine_calls import advance
 
 GROWING, REACHED, FULL = 0, 1, 2  # how growth ends: it could go on, is in the goal, or has no room
 INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
@@ -99,10 +99,7 @@ def step_is_free(search, tree, x, u, after, spare, speed):  # type: ignore[no-un
     """
     machine, looks, h = search.machine, search.looks, search.question.step
     tree.tally[TRIED] += 1
-    failed = call_step(
-        machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data
-    )
-    if failed != 0:
+    if advance(machine, x, u, h, after) != 0:
         tree.tally[EQUATIONS] += 1
         return -1.0, 0.0
     if not step_keeps_limits(machine, search.question.limits, x, u, after, h, looks):

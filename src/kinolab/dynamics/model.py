@@ -186,7 +186,14 @@ class Model:
         return rate
 
     def step(
-        self, x: ArrayLike, u: ArrayLike, dt: float, *, method: str = "rk4", **parameters: float
+        self,
+        x: ArrayLike,
+        u: ArrayLike,
+        dt: float,
+        *,
+        method: str = "rk4",
+        substeps: int = 1,
+        **parameters: float,
     ) -> Array:
         """Return the state after one integrator step with the inputs held.
 
@@ -195,6 +202,7 @@ class Model:
             u: Inputs, shape (nu,), or one row per state.
             dt: Step length in [s].
             method: ``rk4``, ``euler``, or ``rosenbrock`` for stiff friction.
+            substeps: Of which the step is made.
 
         Raises:
             SingularError: Where the equations have no unique solution along the step.
@@ -210,7 +218,7 @@ class Model:
             np.atleast_2d(states), np.atleast_2d(inputs), out, strict=True
         ):
             status = function(
-                _pointer(row), _pointer(control), _pointer(p), dt, _pointer(result), 0
+                _pointer(row), _pointer(control), _pointer(p), dt, _pointer(result), substeps, 0
             )
             if status:
                 raise SingularError(_failure(self, status, row))
@@ -402,7 +410,8 @@ class Model:
     @cached_property
     def _steppers(self) -> dict[str, Callable[..., int]]:
         pointer = ctypes.c_void_p
-        types = (pointer, pointer, pointer, ctypes.c_double, pointer, ctypes.c_int64)
+        number = ctypes.c_int64
+        types = (pointer, pointer, pointer, ctypes.c_double, pointer, number, number)
         return {method: self._prototype(f"step_{method}", *types) for method in METHODS}
 
 

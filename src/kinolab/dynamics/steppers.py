@@ -1,7 +1,7 @@
 """Integrator steps as LLVM IR, and the linear algebra that an implicit one needs.
 
-Every step ends by moving the state back onto the constraints and unit quaternions, where the
-machine has any.
+A step is made of as many substeps as the caller asks for. Every one ends by moving the state back
+onto the constraints and unit quaternions, where the machine has any.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ METHODS = ("rk4", "euler", "rosenbrock")
 GAMMA = 1 - 0.5**0.5  # makes the Rosenbrock method L-stable: stiff friction decays at any step
 
 POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
-STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "mode")]
+STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
 
 
 def emit_steppers(states: int, inputs: int, *, projects: bool) -> list[str]:
@@ -39,18 +39,21 @@ def _emit_runge_kutta(
     Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.1.
     """
     routine = Routine(f"step_{method}", STEP)
-    at, k, total = (routine.array(states) for _ in range(3))
+    at, k, total, begin = (routine.array(states) for _ in range(4))
     status = routine.cell("i32", "0")
-    routine.copy("%x", total, states)
-    for stage, (fraction, weight) in enumerate(zip(fractions, weights, strict=True)):
-        source = "%x"
-        if stage:
-            source = at
-            reach = routine.mul("%h", literal(fraction))
-            _axpy(routine, states, reach, k, "%x", at)
-        _call_f(routine, source, k, status)
-        _axpy(routine, states, routine.mul("%h", literal(weight)), k, total, total)
-    _finish(routine, states, total, status, projects)
+    h = _substep(routine)
+    routine.copy("%x", begin, states)
+    with routine.loop(0, "%substeps"):
+        routine.copy(begin, total, states)
+        for stage, (fraction, weight) in enumerate(zip(fractions, weights, strict=True)):
+            source = begin
+            if stage:
+                source = at
+                _axpy(routine, states, routine.mul(h, literal(fraction)), k, begin, at)
+            _call_f(routine, source, k, status)
+            _axpy(routine, states, routine.mul(h, literal(weight)), k, total, total)
+        _land(routine, states, total, begin, status, projects)
+    _finish(routine, states, begin, status)
     return routine.text()
 
 
@@ -65,29 +68,33 @@ def _emit_rosenbrock(states: int, inputs: int, projects: bool) -> str:
     size = states
     jacobian = routine.array(size * (size + inputs))
     matrix, pivots = routine.array(size * size), routine.array(size)
-    k1, k2, at, total = (routine.array(size) for _ in range(4))
+    k1, k2, at, total, begin = (routine.array(size) for _ in range(5))
     status = routine.cell("i32", "0")
-    call = f"call i32 @jacobian(ptr %x, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
-    routine.put("i32", status, routine.line(call))
-    share = routine.mul("%h", literal(-GAMMA))
-    with routine.loop(0, size) as i, routine.loop(0, size) as j:
-        column = routine.integer("add", routine.integer("mul", j, size), i)
-        row = routine.integer("add", routine.integer("mul", i, size), j)
-        own = routine.line(f"icmp eq i64 {i}, {j}")
-        one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
-        scaled = routine.mul(share, routine.load(jacobian, column))
-        routine.store(matrix, row, routine.add(one, scaled))
-    singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
-    _merge(routine, status, singular)
-    _call_f(routine, "%x", k1, status)
-    routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k1})")
-    _axpy(routine, size, "%h", k1, "%x", at)
-    _call_f(routine, at, k2, status)
-    _axpy(routine, size, literal(-2.0), k1, k2, k2)
-    routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k2})")
-    _axpy(routine, size, routine.mul("%h", literal(1.5)), k1, "%x", total)
-    _axpy(routine, size, routine.mul("%h", literal(0.5)), k2, total, total)
-    _finish(routine, size, total, status, projects)
+    h = _substep(routine)
+    routine.copy("%x", begin, size)
+    with routine.loop(0, "%substeps"):
+        call = f"call i32 @jacobian(ptr {begin}, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
+        _merge(routine, status, routine.line(call))
+        share = routine.mul(h, literal(-GAMMA))
+        with routine.loop(0, size) as i, routine.loop(0, size) as j:
+            column = routine.integer("add", routine.integer("mul", j, size), i)
+            row = routine.integer("add", routine.integer("mul", i, size), j)
+            own = routine.line(f"icmp eq i64 {i}, {j}")
+            one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
+            scaled = routine.mul(share, routine.load(jacobian, column))
+            routine.store(matrix, row, routine.add(one, scaled))
+        singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
+        _merge(routine, status, singular)
+        _call_f(routine, begin, k1, status)
+        routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k1})")
+        _axpy(routine, size, h, k1, begin, at)
+        _call_f(routine, at, k2, status)
+        _axpy(routine, size, literal(-2.0), k1, k2, k2)
+        routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k2})")
+        _axpy(routine, size, routine.mul(h, literal(1.5)), k1, begin, total)
+        _axpy(routine, size, routine.mul(h, literal(0.5)), k2, total, total)
+        _land(routine, size, total, begin, status, projects)
+    _finish(routine, size, begin, status)
     return routine.text()
 
 
@@ -110,17 +117,29 @@ def _merge(routine: Routine, status: Register, failed: Register) -> None:
     routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
 
 
-def _finish(
-    routine: Routine, states: int, total: Register, status: Register, projects: bool
+def _substep(routine: Routine) -> str:
+    """Return how long a substep is."""
+    return routine.div("%h", routine.line("sitofp i64 %substeps to double"))
+
+
+def _land(
+    routine: Routine,
+    states: int,
+    total: Register,
+    target: Register,
+    status: Register,
+    projects: bool,
 ) -> None:
-    """Write the result, projected twice: the second Newton step reaches rounding."""
+    """Write where a substep leads, projected twice: the second Newton step reaches rounding."""
     if projects:
-        near = routine.array(states)
-        for source, target in ((total, near), (near, "%out")):
-            call = f"call i32 @project(ptr {source}, ptr %p, ptr {target}, i64 %mode)"
+        for source, landed in ((total, target), (target, total)):
+            call = f"call i32 @project(ptr {source}, ptr %p, ptr {landed}, i64 %mode)"
             _merge(routine, status, routine.line(call))
-    else:
-        routine.copy(total, "%out", states)
+    routine.copy(total, target, states)
+
+
+def _finish(routine: Routine, states: int, end: Register, status: Register) -> None:
+    routine.copy(end, "%out", states)
     routine.give(routine.get("i32", status))
 
 

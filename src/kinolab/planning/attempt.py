@@ -103,9 +103,11 @@ class _Attempt:
         true = self._timed("simulate", lambda: resimulate(self.problem, result.t, result.u))
         if true is not None:
             return true
-        model, method = self.problem.model, self.problem.scenario.integration.method
+        model, settings = self.problem.model, self.problem.scenario.integration
         try:
-            motion = follow_map(model, self.problem.start, result.t, result.u, method)
+            motion = follow_map(
+                model, self.problem.start, result.t, result.u, settings.method, settings.substeps
+            )
         except KinolabError:
             return None
         return Trajectory(motion.t, motion.x, result.u, model.state_names, model.control_names)

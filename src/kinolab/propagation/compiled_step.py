@@ -27,9 +27,11 @@ def function(model: Model, name: str, *types: Any) -> Callable[..., int]:
 
 
 def stepper(problem: Problem, method: str | None = None) -> Callable[..., int]:
-    """Return the compiled step (x, u, p, duration, next, mode) of a method of integration."""
+    """Return the compiled step (x, u, p, duration, next, substeps, mode) of a method."""
     name = f"step_{method or problem.scenario.integration.method}"
-    return function(problem.model, name, POINTER, POINTER, POINTER, ctypes.c_double, POINTER)
+    return function(
+        problem.model, name, POINTER, POINTER, POINTER, ctypes.c_double, POINTER, ctypes.c_int64
+    )
 
 
 class CompiledStep:
@@ -66,7 +68,8 @@ class CompiledStep:
         x, u, after, speeds = map(ctypes.addressof, (self.x, self.u, self.next, self._speeds))
         strung = ctypes.addressof(self._cable_speeds)
         p, poses, ends = self._p.ctypes.data, self.poses.ctypes.data, self.ends.ctypes.data
-        self._before_step, self._after_step = (x, u, p), (after, 0)
+        self._before_step = (x, u, p)
+        self._after_step = (after, problem.scenario.integration.substeps, 0)
         self._poses_at, self._ends_at = (after, p, poses, 0), (after, p, ends, 0)
         self._speeds_at = ((x, u, p, speeds, 0), (after, u, p, speeds, 0))
         self._cable_speeds_at = ((x, u, p, strung, 0), (after, u, p, strung, 0))

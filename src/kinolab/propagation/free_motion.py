@@ -18,7 +18,7 @@ import numpy as np
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
 from kinolab.propagation.caution import CAUTION, moves_upright, resolution
-from kinolab.propagation.machine_calls import call_at, call_step, call_under
+from kinolab.propagation.machine_calls import advance, call_at, call_under
 from kinolab.world.certified import Scratch, Surroundings, room_within, scratch_for, surroundings
 from kinolab.world.geometry import Array
 from kinolab.world.grid import Integers
@@ -163,8 +163,5 @@ def free_on_the_way(machine, x, u, after, h, spare, speed, looks, ways):  # type
         left -= (room + ways.tight) / speed
         if left <= 0.0 or speed * left <= spare:
             return at_end, then
-        call_step(
-            machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data,
-            left, looks.x.ctypes.data,
-        )  # fmt: skip
+        advance(machine, x, u, left, looks.x)
         place_at(machine, looks.x, looks)

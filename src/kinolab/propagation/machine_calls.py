@@ -12,6 +12,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from kinolab.kernel import kernel
 from kinolab.problem import Problem
 from kinolab.world.geometry import Array
 
@@ -20,6 +21,7 @@ class Machine(NamedTuple):
     """A machine for compiled code: where its functions are, and its parameters."""
 
     step: int
+    substeps: int
     f: int
     frames: int
     cables: int
@@ -34,11 +36,12 @@ def machine_of(problem: Problem) -> Machine:
     """Return a problem's machine; whoever keeps it must keep the model too, which owns the code."""
     model = problem.model
     stepper = f"step_{problem.scenario.integration.method}"
-    names = [name for name in Machine._fields[1:] if name != "p"]
+    names = [name for name in Machine._fields[2:] if name != "p"]
     # Parameters of a machine without any: an address is asked of the array all the same.
     parameters = np.append(model.parameter_vector(), 0.0)
     addresses: dict[str, Any] = {name: model.address(name) for name in names}
-    return Machine(step=model.address(stepper), **addresses, p=parameters)
+    substeps = problem.scenario.integration.substeps
+    return Machine(model.address(stepper), substeps, **addresses, p=parameters)
 
 
 def _call(builder: Any, address: Any, arguments: list[Any]) -> Any:
@@ -54,17 +57,26 @@ def _pointers(builder: Any, addresses: list[Any]) -> list[Any]:
 
 
 @intrinsic
-def call_step(typing, function, x, u, p, h, out):  # type: ignore[no-untyped-def]  # noqa: ARG001
-    """Call step(x, u, p, h, out); all but h in [s] are addresses. Returns 0 if it worked."""
+def call_step(typing, function, x, u, p, h, out, substeps):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """Call step(x, u, p, h, out, substeps), h in [s], the others addresses; 0 if it worked."""
     address = types.int64
-    signature = types.int32(address, address, address, address, types.float64, address)
+    signature = types.int32(address, address, address, address, types.float64, address, address)
 
     def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        function, x, u, p, h, out = arguments
+        function, x, u, p, h, out, substeps = arguments
         x, u, p, out = _pointers(builder, [x, u, p, out])
-        return _call(builder, function, [x, u, p, h, out])
+        return _call(builder, function, [x, u, p, h, out, substeps])
 
     return signature, code
+
+
+@kernel
+def advance(machine, x, u, h, after):  # type: ignore[no-untyped-def]
+    """Make a step of h in [s] from x (nx,) under u (nu,) into ``after``; 0 if it worked."""
+    return call_step(
+        machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data,
+        machine.substeps,
+    )  # fmt: skip
 
 
 @intrinsic

@@ -28,7 +28,7 @@ class Rollouts:
     """
 
     def __init__(self, problem: Problem, count: int, steps: int) -> None:
-        model, h = problem.model, problem.step
+        model, h, substeps = problem.model, problem.step, problem.scenario.integration.substeps
         self.inputs = np.zeros((count, model.nu))
         self._knots = np.zeros((count, steps + 1, model.nx))
         self.states = self._knots[:, 1:]
@@ -37,7 +37,7 @@ class Rollouts:
         p = self._p.ctypes.data
         self._calls = [
             [
-                (row[j].ctypes.data, u.ctypes.data, p, h, row[j + 1].ctypes.data, 0)
+                (row[j].ctypes.data, u.ctypes.data, p, h, row[j + 1].ctypes.data, substeps, 0)
                 for j in range(steps)
             ]
             for row, u in zip(self._knots, self.inputs, strict=True)

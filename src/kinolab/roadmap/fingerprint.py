@@ -24,7 +24,9 @@ def fingerprints(problem: Problem) -> dict[str, str]:
         ),
         "limits": _hash(*limits, repr(problem.keep_outs).encode()),
         "integration": _hash(
-            repr((integration.step, integration.truth, integration.method)).encode()
+            repr(
+                (integration.step, integration.substeps, integration.truth, integration.method)
+            ).encode()
         ),
         # Motions end anywhere in what is ignorable, which a goal may not be content with.
         "relevance of coordinates": _hash(ignorable(problem).tobytes()),

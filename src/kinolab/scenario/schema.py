@@ -49,6 +49,7 @@ from kinolab.scenario.values import (
     SchemaVersion,
     Seconds,
     Seed,
+    Substeps,
     SystemFile,
     Text,
     Tolerance,
@@ -176,6 +177,7 @@ class GoalSection(Section):
     )
 
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
+    norm: Literal["max", "euclidean"] = "max"  # of all shares of tolerances
     at_rest: bool = False
     point: Annotated[
         tuple[PointGoal, ...], Field(strict=False), Wanted("a list of [[goal.point]] tables")
@@ -212,6 +214,7 @@ class IntegrationSection(Section):
 
     method: Literal["rk4", "euler"] = "rk4"
     step: Seconds = 0.05
+    substeps: Substeps = 1  # of the method, of which each step is made
     truth: Literal["continuous", "discrete"] = "continuous"
 
 

@@ -175,6 +175,7 @@ Angle = Annotated[
     float, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
 ]
 Count = Annotated[int, Field(ge=1, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
+Substeps = Annotated[int, Field(ge=1, le=1000), Wanted("a whole number from 1 to 1000")]
 Seed = Annotated[
     int,
     Field(ge=0, le=WHOLE_MAX),
