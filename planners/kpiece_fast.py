@@ -38,6 +38,7 @@ class KPIECEFast(AbstractCompiledPlanner):
     inputs_tried: int = with_default(4, AbstractCompiledPlanner, "inputs_tried")
     goal_zoom: float = with_default(10.0, AbstractCompiledPlanner, "goal_zoom")
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
+    last_step_every: int = with_default(1000, AbstractCompiledPlanner, "last_step_every")
 
     def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
         """Return what grows the tree."""

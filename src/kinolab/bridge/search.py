@@ -13,7 +13,7 @@ from ompl import base as ob
 from ompl import util as ou
 
 from kinolab.bridge.bridge import Bridge
-from kinolab.motion import DivergedError, resimulate
+from kinolab.motion import true_excess
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome, SearchResult
 
@@ -58,7 +58,7 @@ def search(
         path = _path(definition)
         if definition.hasExactSolution():
             path = _with_last_step(path, bridge)
-            difference = budget.breaking(partial(_true_difference, problem, path))
+            difference = budget.breaking(partial(true_excess, problem, *_rows(problem, path)))
             if difference is None:
                 rounds.all_over, nearest = True, path  # the user does not wait for the truth
                 break
@@ -128,14 +128,6 @@ def ompl_seed(seed: int) -> int:
     """Return a seed for OMPL, which takes 32 bits and ignores 0."""
     mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
     return mixed or 1
-
-
-def _true_difference(problem: Problem, path: _Path) -> float:
-    """Return how far outside the goal the true motion ends, at most 1 inside."""
-    try:
-        return problem.goal_excess(resimulate(problem, *_rows(problem, path)).x[-1])
-    except DivergedError:
-        return math.inf
 
 
 def _outcome(rounds: _Rounds, steps: int) -> Outcome:

@@ -25,7 +25,7 @@ from kinolab.compiled.tree import (
     Tree,
     rows_to,
 )
-from kinolab.motion import DivergedError, resimulate
+from kinolab.motion import true_excess
 from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
@@ -97,9 +97,9 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     )
     restart_after: int = with_default(0, AbstractTreeSearch, "restart_after")
     last_step_every: int = setting(
-        1000,
+        20_000,
         0,
-        1_000_000,
+        1_000_000_000,
         unit="iterations",
         meaning="How often a state of the tree is steered into the goal; 0 for never.",
     )
@@ -126,7 +126,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             if ended == REACHED:
                 found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
             if found is not None:
-                solved = reaches(problem, found)
+                solved = true_excess(problem, *rows(problem, found)) <= 1.0
                 u, misses = (found, misses) if solved else (u, misses + 1)
             elif ended == FULL or left <= 0:
                 nearest, u = nearer(tree, nearest, u)
@@ -159,8 +159,8 @@ class Arrivals:
         self, problem: Problem, planner: AbstractCompiledPlanner, seed: int, budget: Budget
     ) -> None:
         self._problem, self._zoom, self._budget = problem, planner.goal_zoom, budget
-        self._every = planner.last_step_every or math.inf
-        self._generator, self.due = np.random.default_rng(seed), self._every
+        self._every = self.due = planner.last_step_every or math.inf
+        self._generator = np.random.default_rng(seed)
 
     @cached_property
     def _last_step(self) -> LastStep:
@@ -203,16 +203,6 @@ class Pieces:
         took = max(time.monotonic() - self._begun, 1e-6)
         fitting = iterations * PIECE / took
         self._size = int(min(max(fitting, self._size / 4, 1), 4 * self._size, 1_000_000))
-
-
-def reaches(problem: Problem, u: Array) -> bool:
-    """Say whether the true motion under inputs ends in the goal, as the one that was found does."""
-    if problem.scenario.integration.truth == "discrete":
-        return True  # the map that was applied is the truth
-    try:
-        return problem.goal_excess(resimulate(problem, *rows(problem, u)).x[-1]) <= 1.0
-    except DivergedError:
-        return False
 
 
 def rows(problem: Problem, u: Array) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.motion import DivergedError, resimulate
+from kinolab.motion import true_excess
 from kinolab.potential.build import navigation_field, plain_field
 from kinolab.potential.descent import Descent, Ending
 from kinolab.potential.escapes import Escapes
@@ -57,9 +57,11 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
         return _result(problem, Trail([problem.start]), Ending.BUDGET, budget, propagator, {})
     projection = Projection(problem.model, settings.pull, settings.damping)
     descent = _descent(field, projection, settings, propagator, budget)
-    escapes = Escapes(
-        field, descent, projection, propagator, settings.escapes, lambda t: _truly(problem, t)
-    )
+
+    def reaches(trail: Trail) -> bool:
+        return true_excess(problem, *_rows(problem, trail)) <= 1.0
+
+    escapes = Escapes(field, descent, projection, propagator, settings.escapes, reaches)
     ending, trail = escapes.search(problem, np.random.default_rng(seed), budget)
     statistics = {"potential_at_start": float(field.potential(problem.start[None])[0])}
     statistics |= {"minima": float(len(escapes.minima)), "escapes": float(escapes.made)}
@@ -105,14 +107,6 @@ def _descent(
 
 def _steps(duration: float, problem: Problem) -> int:
     return max(1, round(min(duration / problem.step, 10_000.0)))
-
-
-def _truly(problem: Problem, trail: Trail) -> bool:
-    """Say whether the true motion reaches the goal too."""
-    try:
-        return problem.goal_excess(resimulate(problem, *_rows(problem, trail)).x[-1]) <= 1.0
-    except DivergedError:
-        return False
 
 
 def _rows(problem: Problem, trail: Trail) -> tuple[Array, Array]:

@@ -1,0 +1,37 @@
+"""Where the true motion ends, told quickly: as scipy's integrator tells it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from kinolab.motion import true_excess
+from kinolab.problem import Problem
+from tests.support import OPEN, problem_of
+
+
+def ended(problem: Problem, t: np.ndarray, u: np.ndarray) -> np.ndarray:
+    x = problem.start
+    for k, held in enumerate(u):
+        rate = lambda _, x, held=held: problem.model.f(x, held)  # noqa: E731
+        x = solve_ivp(rate, t[k : k + 2], x, rtol=1e-12, atol=1e-12).y[:, -1]
+    return x
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9999, 1.0001, 3.0])
+def test_a_motion_ends_as_far_outside_as_the_differential_equation_says(
+    share: float, tmp_path: Path
+) -> None:
+    random, t = np.random.default_rng(0), 0.1 * np.arange(41)
+    u = random.uniform([-1.0, -0.5], [1.0, 0.5], (40, 2))
+    x, y = ended(problem_of(tmp_path, OPEN), t, u)[:2]
+    goal = (f"goal.x={float(x + 0.1 * share)}", f"goal.y={float(y)}", "goal.tolerance=0.1")
+    problem = problem_of(tmp_path, OPEN, *goal, 'integration.method="euler"')
+    assert true_excess(problem, t, u) == pytest.approx(share, abs=1e-5)
+
+
+def test_a_motion_that_cannot_be_followed_is_nowhere_near(table: Problem) -> None:
+    assert true_excess(table, np.array([0.0, 0.1]), np.array([[np.nan, 0.0]])) == np.inf
