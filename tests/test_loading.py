@@ -329,7 +329,7 @@ def test_another_planner_has_settings_of_its_own(tmp_path: Path) -> None:
     typed = problem_of(tmp_path, text, "planner.name=est", "planner.max_steps=9").scenario.planner
     assert typed.settings == {"max_steps": 9}
     unnamed = OPEN.replace('name = "rrt"', "max_steps = 7")
-    assert problem_of(tmp_path, unnamed, "planner.name=rrt").scenario.planner.settings == {
+    assert problem_of(tmp_path, unnamed, "planner.name=auto").scenario.planner.settings == {
         "max_steps": 7
     }
     assert problem_of(tmp_path, unnamed, "planner.name=est").scenario.planner.settings == {}

@@ -62,7 +62,7 @@ def test_the_report_has_the_keys_that_are_promised(maze_run: Finished) -> None:
     promised |= {"goal_distance", "timings", "verification", "diagnosis", "versions"}
     assert promised <= set(report)
     assert report["status"] == "solved"
-    assert (report["planner"], report["seed"]) == ("rrt", 1)
+    assert (report["planner"], report["seed"]) == ("auto", 1)
     assert report["iterations"] > 0
     assert all(seconds >= 0 for seconds in report["timings"].values())
     for check in report["verification"]:

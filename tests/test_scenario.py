@@ -67,7 +67,7 @@ def test_defaults_are_those_that_the_documentation_promises() -> None:
     assert (scenario.goal.point[0].at, scenario.goal.point[0].tolerance) == ((0, 0, 0), 0.1)
     integration, planner, render = scenario.integration, scenario.planner, scenario.render
     assert (integration.method, integration.step, integration.truth) == ("rk4", 0.05, "continuous")
-    assert (planner.name, planner.time_limit, planner.seed) == ("rrt", 30.0, 1)
+    assert (planner.name, planner.time_limit, planner.seed) == ("auto", 30.0, 1)
     assert (planner.max_iterations, planner.improve) == (None, 2.0)
     assert (render.view, render.speed, render.size) == ("perspective", 1.0, (800, 600))
 
@@ -534,7 +534,7 @@ def test_a_written_scenario_has_every_default() -> None:
         'rpy = [0.0, 0.0, 0.0]\nname = "box 1"\n\n[bounds]\n\n[metric]\n\n[start]\n\n'
         '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\n\n'
         '[integration]\nmethod = "rk4"\nstep = 0.05\nsubsteps = 1\ntruth = "continuous"\n\n'
-        '[planner]\nweights = { x = 2 }\nname = "rrt"\ntime_limit = 30.0\nseed = 1\n'
+        '[planner]\nweights = { x = 2 }\nname = "auto"\ntime_limit = 30.0\nseed = 1\n'
         'improve = 2.0\n\n[render]\nview = "perspective"\nspeed = 1.0\nsize = [800, 600]\n'
     )
 

@@ -82,8 +82,7 @@ x = 2.5
 y = 0.5
 tolerance = 0.1                         # [m]
 
-[planner]
-name = "rrt"
+[planner]                               # left out, the planner is "auto"
 time_limit = 20.0                       # [s]
 """
 

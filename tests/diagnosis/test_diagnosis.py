@@ -102,7 +102,7 @@ def test_the_data_are_plain_and_finite(tmp_path: Path) -> None:
     assert data["start_room"]["clearance"] is None  # there is nothing around
     assert data["passage"] is None
     assert data["goal_held"]["needed"]["torque"] == pytest.approx(9.81, rel=1e-3)
-    assert math.isclose(data["approach"][0]["target"], math.pi / 2)
+    assert any(math.isclose(entry["target"], math.pi / 2) for entry in data["approach"])
 
 
 # --- on the command line ---

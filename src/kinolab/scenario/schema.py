@@ -227,7 +227,7 @@ class PlannerSection(Section):
         "a finite number, text in quotes, true or false, or a list or table of these"
     )
 
-    name: PlannerName = "rrt"  # Python is code that runs; relative to the scenario
+    name: PlannerName = "auto"  # Python is code that runs; relative to the scenario
     time_limit: Annotated[Seconds, Meaning("How long a search may take.", "s")] = 30.0
     max_iterations: Annotated[
         Count | None,
