@@ -5,7 +5,6 @@ Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +23,6 @@ Array: TypeAlias = NDArray[np.float64]
 
 RTOL = 1e-9
 ATOL = 1e-11  # per unit of a coordinate's scale; three orders below what the check accepts
-SUBSTEPS = (8, 16)  # of a step, where the end of a motion is worked out quickly
 
 
 class DivergedError(KinolabError):
@@ -151,30 +149,6 @@ def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
     if settings.truth == "discrete":
         return follow_map(problem.model, start, t, u, settings.method, settings.substeps)
     return follow(problem.model, start, t, u, problem.scales)
-
-
-def true_excess(problem: Problem, t: Array, u: Array) -> float:
-    """Return how far outside the goal the true motion from the problem's start ends, in tolerances.
-
-    Whether it ends inside is told by compiled steps where two lengths of them agree that it does;
-    else the motion is followed as the verifier does. Infinite where that cannot be done.
-    """
-    if problem.scenario.integration.truth == "continuous":
-        quick = [_quick_excess(problem, t, u, substeps) for substeps in SUBSTEPS]
-        if max(quick) + abs(quick[0] - quick[1]) < 1.0:
-            return quick[1]
-    try:
-        return problem.goal_excess(true_motion(problem, problem.start, t, u).x[-1])
-    except DivergedError:
-        return math.inf
-
-
-def _quick_excess(problem: Problem, t: Array, u: Array, substeps: int) -> float:
-    try:
-        motion = follow_map(problem.model, problem.start, t, u, "rk4", substeps)
-    except DivergedError:
-        return math.inf
-    return problem.goal_excess(motion.x[-1])
 
 
 def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:

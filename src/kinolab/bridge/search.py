@@ -13,8 +13,8 @@ from ompl import base as ob
 from ompl import util as ou
 
 from kinolab.bridge.bridge import Bridge
-from kinolab.motion import true_excess
 from kinolab.problem import Problem
+from kinolab.propagation.true_end import true_excess
 from kinolab.search import Budget, Outcome, SearchResult
 
 GROWTH = 1.5  # of the length of a round over the one before
@@ -58,7 +58,7 @@ def search(
         path = _path(definition)
         if definition.hasExactSolution():
             path = _with_last_step(path, bridge)
-            difference = budget.breaking(partial(true_excess, problem, *_rows(problem, path)))
+            difference = budget.breaking(partial(true_excess, problem, _rows(problem, path)[1]))
             if difference is None:
                 rounds.all_over, nearest = True, path  # the user does not wait for the truth
                 break

@@ -25,10 +25,10 @@ from kinolab.compiled.tree import (
     Tree,
     rows_to,
 )
-from kinolab.motion import true_excess
 from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
+from kinolab.propagation.true_end import true_excess
 from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
 from kinolab.steering.last_step import LastStep
 from kinolab.tree_search import AbstractTreeSearch
@@ -118,6 +118,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         length = left = float(self.restart_after or math.inf)
         misses, restarts, pieces = 0, 0, Pieces(budget)
         arrivals = Arrivals(problem, self, seed, budget)
+        own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
         while not solved and (iterations := pieces.next(min(left, arrivals.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
@@ -126,7 +127,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             if ended == REACHED:
                 found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
             if found is not None:
-                solved = true_excess(problem, *rows(problem, found)) <= 1.0
+                solved = own_map or true_excess(problem, found) <= 1.0
                 u, misses = (found, misses) if solved else (u, misses + 1)
             elif ended == FULL or left <= 0:
                 nearest, u = nearer(tree, nearest, u)

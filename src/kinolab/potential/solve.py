@@ -9,7 +9,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.motion import true_excess
 from kinolab.potential.build import navigation_field, plain_field
 from kinolab.potential.descent import Descent, Ending
 from kinolab.potential.escapes import Escapes
@@ -21,6 +20,7 @@ from kinolab.potential.repulsion import Repulsion
 from kinolab.potential.trail import Trail
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
+from kinolab.propagation.true_end import true_excess
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.steering import Arrival
 
@@ -59,7 +59,7 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
     descent = _descent(field, projection, settings, propagator, budget)
 
     def reaches(trail: Trail) -> bool:
-        return true_excess(problem, *_rows(problem, trail)) <= 1.0
+        return true_excess(problem, _rows(problem, trail)[1]) <= 1.0
 
     escapes = Escapes(field, descent, projection, propagator, settings.escapes, reaches)
     ending, trail = escapes.search(problem, np.random.default_rng(seed), budget)
