@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.attitude import random_attitude, turned_at_random
+from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
 from kinolab.dynamics import Model, System
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone
@@ -191,7 +191,7 @@ class Problem:
                 value = self.goal.targets[self.goal.indices.index(i)]
                 yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
 
-    def _goal_box(self, spread: float = 1.0) -> tuple[Array, Array]:
+    def _goal_box(self, spread: float | Array = 1.0) -> tuple[Array, Array]:
         """Return the lowest and highest values of the goal's states, within tolerance and limits.
 
         The limits give way by rounding, as they do wherever they are checked.
@@ -221,6 +221,22 @@ class Problem:
             )
             x[goal.index : goal.index + 4] = near
         x[list(self.goal.indices)] = generator.uniform(*self._goal_box(spread))
+        return x
+
+    def sample_goals(self, generator: np.random.Generator, spreads: Array) -> Array:
+        """Return one state for each factor on the tolerances (n,), shape (n, nx).
+
+        They are drawn at once, from where ``sample_goal`` draws one.
+        """
+        count, (lower, upper) = len(spreads), self.sampling_bounds.T
+        x: Array = generator.uniform(lower, upper, (count, len(lower)))
+        for first in self.model.attitudes.values():
+            x[:, first : first + 4] = random_attitudes(count, generator)
+        for goal in self.goal.attitudes:
+            angles = np.minimum(spreads * goal.tolerance, np.pi)
+            near = turned_by_at_most(np.array(goal.target), angles, generator)
+            x[:, goal.index : goal.index + 4] = near
+        x[:, list(self.goal.indices)] = generator.uniform(*self._goal_box(spreads[:, None]))
         return x
 
     @cached_property

@@ -7,7 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,10 @@ from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
 from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
-from kinolab.steering.last_step import LastStep
 from kinolab.tree_search import AbstractTreeSearch
+
+if TYPE_CHECKING:
+    from kinolab.steering.last_step import LastStep
 
 PIECE = 0.01  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
@@ -164,6 +166,8 @@ class Arrivals:
 
     @cached_property
     def _last_step(self) -> LastStep:
+        from kinolab.steering.last_step import LastStep  # brings SciPy's optimisers
+
         return LastStep(self._problem, 1, self._zoom, lambda: self._budget.over)
 
     def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
