@@ -20,9 +20,10 @@ from kinolab.world.cable import CableGeometry, finite, span
 from kinolab.world.clearance import Fixtures, fixtures
 from kinolab.world.collision import own_pairs
 from kinolab.world.cover import Cover, cover
-from kinolab.world.distance_grid import DistanceGrid, bound, digest, distance_grid
+from kinolab.world.distance_grid import DistanceGrid, bound, digest
 from kinolab.world.geometry import Array, BodyGeometry
 from kinolab.world.grid import Integers, MeshGrid
+from kinolab.world.kept_grids import kept_grid
 from kinolab.world.screen import SINKING, Scene, enclose, inside, make_scene, place
 from kinolab.world.separation import TRIANGLE, box_gap, separation_within
 from kinolab.world.support import half_extent, reach_along
@@ -125,7 +126,7 @@ class _World:
 
 @lru_cache(maxsize=4)
 def _kept(world: _World, finest: float) -> DistanceGrid:
-    return distance_grid(world.world.obstacles, finest)
+    return kept_grid(world.world.obstacles, finest, world.name)
 
 
 @kernel
