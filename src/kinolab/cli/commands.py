@@ -73,7 +73,7 @@ def plan() -> None:
     type=click.IntRange(1, MOST_JOBS),
     default=1,
     metavar="N",
-    help="Processes, each with a seed of its own; the first plan wins.",
+    help="Searches at once, each with a seed of its own; the first plan wins.",
 )
 @click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")

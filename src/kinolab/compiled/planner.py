@@ -7,7 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -86,6 +86,8 @@ class AbstractGrowth(ABC):
 @dataclass(frozen=True, kw_only=True)
 class AbstractCompiledPlanner(AbstractTreeSearch):
     """A planner whose loop is compiled as a whole, once for all machines."""
+
+    in_threads: ClassVar[bool] = True
 
     inputs_tried: int = setting(
         1, 1, 1000, meaning="How many inputs are compared before one is held."

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,9 @@ DEEPEST = 64  # balls that wait at most, at a tree's depth
 MOST = 3  # balls that are divided
 PIECES = 16  # balls along a cable
 SHARE = 0.25  # of a body's smallest half size, as which cells need not be finer
+
+
+_one_at_a_time = Lock()
 
 
 class Scratch(NamedTuple):
@@ -108,7 +112,8 @@ def surroundings(
 
 
 def _grid(world: World, finest: float) -> DistanceGrid:
-    return _kept(_World(world, digest(world.obstacles)), finest)
+    with _one_at_a_time:  # threads that begin together want the same one
+        return _kept(_World(world, digest(world.obstacles)), finest)
 
 
 class _World:
