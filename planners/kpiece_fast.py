@@ -67,6 +67,6 @@ class _Growth(AbstractGrowth):
             find_ways(self._search, self._leads, self.nodes.now)
         ended, made = explore(
             self._search, self._tree, self._cells, self._leads, self.best, iterations,
-            planner.min_steps, planner.max_steps, planner.greed, planner.inputs_tried,
+            planner.min_steps, planner.max_steps, float(planner.greed), planner.inputs_tried,
         )  # fmt: skip
         return int(ended), int(made)

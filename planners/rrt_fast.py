@@ -52,6 +52,6 @@ class _Growth(AbstractGrowth):
         planner = self._planner
         ended, made = grow(
             self._search, self._tree, self.best, iterations,
-            planner.goal_bias, planner.inputs_tried, planner.min_steps, planner.max_steps,
+            float(planner.goal_bias), planner.inputs_tried, planner.min_steps, planner.max_steps,
         )  # fmt: skip
         return int(ended), int(made)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from scipy.stats import kstest
+from scipy.stats import ks_2samp, kstest
 
 from kinolab import planners
 from kinolab.attitude import multiply, random_attitude, turn_between, turned_at_random, unit
@@ -313,6 +313,34 @@ def test_samples_of_the_goal_lie_within_the_stretched_tolerance(
         assert max(map(water.goal_excess, drawn)) <= 1.0
 
 
+@pytest.mark.parametrize(
+    "goal", ["goal.x=0.5", "goal={ x = 3, tolerance = 0.5 }", "goal.norm='euclidean'"]
+)
+def test_states_drawn_at_once_come_from_where_one_does(goal: str, tmp_path: Path) -> None:
+    """By Kolmogorov and Smirnov, entry by entry, and for the angle from the goal's attitude."""
+    problem, count = problem_of(tmp_path, WATER, goal), 2000
+    one, other = np.random.default_rng(1), np.random.default_rng(2)
+    for spread in (1.0, 3.0):
+        single = np.array([problem.sample_goal(one, spread) for _ in range(count)])
+        drawn = problem.sample_goals(other, np.full(count, spread))
+        assert drawn.shape == single.shape
+        for a, b in [*zip(single.T, drawn.T, strict=True), angles_of(single, drawn)]:
+            assert ks_2samp(a, b).pvalue > 1e-4  # of some thirty, by chance one in 300 runs
+        assert np.linalg.norm(drawn[:, 3:7], axis=1) == pytest.approx(1.0, abs=1e-14)
+
+
+def angles_of(*drawn: Array) -> tuple[Array, ...]:
+    return tuple(np.array([angle_from(x, QUARTER) for x in states]) for states in drawn)
+
+
+def test_each_of_the_states_drawn_at_once_has_its_own_spread(water: Problem) -> None:
+    spreads = np.random.default_rng(0).uniform(0.0, 5.0, 500)
+    drawn = water.sample_goals(np.random.default_rng(1), spreads)
+    shares = np.array([water.goal_excess(x) for x in drawn])
+    assert (shares <= np.maximum(spreads, 1e-7)).all()  # an angle is known to 1e-8 rad
+    assert (shares > 0.5 * spreads).sum() > 100
+
+
 def test_an_attitude_that_the_goal_leaves_out_is_drawn_from_all(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, WATER, "goal={ x = 3, tolerance = 0.5 }")
     generator = np.random.default_rng(0)
@@ -365,7 +393,7 @@ def test_the_verifier_tells_every_part_that_misses(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def turn(water: Problem) -> Plan:
     """A plan for the turn to the left."""
-    return water.solve(seed=SEED, max_iterations=5000)
+    return water.solve(planner="rrt", seed=SEED, max_iterations=5000)
 
 
 def motion_of(found: Plan) -> Trajectory:

@@ -30,13 +30,31 @@ def random_attitude(generator: np.random.Generator) -> Array:
     return unit(generator.normal(size=4))
 
 
+def random_attitudes(count: int, generator: np.random.Generator) -> Array:
+    """Return attitudes as ``random_attitude`` does, shape (count, 4)."""
+    return _directions(generator.normal(size=(count, 4)))
+
+
 def turned_at_random(quaternion: Array, angle: float, generator: np.random.Generator) -> Array:
     """Return an attitude turned by at most an angle in [rad] about an axis of any direction."""
     axis, half = unit(generator.normal(size=3)), generator.uniform(0, angle) / 2
     return multiply(quaternion, np.array([*(np.sin(half) * axis), np.cos(half)]))
 
 
+def turned_by_at_most(quaternion: Array, angles: Array, generator: np.random.Generator) -> Array:
+    """Return attitudes as ``turned_at_random`` does, one for each angle (n,), shape (n, 4)."""
+    axes = _directions(generator.normal(size=(len(angles), 3)))
+    halves = generator.uniform(0, angles)[:, None] / 2
+    return multiply(quaternion, np.hstack([np.sin(halves) * axes, np.cos(halves)]))
+
+
 def multiply(a: Array, b: Array) -> Array:
-    """Return the attitude a turned by b in its own axes, shape (4,)."""
-    v, w, s, t = a[:3], b[:3], a[3], b[3]
-    return np.array([*(s * w + t * v + np.cross(v, w)), s * t - v @ w])
+    """Return the attitude a (4,) turned by b (..., 4) in its own axes, of the same shape as b."""
+    v, w, s, t = a[:3], b[..., :3], a[3], b[..., 3:]
+    vector = s * w + t * v + np.cross(v, w)
+    return np.concatenate([vector, s * t - (w @ v)[..., None]], axis=-1)
+
+
+def _directions(vectors: Array) -> Array:
+    directions: Array = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return directions

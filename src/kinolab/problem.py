@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.attitude import random_attitude, turned_at_random
+from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
 from kinolab.dynamics import Model, System
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone
@@ -191,7 +191,7 @@ class Problem:
                 value = self.goal.targets[self.goal.indices.index(i)]
                 yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
 
-    def _goal_box(self, spread: float = 1.0) -> tuple[Array, Array]:
+    def _goal_box(self, spread: float | Array = 1.0) -> tuple[Array, Array]:
         """Return the lowest and highest values of the goal's states, within tolerance and limits.
 
         The limits give way by rounding, as they do wherever they are checked.
@@ -218,7 +218,7 @@ class Problem:
         goal, entries = self.goal, list(self.goal.indices)
         shares = np.full(len(entries) + len(goal.attitudes), spread)
         if goal.together:
-            shares *= _in_a_ball(len(shares), generator)
+            shares *= _in_a_ball((1, len(shares)), generator)[0]
         for share, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
             reach = min(abs(share) * attitude.tolerance, np.pi)
             near = turned_at_random(np.array(attitude.target), reach, generator)
@@ -228,6 +228,32 @@ class Problem:
             x[entries] = np.clip(near, *self._goal_box(spread))
         else:
             x[entries] = generator.uniform(*self._goal_box(spread))
+        return x
+
+    def sample_goals(self, generator: np.random.Generator, spreads: Array) -> Array:
+        """Return one state for each factor on the tolerances (n,), shape (n, nx).
+
+        They are drawn at once, from where ``sample_goal`` draws one.
+        """
+        count, (lower, upper) = len(spreads), self.sampling_bounds.T
+        x: Array = generator.uniform(lower, upper, (count, len(lower)))
+        for first in self.model.attitudes.values():
+            x[:, first : first + 4] = random_attitudes(count, generator)
+        goal, entries = self.goal, list(self.goal.indices)
+        shares = np.repeat(spreads[:, None], len(entries) + len(goal.attitudes), axis=1)
+        if goal.together:
+            shares *= _in_a_ball(shares.shape, generator)
+        reaches = np.abs(shares[:, len(entries) :]).T
+        for share, attitude in zip(reaches, goal.attitudes, strict=True):
+            angles = np.minimum(share * attitude.tolerance, np.pi)
+            near = turned_by_at_most(np.array(attitude.target), angles, generator)
+            x[:, attitude.index : attitude.index + 4] = near
+        box = self._goal_box(spreads[:, None])
+        if goal.together:
+            near = goal.targets + shares[:, : len(entries)] * goal.tolerances
+            x[:, entries] = np.clip(near, *box)
+        else:
+            x[:, entries] = generator.uniform(*box)
         return x
 
     @cached_property
@@ -282,8 +308,9 @@ def _contact_sentence(contact: Any) -> str:
     return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")
 
 
-def _in_a_ball(d: int, generator: np.random.Generator) -> Array:
-    """Return a point of the unit ball of d dimensions, all alike."""
-    way = generator.normal(size=d)
-    point: Array = generator.uniform() ** (1 / max(d, 1)) * way / max(np.linalg.norm(way), 1e-300)
-    return point
+def _in_a_ball(shape: tuple[int, int], generator: np.random.Generator) -> Array:
+    """Return points of the unit ball (n, d), all places alike."""
+    ways, d = generator.normal(size=shape), max(shape[1], 1)
+    lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-300)
+    points: Array = generator.uniform(size=(shape[0], 1)) ** (1 / d) * ways / lengths
+    return points

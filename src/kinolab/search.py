@@ -77,6 +77,7 @@ class Budget:
         max_iterations: None for no limit.
         progress: Called about four times a second with the iterations and the seconds so far.
         interrupted: Set from outside to end the search soon.
+        abandoned: Set from outside where nobody wants to know any more what was found.
         iterations: Made so far.
         started: When the time began to count, on the monotonic clock.
         prepared: Seconds before that, in which a planner got everything it needs.
@@ -86,6 +87,7 @@ class Budget:
     max_iterations: int | None = None
     progress: Callable[[int, float], None] | None = None
     interrupted: bool = False
+    abandoned: bool = False
     iterations: int = 0
     started: float = field(default_factory=time.monotonic)
     prepared: float = 0.0
@@ -163,9 +165,15 @@ class AbstractPlanner(ABC):
     """A search for a trajectory: its fields are its settings.
 
     A subclass is a frozen dataclass with a ``name``, defaults for all its settings, and ``solve``.
+
+    Attributes:
+        name: What a scenario writes after ``[planner] name =``.
+        in_threads: Whether several searches may run in threads of one process: ``solve`` writes to
+            nothing that they share, and releases the interpreter's lock for most of the time.
     """
 
     name: ClassVar[str]
+    in_threads: ClassVar[bool] = False
 
     @abstractmethod
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:

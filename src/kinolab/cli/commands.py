@@ -9,7 +9,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import redirect_stdout
+from contextlib import AbstractContextManager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +73,7 @@ def plan() -> None:
     type=click.IntRange(1, MOST_JOBS),
     default=1,
     metavar="N",
-    help="Processes, each with a seed of its own; the first plan wins.",
+    help="Searches at once, each with a seed of its own; the first plan wins.",
 )
 @click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
@@ -116,18 +116,26 @@ def _scenario(
     folder = out or Path("runs") / problem.name
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
-    found, report = _search(problem, folder, progress, jobs=jobs, anytime=anytime)
-    if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
-        report = _diagnose(problem, found, folder, report, progress)
-    if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
-        progress("drawing the animation")
-        _animate(problem, found, folder)
+    with _compilation_told(progress):
+        found, report = _search(problem, folder, progress, jobs=jobs, anytime=anytime)
+        if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
+            report = _diagnose(problem, found, folder, report, progress)
+        if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
+            progress("drawing the animation")
+            _animate(problem, found, folder)
     progress.close()
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
     else:
         click.echo(_summary(found, folder, report["diagnosis"].get("sentences", ())))
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
+
+
+def _compilation_told(progress: _Progress) -> AbstractContextManager[object]:
+    """Say inside how far compiling is, where anything must be compiled."""
+    from kinolab.compiling import compilation, running
+
+    return compilation(lambda done: progress(running(done.functions, done.seconds), passing=True))
 
 
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
@@ -350,7 +358,8 @@ def _simulate(
         write_run(folder, problem, moved)
     if not no_animation:
         progress("drawing the animation")
-        _animate(problem, moved, folder)
+        with _compilation_told(progress):
+            _animate(problem, moved, folder)
     progress.close()
     click.echo(f"simulated: {trajectory.duration:g} s\n  written to {folder}")
     return moved.exit_code
@@ -378,6 +387,39 @@ def _new(name: str) -> int:
     for path in write_starter(name, Path()):
         click.echo(f"written {path}")
     click.echo(f"next: plan {name}.toml")
+    return 0
+
+
+@plan.command("warm-up")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    metavar="N",
+    help="Processes at most; default: as many as there are processors.",
+)
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+def _warm_up(jobs: int | None, quiet: bool) -> int:
+    """Compile all inner loops now, so that no plan has to wait for it.
+
+    It is done once on a computer, and again after an update of kinolab, numba or Python.
+    """
+    from kinolab.compiling import running
+    from kinolab.warm_up import warm_up
+
+    INTERRUPTS.libraries_loaded()
+    progress, begun, functions = _Progress(quiet), time.monotonic(), 0
+    progress("looking for what is not compiled yet")
+
+    def told(so_far: int) -> None:
+        progress(running(so_far, time.monotonic() - begun), passing=True)
+
+    for part in warm_up(jobs=jobs, progress=told):
+        progress.close()
+        functions += part.functions
+        made = f"{part.functions} functions in {part.seconds:.1f} s"
+        click.echo(f"{part.part}: {made if part.functions else 'nothing to compile'}")
+    taken = f"{functions} functions in {time.monotonic() - begun:.1f} s"
+    click.echo(f"compiled {taken}" if functions else "everything was compiled before")
     return 0
 
 

@@ -7,7 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,10 @@ from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
 from kinolab.propagation.true_end import true_excess
 from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
-from kinolab.steering.last_step import LastStep
 from kinolab.tree_search import AbstractTreeSearch
+
+if TYPE_CHECKING:
+    from kinolab.steering.last_step import LastStep
 
 PIECE = 0.01  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
@@ -84,6 +86,8 @@ class AbstractGrowth(ABC):
 @dataclass(frozen=True, kw_only=True)
 class AbstractCompiledPlanner(AbstractTreeSearch):
     """A planner whose loop is compiled as a whole, once for all machines."""
+
+    in_threads: ClassVar[bool] = True
 
     inputs_tried: int = setting(
         1, 1, 1000, meaning="How many inputs are compared before one is held."
@@ -165,6 +169,8 @@ class Arrivals:
 
     @cached_property
     def _last_step(self) -> LastStep:
+        from kinolab.steering.last_step import LastStep  # brings SciPy's optimisers
+
         return LastStep(self._problem, 1, self._zoom, lambda: self._budget.over)
 
     def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:

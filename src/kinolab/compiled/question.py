@@ -76,8 +76,8 @@ def question_of(problem: Problem, zoom: float, seed: int) -> Question:
         weight=_row(problem.weights[entry]),
         circular=np.ascontiguousarray(problem.circular[entry]),
         goal=goal_of(problem),
-        pool=np.array([problem.sample_goal(random, spread) for spread in spreads]),
-        ends=np.array([problem.sample_goal(random) for _ in range(ENDS)]),
+        pool=problem.sample_goals(random, spreads),
+        ends=problem.sample_goals(random, np.ones(ENDS)),
         step=problem.step,
     )
 

@@ -9,7 +9,6 @@ import hashlib
 import json
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import platformdirs
 
 from kinolab.dynamics.compilation import processor
-from kinolab.files import write_whole
+from kinolab.files import read_sealed, write_sealed
 
 MAGIC = b"kinolab object 1\n"
 
@@ -41,8 +40,17 @@ def cached(
     entry = _read(path)
     if entry is None:
         entry = build()
-        _write(path, *entry)
+        facts, code = entry
+        write_sealed(path, MAGIC, json.dumps(facts).encode() + b"\0" + code)
     return entry
+
+
+def code_in(folder: Path) -> str:
+    """Return a digest of the code in a folder: what a change of it would make is another thing."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def _key(content: str) -> str:
@@ -52,31 +60,14 @@ def _key(content: str) -> str:
 
 @cache
 def _own_code() -> str:
-    """Return a digest of the code that derives and compiles: a change of it is another machine."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return code_in(Path(__file__).parent)  # it derives and compiles
 
 
 def _read(path: Path) -> tuple[dict[str, Any], bytes] | None:
     """Return an entry, None where there is none or it is damaged."""
-    try:
-        content = path.read_bytes()
-    except OSError:
+    content = read_sealed(path, MAGIC)
+    if content is None:
         return None
-    head, rest = content[: len(MAGIC)], content[len(MAGIC) :]
-    digest, payload = rest[:32], rest[32:]
-    if head != MAGIC or hashlib.sha256(payload).digest() != digest:
-        return None
-    facts, _, code = payload.partition(b"\0")
+    facts, _, code = bytes(content).partition(b"\0")
     loaded: dict[str, Any] = json.loads(facts)
     return loaded, code
-
-
-def _write(path: Path, facts: dict[str, Any], code: bytes) -> None:
-    """Keep an entry; a folder that cannot be written only costs time."""
-    payload = json.dumps(facts).encode() + b"\0" + code
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        write_whole(path, MAGIC + hashlib.sha256(payload).digest() + payload)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import RLock
 from typing import Any, TypeVar
 
 import numpy as np
@@ -25,6 +26,9 @@ T = TypeVar("T")
 
 MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # the true motion may reach the goal
 UNVERIFIED = "Interrupted before what was found had been verified."
+
+# In threads one motion at a time: judged at once, each would take as long as all.
+_judging = RLock()
 
 
 def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
@@ -75,6 +79,12 @@ class _Attempt:
     def plan(self, keep_approach: bool) -> Plan:
         """Go through all stages."""
         result = self._search()
+        with _judging:
+            if self.budget.abandoned:
+                return self._plan("interrupted", result, math.nan, message=UNVERIFIED)
+            return self._motion_judged(result, keep_approach)
+
+    def _motion_judged(self, result: SearchResult, keep_approach: bool) -> Plan:
         if result.outcome in MISSED and not keep_approach:
             return self._plan(result.outcome.name.lower(), result, math.nan)
         try:

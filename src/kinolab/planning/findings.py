@@ -16,7 +16,7 @@ class Findings:
     """Collects plans and keeps the best one.
 
     Attributes:
-        jobs: Number of processes that search.
+        jobs: Number of searches at once.
         improved: Called with each verified plan that is better than all before.
         best: None as long as no search has ended.
         attempts: How each seed ended.

@@ -1,6 +1,7 @@
-"""Several processes, each searching with seeds of its own.
+"""Several searches at once, each with seeds of its own.
 
-Processes and not threads, since OMPL holds the interpreter's lock while it searches.
+In threads where a planner says that it releases the interpreter's lock while it searches; in
+processes otherwise: OMPL holds it.
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ from collections.abc import Callable, Iterable
 from multiprocessing.connection import wait
 
 from kinolab.errors import KinolabError
+from kinolab.planning.abstract_job import INTERRUPTED, AbstractJob
 from kinolab.planning.findings import Findings
-from kinolab.planning.job import INTERRUPTED, Job
+from kinolab.planning.job import Job
 from kinolab.planning.plan import Attempt, Plan
 from kinolab.planning.request import Request
+from kinolab.planning.thread_job import ThreadJob
 from kinolab.planning.worker import OUT_OF_MEMORY
 from kinolab.problem import Problem
 from kinolab.search import Budget
@@ -27,33 +30,34 @@ NOTHING = "Interrupted before anything was found."
 
 
 class JobsError(KinolabError):
-    """No process of several came to an end; ``.attempts`` says what became of each."""
+    """No search of several came to an end; ``.attempts`` says what became of each."""
 
     def __init__(self, attempts: Iterable[Attempt], exit_code: int) -> None:
         self.attempts, self.exit_code = tuple(attempts), exit_code
         super().__init__("\n".join(f"seed {a.seed}: {a.detail}" for a in self.attempts))
 
 
-def solve_in_processes(
+def solve_at_once(
     problem: Problem,
     request: Request,
     findings: Findings,
     *,
+    in_threads: bool,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
 ) -> Plan:
-    """Search in ``findings.jobs`` processes until one has a plan, or until all have ended.
+    """Search ``findings.jobs`` times at once until one has a plan, or until all have ended.
 
     Raises:
         InputError: If this platform has no such processes.
-        JobsError: If the processes cannot be started, or none of them came to an end.
+        JobsError: If the searches cannot be started, or none of them came to an end.
     """
     budget = Budget(request.time_limit)
     if watch:
         watch(budget)
     team = _Team(findings, request)
     try:
-        team.start(problem)
+        team.start(problem, in_threads)
         team.listen(budget, progress)
     finally:
         team.close()
@@ -83,29 +87,33 @@ def _nothing(problem: Problem, request: Request, findings: Findings) -> Plan:
 
 
 class _Team:
-    """The processes, from the start of the first to the end of the last."""
+    """The processes or threads, from the start of the first to the end of the last."""
 
     def __init__(self, findings: Findings, request: Request) -> None:
         self._findings, self._request = findings, request
-        self._jobs: list[Job] = []
+        self._jobs: list[AbstractJob] = []
 
     @property
     def exit_code(self) -> int:
         """What the command returns where all have failed: the first failure's code."""
         return next((job.failure for job in self._jobs if job.failure), OUT_OF_MEMORY)
 
-    def start(self, problem: Problem) -> None:
-        """Start all processes.
+    def start(self, problem: Problem, in_threads: bool) -> None:
+        """Start all of them.
 
         Raises:
             JobsError: If one of them cannot be started.
         """
-        parcel = pickle.dumps(problem)
+        parcel = b"" if in_threads else pickle.dumps(problem)
         for share in self._request.shares(self._findings.jobs):
             try:
-                self._jobs.append(Job(parcel, share, self._findings))
+                if in_threads:
+                    self._jobs.append(ThreadJob(problem, share, self._findings))
+                else:
+                    self._jobs.append(Job(parcel, share, self._findings))
             except OSError as error:
-                what = f"its process cannot be started ({error}). Ask for fewer."
+                kind = "thread" if in_threads else "process"
+                what = f"its {kind} cannot be started ({error}). Ask for fewer."
                 failed = Attempt(share.seed, "failed", 0, detail=what)
                 raise JobsError([failed], OUT_OF_MEMORY) from error
 
@@ -132,7 +140,7 @@ class _Team:
             job.close(reason)
 
     @property
-    def _running(self) -> list[Job]:
+    def _running(self) -> list[AbstractJob]:
         return [job for job in self._jobs if not job.over]
 
     @property
@@ -153,7 +161,7 @@ class _Ending:
         self._begun = 0.0
         self._calls = 0
 
-    def press(self, jobs: Iterable[Job]) -> None:
+    def press(self, jobs: Iterable[AbstractJob]) -> None:
         """Ask, urge or give up, whichever is due."""
         now = time.monotonic()
         self._begun = self._begun or now

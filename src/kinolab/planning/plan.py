@@ -25,11 +25,11 @@ class Attempt:
     Attributes:
         seed: Seed of its random numbers.
         status: As of a plan, or ``ended`` where another seed had won or the user interrupted,
-            or ``failed`` where its process did not come to an end by itself.
+            or ``failed`` where its process or thread did not come to an end by itself.
         iterations: Number of extensions it tried.
         cost: Duration of the motion in [s], None where there is none.
         goal_distance: Norm of the goal errors at the end in SI units, None where that is unknown.
-        after: Seconds from the beginning of the first search in its process to its end.
+        after: Seconds from the beginning of the first search in its process or thread to its end.
         detail: A sentence where there is more to say.
     """
 
@@ -59,7 +59,7 @@ class Plan:
         statistics: What the planner counted.
         rejections: Share of all refused motions, by cause and by who is to blame.
         message: A sentence for the user.
-        jobs: Number of processes that searched.
+        jobs: Number of searches at once.
         attempts: How every seed ended that was tried, this one's included.
         interrupted: Whether the user ended the search; a plan that was verified before is kept.
     """

@@ -21,15 +21,19 @@ Process = subprocess.Popen[bytes]
 
 ENTRY = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from kinolab.planning.worker import enter; enter(int(sys.argv[2]))"
+    "from {module} import enter; enter(int(sys.argv[2]))"
 )
+SEARCHES = "kinolab.planning.worker"
 STDERR = 2  # where all output goes: stdout belongs to the result
 
 _running: set[Process] = set()
 
 
-def start_process() -> tuple[Process, Connection]:
+def start_process(module: str = SEARCHES) -> tuple[Process, Connection]:
     """Start a process and return it with the connection to it.
+
+    Args:
+        module: Whose ``enter`` it runs, with the file descriptor of its end of the connection.
 
     Raises:
         InputError: If this platform cannot pass a connection on.
@@ -39,7 +43,8 @@ def start_process() -> tuple[Process, Connection]:
         what = "several processes are not to be had on Windows."
         raise InputError([Mistake("jobs", what, "Use jobs=1.")])
     ours, theirs = Pipe()
-    command = [sys.executable, "-c", ENTRY, json.dumps(sys.path), str(theirs.fileno())]
+    code = ENTRY.format(module=module)
+    command = [sys.executable, "-c", code, json.dumps(sys.path), str(theirs.fileno())]
     try:
         with theirs, _deaf_to_interrupts():
             process = subprocess.Popen(

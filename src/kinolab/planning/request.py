@@ -1,4 +1,4 @@
-"""What is asked of every process that searches."""
+"""What is asked of everyone who searches."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Request:
         settings: Of the planner, over the scenario's.
         seed: Of the first search.
         stride: From one seed to the next.
-        time_limit: Of all searches of one process together, in [s].
+        time_limit: Of all searches of one process or thread together, in [s].
         max_iterations: Of each search, None for no limit.
         anytime: Whether to go on with further seeds until the time is over.
     """
@@ -35,6 +35,6 @@ class Request:
         return count(self.seed, self.stride) if self.anytime else iter((self.seed,))
 
     def shares(self, jobs: int) -> Iterator[Request]:
-        """Yield what each of several processes does, so that none tries a seed of another's."""
+        """Yield what each of several at once does, so that none tries a seed of another's."""
         for k in range(jobs):
             yield replace(self, seed=self.seed + k, stride=jobs)

@@ -8,7 +8,7 @@ from typing import Any
 from kinolab.errors import InputError, Mistake
 from kinolab.planning.attempt import make_planner
 from kinolab.planning.findings import Findings
-from kinolab.planning.jobs import solve_in_processes
+from kinolab.planning.jobs import solve_at_once
 from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
 from kinolab.planning.series import series
@@ -38,8 +38,8 @@ def solve(
         seed: Seed of the random numbers.
         time_limit: Of the search, in [s].
         max_iterations: Of the search with each seed.
-        jobs: Number of processes, which search with this seed and the following ones. The first
-            verified plan ends the others.
+        jobs: Number of searches at once, with this seed and the following ones: in threads with a
+            compiled planner, else in processes. The first verified plan ends the others.
         anytime: Whether to plan on until the time limit, with further seeds, and keep the
             verified plan of the shortest duration.
         progress: Called during the search with the iterations and seconds so far.
@@ -55,7 +55,7 @@ def solve(
     if jobs < 1:
         raise InputError([Mistake("jobs", f"{jobs} processes cannot search.", "Give 1 or more.")])
     section = problem.scenario.planner
-    make_planner(problem, planner, settings)
+    searcher = make_planner(problem, planner, settings)
     problem.check_endpoints()
     request = Request(
         planner,
@@ -67,7 +67,14 @@ def solve(
     )
     findings = Findings(jobs, improved)
     if jobs > 1:
-        return solve_in_processes(problem, request, findings, progress=progress, watch=watch)
+        return solve_at_once(
+            problem,
+            request,
+            findings,
+            in_threads=searcher.in_threads,
+            progress=progress,
+            watch=watch,
+        )
     budgets: list[Budget] = []
 
     def watched(budget: Budget) -> None:

@@ -11,6 +11,7 @@ import pickle
 import signal
 import threading
 import traceback
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 
@@ -47,9 +48,30 @@ def work(connection: Connection, request: Request, parcel: bytes) -> None:
         request: What to search for.
         parcel: The problem, pickled.
     """
+
+    def heed(budget: Budget) -> None:
+        signal.signal(signal.SIGTERM, lambda *_: budget.end())
+
+    search_and_tell(connection, lambda: pickle.loads(parcel), request, heed)
+
+
+def search_and_tell(
+    connection: Connection,
+    problem: Callable[[], Problem],
+    request: Request,
+    heed: Callable[[Budget], None],
+) -> None:
+    """Search, and tell everything through a connection, failures included.
+
+    Args:
+        connection: To the one that wants to know.
+        problem: Gives what to solve.
+        request: What to search for.
+        heed: Called with the budget before each search, so that it can be interrupted.
+    """
     try:
-        _search(connection, pickle.loads(parcel), request)
-    except BrokenPipeError:
+        _search(connection, problem(), request, heed)
+    except (BrokenPipeError, ConnectionResetError):
         raise  # nobody wants to know any more
     except MemoryError:
         connection.send(Failed(OUT_OF_MEMORY, "it ran out of memory."))
@@ -59,12 +81,11 @@ def work(connection: Connection, request: Request, parcel: bytes) -> None:
         connection.send(Failed(INTERNAL, traceback.format_exc()))
 
 
-def _search(connection: Connection, problem: Problem, request: Request) -> None:
+def _search(
+    connection: Connection, problem: Problem, request: Request, heed: Callable[[Budget], None]
+) -> None:
     def tell(message: Message) -> None:
         connection.send(message)
-
-    def heed(budget: Budget) -> None:
-        signal.signal(signal.SIGTERM, lambda *_: budget.end())
 
     def report(iterations: int, seconds: float) -> None:
         tell(Searching(iterations, seconds))

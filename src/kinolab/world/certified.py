@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +21,10 @@ from kinolab.world.cable import CableGeometry, finite, span
 from kinolab.world.clearance import Fixtures, fixtures
 from kinolab.world.collision import own_pairs
 from kinolab.world.cover import Cover, cover
-from kinolab.world.distance_grid import DistanceGrid, bound, digest, distance_grid
+from kinolab.world.distance_grid import DistanceGrid, bound, digest
 from kinolab.world.geometry import Array, BodyGeometry
 from kinolab.world.grid import Integers, MeshGrid
+from kinolab.world.kept_grids import kept_grid
 from kinolab.world.screen import SINKING, Scene, enclose, inside, make_scene, place
 from kinolab.world.separation import TRIANGLE, box_gap, separation_within
 from kinolab.world.support import half_extent, reach_along
@@ -35,6 +37,9 @@ DEEPEST = 64  # balls that wait at most, at a tree's depth
 MOST = 3  # balls that are divided
 PIECES = 16  # balls along a cable
 SHARE = 0.25  # of a body's smallest half size, as which cells need not be finer
+
+
+_one_at_a_time = Lock()
 
 
 class Scratch(NamedTuple):
@@ -107,7 +112,8 @@ def surroundings(
 
 
 def _grid(world: World, finest: float) -> DistanceGrid:
-    return _kept(_World(world, digest(world.obstacles)), finest)
+    with _one_at_a_time:  # threads that begin together want the same one
+        return _kept(_World(world, digest(world.obstacles)), finest)
 
 
 class _World:
@@ -125,7 +131,7 @@ class _World:
 
 @lru_cache(maxsize=4)
 def _kept(world: _World, finest: float) -> DistanceGrid:
-    return distance_grid(world.world.obstacles, finest)
+    return kept_grid(world.world.obstacles, finest, world.name)
 
 
 @kernel

@@ -14,10 +14,10 @@ from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.clearance import fixtures, room
 from kinolab.world.contact import (
     TOUCH,
+    Obstacles,
     body_object,
     cable_object,
     make_touches,
-    obstacle_object,
 )
 from kinolab.world.geometry import Array, BodyGeometry, sizes
 from kinolab.world.screen import (
@@ -94,7 +94,7 @@ class CollisionChecker:
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._first_cable = len(shapes)
-        self._obstacles = [obstacle_object(obstacle) for obstacle in world.obstacles]
+        self._obstacles = Obstacles(world.obstacles)
         self._touches = make_touches()
         self._inflate(margin, world.ground)
 

@@ -9,7 +9,7 @@ GST_INDEP, misses overlaps of a millimetre and is not used.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import fcl
 
@@ -41,6 +41,26 @@ def obstacle_object(obstacle: Obstacle) -> object:
     thing.setRotation(pose[:, :3] @ own[:, :3])
     thing.setTranslation(pose[:, :3] @ own[:, 3] + pose[:, 3])
     return thing
+
+
+class Obstacles:
+    """The FCL objects of a world's obstacles, each made when it is first asked for.
+
+    The search tree of a large mesh takes a while, and most poses are far from most meshes.
+    """
+
+    def __init__(self, obstacles: Sequence[Obstacle]) -> None:
+        self._obstacles = obstacles
+        self._objects: list[object | None] = [None] * len(obstacles)
+
+    def __len__(self) -> int:
+        return len(self._objects)
+
+    def __getitem__(self, k: int) -> object:
+        found = self._objects[k]
+        if found is None:
+            found = self._objects[k] = obstacle_object(self._obstacles[k])
+        return found
 
 
 def make_touches() -> Callable[[object, object], bool]:

@@ -78,7 +78,9 @@ def digest(obstacles: Sequence[Obstacle]) -> str:
     """Return what tells obstacles apart whose grids differ."""
     found = hashlib.sha256()
     for obstacle in obstacles:
-        found.update(repr((obstacle.primitive is None, obstacle.solid)).encode())
+        shape, pose = obstacle.primitive or (None, np.zeros(0))
+        found.update(repr((shape, obstacle.solid, len(obstacle.vertices))).encode())
+        found.update(np.ascontiguousarray(pose).tobytes())
         found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
         found.update(np.ascontiguousarray(obstacle.faces).tobytes())
     return found.hexdigest()
@@ -126,11 +128,13 @@ def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None
 
 
 def _distances(taken: Taken, width: float) -> NDArray[np.float32]:
-    squares = np.where(taken, 0.0, np.inf).astype(np.float32)
+    squares = np.where(taken, np.float32(0.0), np.float32(np.inf))
     for axis in range(3):
         transform(squares if axis == 2 else np.moveaxis(squares, axis, 2))
-    bounds = (np.sqrt(squares) - REACH) * (width * (1.0 - MARGIN))
-    return np.maximum(bounds, 0.0).astype(np.float32)
+    np.sqrt(squares, out=squares)
+    squares -= REACH
+    squares *= width * (1.0 - MARGIN)
+    return np.maximum(squares, np.float32(0.0), out=squares)
 
 
 @kernel

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,15 +37,33 @@ class MeshGrid(NamedTuple):
 
 
 def mesh_grid(obstacles: Sequence[Obstacle]) -> MeshGrid:
-    """Index the triangles of meshes; an empty sequence gives empty arrays."""
-    grids = [_single(obstacle) for obstacle in obstacles]
+    """Index the triangles of meshes; an empty sequence gives empty arrays.
+
+    What was made of a mesh is kept as long as the mesh is: nobody may write to it.
+    """
+    grids = [_kept(obstacle) for obstacle in obstacles]
     if not grids:
         return MeshGrid(*_EMPTY)
+    if len(grids) == 1:
+        return _ended(grids[0])
     counts = np.cumsum([[0, 0, 0, 0]] + [_counts(grid) for grid in grids], axis=0)
     shifted = [_shift(g, *count) for g, count in zip(grids, counts, strict=False)]
     joined = [np.concatenate(column) for column in zip(*shifted, strict=True)]
-    grid = MeshGrid(*joined)
+    return _ended(MeshGrid(*joined))
+
+
+def _ended(grid: MeshGrid) -> MeshGrid:
     return grid._replace(start=np.append(grid.start, len(grid.entries)))
+
+
+_known: WeakKeyDictionary[Obstacle, MeshGrid] = WeakKeyDictionary()
+
+
+def _kept(obstacle: Obstacle) -> MeshGrid:
+    grid = _known.get(obstacle)
+    if grid is None:
+        grid = _known[obstacle] = _single(obstacle)
+    return grid
 
 
 _EMPTY = (
@@ -68,7 +87,7 @@ def _shift(grid: MeshGrid, triangles: int, parts: int, cells: int, entries: int)
 
 def _single(obstacle: Obstacle) -> MeshGrid:
     """Index one mesh; ``start`` lacks its last entry, which the next mesh gives."""
-    parts = components(obstacle.vertices, obstacle.faces)
+    parts = obstacle.parts or components(obstacle.vertices, obstacle.faces)
     order = np.argsort(parts.label, kind="stable")  # a cell then lists each part in one run
     corners = obstacle.vertices[obstacle.faces[order]]
     boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)

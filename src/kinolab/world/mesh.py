@@ -26,7 +26,12 @@ class Mesh(NamedTuple):
 
     vertices: Array  # (n, 3)
     faces: Faces  # (m, 3)
-    warnings: tuple[str, ...]  # sentences for the user
+    where: str = ""  # the file, as the user names it
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences for the user."""
+        return suspicions(self.where, self.vertices, components(self.vertices, self.faces))
 
 
 def load_mesh(path: str | Path, *, root: Path) -> Mesh:
@@ -48,7 +53,7 @@ def load_mesh(path: str | Path, *, root: Path) -> Mesh:
     vertices, faces = merge_duplicates(vertices, faces)
     if not len(faces):
         raise refusal(where, "has no triangle with three different corners.")
-    return Mesh(vertices, faces, suspicions(where, vertices, components(vertices, faces)))
+    return Mesh(vertices, faces, where)
 
 
 def refusal(where: str, what: str, remedy: str = "") -> InputError:

@@ -42,6 +42,7 @@ class Obstacle:
     solid: bool = True
     source: Path | None = None  # the mesh file
     warnings: tuple[str, ...] = ()
+    parts: Components | None = None  # of a mesh, where they are known already
 
 
 def rotation(rpy: Numbers) -> Array:
@@ -119,7 +120,10 @@ def mesh_obstacle(
     parts = components(vertices, faces)
     faces, filled = _fill(str(path), faces, parts, solid)
     source, warnings = (root / path).resolve(), suspicions(str(path), vertices, parts)
-    return Obstacle(name, vertices, np.ascontiguousarray(faces), None, filled, source, warnings)
+    if solid:
+        parts = parts._replace(volume=np.abs(parts.volume))  # all faces look outward now
+    faces = np.ascontiguousarray(faces)
+    return Obstacle(name, vertices, faces, None, filled, source, warnings, parts)
 
 
 def _primitive(name: str, shape: Shape, position: Numbers, rpy: Numbers) -> Obstacle:
