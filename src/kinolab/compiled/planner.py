@@ -184,7 +184,7 @@ class Improvement:
             self.statistics = {"first_duration": steps * self._step, "improvements": 0.0}
             self._until = time.monotonic() + self._seconds
         self._steps = steps
-        self._pointless = not tree.shorten(steps)
+        self._pointless = self.over or not tree.shorten(steps)
 
 
 class Arrivals:
