@@ -16,7 +16,7 @@ from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
 from tests.support import OPEN, problem_of
 
-COMPILED = ("auto", "rrt_fast", "kpiece_fast")
+COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt")
 SCENES = ("rolling_disk_maze", "vehicle_parking", "two_cranes")
 MOTIONS = 100  # of a tree that are looked at
 LOOKS = 50  # per step

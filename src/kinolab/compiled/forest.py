@@ -194,16 +194,17 @@ def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def nearest(forest, query, start, best):  # type: ignore[no-untyped-def]
+def nearest(forest, query, start, best, slack=SLACK):  # type: ignore[no-untyped-def]
     """Return the name of a point near a query (d,), and its squared distance.
 
-    No point is nearer by more than a tenth.
+    No point is nearer by more than a tenth, unless ``slack`` says otherwise.
 
     Args:
         forest: With points.
         query: Scaled coordinates.
         start: The name that is returned where no point is nearer than ``best``.
         best: A squared distance.
+        slack: No point has less than this share of the squared distance that is found.
     """
     found, least, period = start, np.float32(best), forest.period
     squares, blocks, names, full = forest.squares, forest.blocks, forest.names, forest.full
@@ -212,7 +213,7 @@ def nearest(forest, query, start, best):  # type: ignore[no-untyped-def]
         found, least = look(blocks[0], names, count, query, period, squares, found, least)
     for level in range(full.shape[0] - 1, -1, -1):  # large trees first: they are likelier right
         if full[level] and level > 0:
-            found, least = descend(forest, level, query, found, least)
+            found, least = descend(forest, level, query, found, least, slack)
         elif full[level]:
             own = names[LEAF:]
             found, least = look(blocks[1], own, LEAF, query, period, squares, found, least)
@@ -230,7 +231,7 @@ def look(block, names, count, query, period, squares, found, least):  # type: ig
 
 
 @kernel
-def descend(forest, level, query, found, least):  # type: ignore[no-untyped-def]
+def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyped-def]
     """Look through the tree of a level; return the nearest so far, and its squared distance."""
     # Names of their own: a field of a tuple that is asked for in a loop costs time.
     blocks, names, squares = forest.blocks, forest.names, forest.squares
@@ -239,7 +240,7 @@ def descend(forest, level, query, found, least):  # type: ignore[no-untyped-def]
     queue[0, 0], queue[0, 1], gaps[0], left = (level - 1) // 3, 0, NOTHING, 1  # WIDTH is 2^3
     while left > 0:
         left -= 1
-        if not gaps[left] < least * SLACK:
+        if not gaps[left] < least * slack:
             continue
         layer, group = queue[left, 0], queue[left, 1]
         first, count = begin, leaves
@@ -250,7 +251,7 @@ def descend(forest, level, query, found, least):  # type: ignore[no-untyped-def]
         if layer > 0:
             bottom = left
             for c in range(WIDTH):
-                if not bounds[c] < least * SLACK:
+                if not bounds[c] < least * slack:
                     continue
                 k = left
                 while k > bottom and gaps[k - 1] < bounds[c]:  # the nearest one goes on top
@@ -265,7 +266,7 @@ def descend(forest, level, query, found, least):  # type: ignore[no-untyped-def]
             for c in range(1, WIDTH):
                 if bounds[c] < bounds[nearer]:
                     nearer = c
-            if not bounds[nearer] < least * SLACK:
+            if not bounds[nearer] < least * slack:
                 break
             bounds[nearer] = FAR
             leaf = leaves + group * WIDTH + nearer

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 PIECE = 0.01  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
 GROWTH = 1.5  # of the length of a round over the one before
+ANY = 2**62  # steps: more than any motion has
 
 
 class Search(NamedTuple):
@@ -82,6 +83,10 @@ class AbstractGrowth(ABC):
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow by some iterations; return GROWING, REACHED or FULL, and how many were made."""
 
+    def shorten(self, steps: int) -> bool:  # noqa: ARG002
+        """Look only for motions of fewer steps from now on; return whether that has a point."""
+        return False
+
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractCompiledPlanner(AbstractTreeSearch):
@@ -113,7 +118,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         """Return what grows a tree."""
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
-        """Grow a tree from the start until it reaches the goal region."""
+        """Grow a tree from the start until it reaches the goal region, and on while it improves."""
         tree = self.growth(problem, search_of(problem, self.goal_zoom, seed))
         tree.begin()
         tree.grow(0)
@@ -123,28 +128,68 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         misses, restarts, pieces = 0, 0, Pieces(budget)
         arrivals = Arrivals(problem, self, seed, budget)
         own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
-        while not solved and (iterations := pieces.next(min(left, arrivals.due))):
+        improvement = Improvement(problem)
+        while not improvement.over and (iterations := pieces.next(min(left, arrivals.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
             left -= made
             found = arrivals.after(made, tree)
             if ended == REACHED:
                 found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
-            if found is not None:
-                solved = own_map or true_excess(problem, found) <= 1.0
-                u, misses = (found, misses) if solved else (u, misses + 1)
+            if found is not None and improvement.wants(len(found)):
+                if own_map or true_excess(problem, found) <= 1.0:
+                    solved, u = True, found
+                    improvement.found(len(u), tree)
+                else:
+                    misses += 1
             elif ended == FULL or left <= 0:
-                nearest, u = nearer(tree, nearest, u)
+                nearest, u = (nearest, u) if solved else nearer(tree, nearest, u)
                 length *= GROWTH
                 left, restarts = length, restarts + 1
                 tree.begin()
         if not solved:
             nearest, u = nearer(tree, nearest, u)
         statistics = {"missed_the_goal_in_truth": float(misses), "restarts": float(restarts)}
+        statistics |= improvement.statistics
         outcome = result(problem, budget, u, tree.nodes, statistics, solved=solved)
         if solved or budget.interrupted:
             return outcome
         return replace(outcome, rejections=culprits(problem, tree.nodes, self.max_steps))
+
+
+class Improvement:
+    """How long a search goes on after its first motion into the goal, for shorter ones.
+
+    Args:
+        problem: Says how long at most.
+
+    Attributes:
+        statistics: The duration of the first motion in [s], and how many were shorter.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._seconds, self._step = problem.scenario.planner.improve, problem.step
+        self._until, self._steps, self._pointless = math.inf, ANY, False
+        self.statistics: dict[str, float] = {}
+
+    @property
+    def over(self) -> bool:
+        """Whether the search has come to its end."""
+        return self._pointless or time.monotonic() >= self._until
+
+    def wants(self, steps: int) -> bool:
+        """Say whether a motion of so many steps is shorter than all before."""
+        return steps < self._steps
+
+    def found(self, steps: int, tree: AbstractGrowth) -> None:
+        """Take a motion of so many steps, and have a tree look for shorter ones."""
+        if self.statistics:
+            self.statistics["improvements"] += 1.0
+        else:
+            self.statistics = {"first_duration": steps * self._step, "improvements": 0.0}
+            self._until = time.monotonic() + self._seconds
+        self._steps = steps
+        self._pointless = self.over or not tree.shorten(steps)
 
 
 class Arrivals:

@@ -34,7 +34,7 @@ def grow(  # type: ignore[no-untyped-def]
     Returns:
         How it ended, and how many iterations were made.
     """
-    target, now, after, point = tree.target, tree.now, tree.after, tree.aim
+    target, point = tree.target, tree.aim
     question, random = search.question, search.random
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
@@ -45,28 +45,47 @@ def grow(  # type: ignore[no-untyped-def]
         if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
             continue
         longest = held_for(search, tree, parent, min_steps, max_steps, tried)
-        for i in range(now.shape[0]):
-            now[i] = tree.x[parent, i]
-        made, share, spare = 0, math.inf, float(tree.spare[parent])
-        speed = fastest_at(search.machine, now, tree.held, search.looks)
-        while made < longest and share > INSIDE:
-            room, speed = step_is_free(search, tree, now, tree.held, after, spare, speed)
-            if room < 0.0:
-                break
-            made, spare = made + 1, room
-            for i in range(now.shape[0]):
-                now[i] = after[i]
-            if made >= min_steps:
-                share = excess(search, now, max(best[1], INSIDE))
+        made, share, spare = move(search, tree, parent, min_steps, longest, best[1])
         if made < min_steps:
             tree.failures[parent] += 1
             continue
-        node = insert(search, tree, now, tree.held, parent, made, spare)
+        node = insert(search, tree, tree.now, tree.held, parent, made, spare)
         if share < best[1]:
             best[0], best[1] = node, share
         if share <= INSIDE:
             return REACHED, done + 1
     return GROWING, iterations
+
+
+@kernel
+def move(search, tree, parent, min_steps, longest, least):  # type: ignore[no-untyped-def]
+    """Hold ``tree.held`` from a node until something stops it or the goal is reached.
+
+    Args:
+        search: The problem, and scratch memory.
+        tree: Its ``now`` is where the motion ends; written.
+        parent: The node.
+        min_steps, longest: For how many steps the input is held.
+        least: An excess of the goal; a larger one need not be worked out in full.
+
+    Returns:
+        Steps made, the excess of the goal at their end and the room there in [m].
+    """
+    now, after = tree.now, tree.after
+    for i in range(now.shape[0]):
+        now[i] = tree.x[parent, i]
+    made, share, spare = 0, math.inf, float(tree.spare[parent])
+    speed = fastest_at(search.machine, now, tree.held, search.looks)
+    while made < longest and share > INSIDE:
+        room, speed = step_is_free(search, tree, now, tree.held, after, spare, speed)
+        if room < 0.0:
+            break
+        made, spare = made + 1, room
+        for i in range(now.shape[0]):
+            now[i] = after[i]
+        if made >= min_steps:
+            share = excess(search, now, max(least, INSIDE))
+    return made, share, spare
 
 
 @kernel

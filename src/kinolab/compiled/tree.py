@@ -28,6 +28,7 @@ class Tree(NamedTuple):
     u: Array  # (capacity, nu) held on the way from the parent
     parent: NDArray[np.int32]  # (capacity,) -1 for the start
     steps: NDArray[np.int32]  # (capacity,) for which the input was held
+    cost: Integers  # (capacity,) steps from the start
     spare: NDArray[np.float32]  # (capacity,) room in [m], as far as it is known
     failures: NDArray[np.int32]  # (capacity,) motions from there that came to nothing
     size: Integers  # (1,)
@@ -50,6 +51,7 @@ def tree(question: Question, capacity: int, neighbours: bool = True) -> Tree:
         u=np.zeros((capacity, nu)),
         parent=np.zeros(capacity, np.int32),
         steps=np.zeros(capacity, np.int32),
+        cost=np.zeros(capacity, np.int64),
         spare=np.zeros(capacity, np.float32),
         failures=np.zeros(capacity, np.int32),
         size=np.zeros(1, np.int64),
@@ -74,6 +76,7 @@ def insert_node(tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-de
     for i in range(u.shape[0]):
         tree.u[node, i] = u[i]
     tree.parent[node], tree.steps[node] = parent, steps
+    tree.cost[node] = steps + (tree.cost[parent] if parent >= 0 else 0)
     tree.spare[node] = spare * ROUNDED
     tree.failures[node] = 0
     tree.size[0] += 1

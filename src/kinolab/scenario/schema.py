@@ -236,7 +236,7 @@ class PlannerSection(Section):
     seed: Annotated[Seed, Meaning("Seed of the random numbers.")] = 1
     improve: Annotated[
         Effort,
-        Meaning("How long to go on making a found motion better; no planner does so yet.", "s"),
+        Meaning("How long an anytime planner goes on to make a found motion shorter.", "s"),
     ] = 2.0
 
     @property

@@ -1,0 +1,77 @@
+"""AO-RRT, compiled as a whole: trees that begin anew below the duration of the best motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+
+from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.compiled.planner import ANY
+from kinolab.compiled.rrt import grow
+from kinolab.compiled.state_cost import begin_costs, costs, grow_below
+from kinolab.compiled.tree import begin, tree
+from kinolab.problem import Problem
+from kinolab.records import Record
+from kinolab.search import setting
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class AORRT(AbstractCompiledPlanner):
+    """Trees in states and durations, compiled, each below the duration of the best motion so far.
+
+    The first is the tree of rrt_fast; others follow for as long as ``improve`` says.
+
+    Source: Hauser, Zhou, IEEE Transactions on Robotics 32(6), 2016.
+    """
+
+    name: ClassVar[str] = "ao_rrt"
+
+    goal_bias: float = setting(
+        0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
+    )
+    cost_weight: float = setting(
+        1.0,
+        0.0,
+        1e6,
+        unit="extents",
+        meaning="How far start and end of the best motion are apart in cost, by the metric.",
+    )
+
+    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:  # noqa: ARG002
+        """Return what grows the tree."""
+        return _Growth(self, search)
+
+
+class _Growth(AbstractGrowth):
+    def __init__(self, planner: AORRT, search: Search) -> None:
+        self.nodes, self.best = tree(search.question, planner.max_nodes), np.zeros(2)
+        self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
+        self._costs, self._most = Record(costs(search.question, planner.max_nodes)), ANY
+
+    def begin(self) -> None:
+        """Leave nothing in the tree but the start."""
+        begin(self._search, self._tree)
+        begin_costs(self._search, self._tree, self._costs)
+        self.best[:] = 0.0, np.inf
+
+    def grow(self, iterations: int) -> tuple[int, int]:
+        """Grow by some iterations; without a bound as far as there is none."""
+        planner = self._planner
+        how = planner.goal_bias, planner.inputs_tried, planner.min_steps, planner.max_steps
+        if self._most == ANY:
+            ended, made = grow(self._search, self._tree, self.best, iterations, *how)
+        if self._most < ANY or not iterations:  # none: only to be compiled beforehand
+            ended, made = grow_below(
+                self._search, self._tree, self._costs, self.best, iterations, self._most,
+                planner.cost_weight, *how,
+            )  # fmt: skip
+        return int(ended), int(made)
+
+    def shorten(self, steps: int) -> bool:
+        """Begin anew, below so many steps."""
+        self._most = steps
+        self.begin()
+        return steps > self._planner.min_steps

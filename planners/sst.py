@@ -1,0 +1,90 @@
+"""Stable Sparse RRT, compiled as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+
+from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.compiled.planner import ANY
+from kinolab.compiled.sst import grow_sparsely
+from kinolab.compiled.tree import begin, tree
+from kinolab.compiled.witnesses import begin_witnesses, sweep, witnesses
+from kinolab.problem import Problem
+from kinolab.records import Record
+from kinolab.search import setting
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SST(AbstractCompiledPlanner):
+    """Stable Sparse RRT, compiled: one cheap state per small ball keeps the tree thin.
+
+    Goes on in the same tree to shorter motions, for as long as ``improve`` says.
+
+    Source: Li, Littlefield, Bekris, IJRR 35(5), 2016.
+    """
+
+    name: ClassVar[str] = "sst"
+
+    selection_radius: float = setting(
+        0.2,
+        0.0,
+        1e6,
+        unit="metric",
+        meaning="How far around a sample the cheapest state is grown from, not the nearest.",
+    )
+    improving_radius: float = setting(
+        1.5,
+        0.0,
+        1e6,
+        unit="metric",
+        meaning="The same, once a motion into the goal is known.",
+    )
+    pruning_radius: float = setting(
+        0.1,
+        0.0,
+        1e6,
+        unit="metric",
+        meaning="How far around a state only the cheapest one is grown from.",
+    )
+    goal_bias: float = setting(
+        0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
+    )
+
+    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:  # noqa: ARG002
+        """Return what grows the tree."""
+        return _Growth(self, search)
+
+
+class _Growth(AbstractGrowth):
+    def __init__(self, planner: SST, search: Search) -> None:
+        question, capacity = search.question, planner.max_nodes
+        self.nodes, self.best = tree(question, capacity, neighbours=False), np.zeros(2)
+        self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
+        self._witnesses, self._most = Record(witnesses(question, capacity)), ANY
+
+    def begin(self) -> None:
+        """Leave nothing in the tree but the start."""
+        begin(self._search, self._tree)
+        begin_witnesses(self._search, self._tree, self._witnesses)
+        self.best[:] = 0.0, np.inf
+
+    def grow(self, iterations: int) -> tuple[int, int]:
+        """Grow by some iterations."""
+        planner = self._planner
+        radius = planner.selection_radius if self._most == ANY else planner.improving_radius
+        ended, made = grow_sparsely(
+            self._search, self._tree, self._witnesses, self.best, iterations, self._most,
+            radius, planner.pruning_radius, planner.goal_bias,
+            planner.inputs_tried, planner.min_steps, planner.max_steps,
+        )  # fmt: skip
+        return int(ended), int(made)
+
+    def shorten(self, steps: int) -> bool:
+        """Look only for motions of fewer steps; what cannot lead to any is forgotten."""
+        self._most = steps
+        sweep(self._tree, self._witnesses, self.best, steps)
+        return steps > self._planner.min_steps
