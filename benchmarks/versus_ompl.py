@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, field
@@ -89,6 +90,7 @@ def report(results: Results, options: argparse.Namespace) -> Iterator[str]:
     if results.runs:
         yield "The first motion into the goal:"
         yield tables.searches(results.runs, options.limit)
+        yield from tables.refused(results.runs)
         yield "OMPL's CPU time over kinolab's, verdict included:"
         yield tables.ratios(results.runs, options.limit)
     if results.growths:
@@ -106,11 +108,15 @@ def report(results: Results, options: argparse.Namespace) -> Iterator[str]:
 
 def circumstances(options: argparse.Namespace, results: Results, *, interrupted: bool) -> str:
     """Return how the figures were taken, as sentences."""
-    text = f"Search limit {options.limit:g} s of CPU time, seeds 1 to {options.seeds}, "
-    text += f"{options.repeats} repeats of what is not searched for, one core for each search."
+    sentences = []
+    if "searches" in options.parts:
+        text = f"Search limit {options.limit:g} s of CPU time, seeds 1 to {options.seeds}"
+        sentences.append(f"{text}, one search at a time.")
+    if set(options.parts) - {"searches"}:
+        sentences.append(f"Other figures are medians of {options.repeats}.")
     if interrupted:
-        text += f" Interrupted after {len(results.runs)} searches."
-    return text
+        sentences.append(f"Interrupted after {len(results.runs)} searches.")
+    return " ".join(sentences)
 
 
 def names(text: str) -> list[str]:
@@ -161,6 +167,9 @@ def main() -> int:
     try:
         measure(baseline, options, results)
     except KeyboardInterrupt:
+        interrupted = True
+    except (subprocess.SubprocessError, RuntimeError) as error:  # a process that crashed or hangs
+        print(error, file=sys.stderr)
         interrupted = True
     machine = describe() + (f"\n\nIn C++: {baseline.version}" if baseline else "")
     text = circumstances(options, results, interrupted=interrupted)

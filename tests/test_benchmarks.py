@@ -306,8 +306,14 @@ def test_a_search_that_finds_nothing_or_lies_counts_as_the_limit() -> None:
     assert tables.times(runs, LIMIT) == [1.5, 2.0, LIMIT, LIMIT]
     cells = tables.searches(runs, LIMIT).splitlines()[-1].strip("| ").split(" | ")
     assert cells[:4] == ["disk", "kinolab rrt_fast", "as OMPL's RRT", "3/4"]
-    assert cells[4] == "1/3; refused at knots: 1 (seeds 3); refused between: 1 (seeds 2)"
+    assert cells[4] == "1/3, 1 refused at knots, 1 refused between"
     assert cells[5] == "51.0000 / ≥ 100 / ≥ 100"
+    (listed,) = tables.refused(runs)
+    who = "- disk, kinolab rrt_fast (as OMPL's RRT)"
+    assert listed.splitlines()[2:] == [
+        f"{who}, at knots: seeds 3; the first one: at t = 1 s coin touches wall",
+        f"{who}, between: seeds 2; the first one: at t = 1 s x is 11",
+    ]
 
 
 def test_the_table_of_ratios_compares_like_with_like() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -99,15 +99,29 @@ def _row_of(runs: Sequence[Run], limit: float) -> Row:
 
 
 def _verdict(solved: Sequence[Run]) -> str:
-    """Return how many motions passed, and the seeds of those that did not."""
+    """Return how many motions passed, and how many did not."""
     text = f"{sum(not (run.at_knots or run.between) for run in solved)}/{len(solved)}"
-    for where, faults in (
-        ("at knots", [run.seed for run in solved if run.at_knots]),
-        ("between", [run.seed for run in solved if run.between]),
+    for where, count in (
+        ("at knots", sum(bool(run.at_knots) for run in solved)),
+        ("between", sum(bool(run.between) for run in solved)),
     ):
-        if faults:
-            text += f"; refused {where}: {len(faults)} (seeds {', '.join(map(str, faults))})"
+        text += f", {count} refused {where}" if count else ""
     return text
+
+
+def refused(runs: Sequence[Run]) -> Iterator[str]:
+    """Yield the motions that did not pass as a list, where there are any."""
+    lines = []
+    for (problem, entrant), own in grouped(runs).items():
+        for where in ("at_knots", "between"):
+            faults = {run.seed: getattr(run, where) for run in own if getattr(run, where)}
+            if faults:
+                seeds = ", ".join(map(str, faults))
+                first = next(iter(faults.values()))
+                head = f"- {problem}, {entrant}, {where.replace('_', ' ')}: seeds {seeds}"
+                lines.append(f"{head}; the first one: {first}")
+    if lines:
+        yield "Refused by the verdict:\n\n" + "\n".join(lines)
 
 
 def _spread(values: Sequence[float], limit: float) -> str:
