@@ -1,17 +1,35 @@
-"""The benchmark of the gallery counts right, and says what it could not count."""
+"""The benchmarks count right, say what they could not count, and compare what is alike."""
 
 from __future__ import annotations
 
+import json
+import re
 import subprocess
 import sys
 import threading
 import time
 from argparse import Namespace
+from functools import cache
 from runpy import run_path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from benchmarks.versus import cpp, ours, tables
+from benchmarks.versus.ratios import ratio
+from benchmarks.versus.runs import (
+    AS_IN_OMPL,
+    KINOLAB,
+    OMPL,
+    OMPL_PLANNERS,
+    PROBLEMS,
+    Entrant,
+    Run,
+    entrants,
+)
+from benchmarks.versus.verdict import Judge
+from kinolab.problem import Problem
 from tests.support import ROOT, environment
 
 SCRIPT = ROOT / "benchmarks" / "gallery.py"
@@ -114,3 +132,220 @@ def test_an_interrupt_ends_what_runs_and_starts_nothing_more() -> None:
         with pytest.raises(InterruptedError):
             processes.run(SLEEP, 60.0)
     timer.join()
+
+
+@cache
+def header() -> dict[str, Any]:
+    """Return the numbers of the C++ side, as ``problem.h`` says them, by their names there."""
+    text = re.sub(r"//.*", "", (cpp.SOURCES / "problem.h").read_text(encoding="utf-8"))
+    found = re.findall(r"constexpr \w+ P_(\w+)(?:\[\d*\])* = ([^;]+);", text)
+    brackets = str.maketrans("{}", "[]")
+    return {
+        name: json.loads(re.sub(r",\s*\]", "]", value.translate(brackets))) for name, value in found
+    }
+
+
+@cache
+def versus(name: str, *overrides: str) -> Problem:
+    return ours.load(name, *overrides)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_both_sides_of_the_comparison_have_the_same_problem(name: str) -> None:
+    problem, said = (
+        versus(name),
+        {key.removeprefix(f"{name.upper()}_"): value for key, value in header().items()},
+    )
+    integration = problem.scenario.integration
+    assert (integration.step, integration.substeps) == (said["STEP"], said["SUBSTEPS"])
+    assert (integration.method, integration.truth) == ("rk4", "discrete")
+    assert problem.start.tolist() == said["START"]
+    assert problem.weights.tolist() == said["WEIGHT"]
+    assert problem.goal.together
+    assert problem.goal.targets.tolist() == said["GOAL"]
+    weights = np.array(said.get("GOAL_WEIGHT", [1.0, 1.0]))
+    assert problem.goal.tolerances * weights == pytest.approx(said["GOAL_RADIUS"], abs=1e-15)
+    limited = np.isfinite(problem.bounds[:, 0])
+    assert problem.bounds[limited].T.tolist() == [said["LOWER"], said["UPPER"]]
+    assert (limited == ~problem.circular).all()
+    span = np.diff(problem.model.control_bounds).ravel() / 2
+    assert span == pytest.approx(said["INPUT"], abs=1e-12)
+    boxes = [[*entry.position, *entry.box] for entry in problem.scenario.world.obstacle]
+    assert boxes == said["BOXES"]
+
+
+def test_both_sides_of_the_comparison_move_the_same_bodies() -> None:
+    (coin,), said = versus("disk").bodies[0].shapes, header()
+    assert (coin.radius, coin.thickness) == (said["DISK_RADIUS"], said["DISK_THICKNESS"])
+    (load,) = next(body for body in versus("crane").bodies if body.shapes).shapes
+    assert (load.x, load.y, load.z) == (said["CRANE_EDGE"],) * 3
+    for name, x in (("disk", [1, 2, 0.3, 4, 0, 0]), ("crane", [3, 2, 0.4, 0, 0, 0])):
+        pose = versus(name).frames(np.array(x, dtype=float))[0].reshape(3, 4)
+        assert pose[:, 3] == pytest.approx(cpp_place(name, x), abs=1e-12)
+
+
+def test_like_against_like_has_the_settings_of_the_other_side() -> None:
+    assert AS_IN_OMPL["min_steps"] == header()["MIN_STEPS"]
+    assert AS_IN_OMPL["max_steps"] == header()["MAX_STEPS"]
+    planner: Any = ours.make(Entrant(KINOLAB, "rrt_fast", "RRT"))
+    assert (planner.last_step_every, planner.inputs_tried, planner.goal_bias) == (0, 1, 0.05)
+    assert ours.make(Entrant(KINOLAB, "rrt_fast")) == type(planner)()
+
+
+def cpp_place(name: str, x: list[float]) -> list[float]:
+    """Return where ``baseline.cpp`` puts the body's centre."""
+    if name == "disk":
+        return [x[0], x[1], header()["DISK_RADIUS"]]
+    height = header()["CRANE_HEIGHT"]
+    return [x[0] + x[1] * np.sin(x[2]), 0.0, height - x[1] * np.cos(x[2])]
+
+
+def cpp_disk(x: Any, u: Any) -> Any:
+    """Return the state derivatives (N, 6) that ``baseline.cpp`` writes by hand."""
+    said = header()
+    psi, psi_dot, phi_dot = x[:, 2], x[:, 4], x[:, 5]
+    speed = said["DISK_RADIUS"] * phi_dot
+    inertia = said["DISK_ROLL_INERTIA"] + said["DISK_MASS"] * said["DISK_RADIUS"] ** 2
+    steered = u[:, 1] / said["DISK_TURN_INERTIA"]
+    columns = [speed * np.cos(psi), speed * np.sin(psi), psi_dot, phi_dot, steered]
+    return np.column_stack([*columns, u[:, 0] / inertia])
+
+
+def cpp_crane(x: Any, u: Any) -> Any:
+    """Return the state derivatives (N, 6), inputs as there: the rope's without the weight."""
+    said = header()
+    _, length, theta, x_dot, l_dot, theta_dot = x.T
+    load, gravity, s, c = said["CRANE_LOAD"], said["CRANE_GRAVITY"], np.sin(theta), np.cos(theta)
+    along = -(load * gravity + u[:, 1])
+    trolley = (u[:, 0] - s * along) / said["CRANE_TROLLEY"]
+    hoisted = along / load - s * trolley + length * theta_dot**2 + gravity * c
+    swung = -(2 * l_dot * theta_dot + c * trolley + gravity * s) / length
+    return np.column_stack([x_dot, l_dot, theta_dot, trolley, hoisted, swung])
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_equations_by_hand_and_derived_ones_agree(name: str) -> None:
+    problem, random = versus(name), np.random.default_rng(0)
+    x = random.uniform(*problem.sampling_bounds.T, size=(200, 6))
+    u = random.uniform(*problem.model.control_bounds.T, size=(200, 2))
+    by_hand = {"disk": cpp_disk, "crane": cpp_crane}[name]
+    middle = problem.model.control_bounds.mean(axis=1)  # there inputs count from it
+    difference = by_hand(x, u - middle) - problem.model.f(x, u)
+    assert np.abs(difference).max() < 1e-9  # SI; rounding alone, of numbers up to about 100
+
+
+def held(*rows: tuple[int, float, float]) -> Any:
+    """Return inputs per step from (steps, drive, steer)."""
+    return np.array([u for steps, *u in rows for _ in range(steps)])
+
+
+def test_the_verdict_refuses_a_way_through_a_wall() -> None:
+    """It has rolled 1/3 m in 0.5 s, goes on at 4/3 m/s and meets the wall at x = 2.95 m."""
+    fault = Judge(versus("disk")).at_knots(held((10, 1.0, 0.0), (60, 0.0, 0.0)))
+    assert fault == "at t = 1.75 s coin touches box 5"  # the first knot after 1.71 s
+
+
+def test_the_verdict_refuses_limits_and_a_missed_goal() -> None:
+    judge = Judge(versus("disk"))
+    assert judge.at_knots(held((30, 1.0, 0.0))) == "at t = 1.15 s phi_dot is 12.2667"
+    assert judge.at_knots(held((1, 1.1, 0.0))) == "an input passes its limit"
+    assert "tolerances from the goal" in judge.at_knots(held((1, 0.0, 0.0)))
+    assert Judge(versus("disk", "goal.x=1.0", "goal.y=1.0")).at_knots(held((1, 0.0, 0.0))) == ""
+
+
+def test_the_verdict_looks_between_knots() -> None:
+    """The coin backs up by 8.9 mm and turns back in the midst of a step; 8.8 mm are free."""
+    judge = Judge(versus("disk", "world.bounds.x=[0.9912, 10]", "goal.x=1.0", "goal.y=1.0"))
+    u = held((1, -1.0, 0.0), (5, 0.6, 0.0))
+    assert judge.at_knots(u) == ""
+    assert judge.between(u) == "at t = 0.13 s x is 0.99112"
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_verdict_moves_as_the_model_does(name: str) -> None:
+    problem, random = versus(name), np.random.default_rng(1)
+    u = random.uniform(*problem.model.control_bounds.T, size=(20, 2))
+    x = [problem.start]
+    for row in u:
+        x.append(problem.model.step(x[-1], row, problem.step, method="rk4", substeps=5))
+    assert (Judge(problem).knots(u) == np.array(x)).all()
+
+
+def test_a_ratio_is_that_of_the_best_medians() -> None:
+    found = ratio([[8.0] * 5, [6.0] * 5], [[2.0] * 5, [9.0] * 5])
+    assert (found.value, found.low, found.high) == (3.0, 3.0, 3.0)
+
+
+def test_the_interval_of_a_ratio_is_as_wide_as_it_should_be() -> None:
+    """The median of n normal times varies by 1.25 sigma / sqrt(n), the ratio by both shares."""
+    random = np.random.default_rng(2)
+    n, share = 400, 0.1
+    slow, quick = (mean * random.normal(1.0, share, n) for mean in (10.0, 2.0))
+    found = ratio([slow.tolist()], [quick.tolist()])
+    half = 1.96 * 1.2533 * share / np.sqrt(n) * np.sqrt(2) * 5.0
+    assert found.low < 5.0 < found.high
+    assert found.high - found.low == pytest.approx(2 * half, rel=0.25)  # it varies itself
+
+
+def found(problem: str, entrant: Entrant, seed: int, cpu: float, **facts: Any) -> Run:
+    given = {"solved": True, "wall": cpu, "setup": 0.0, "nodes": 10, "propagations": 20}
+    return Run(problem, entrant, seed, cpu=cpu, **given | facts)
+
+
+RRT, LIKE_RRT = Entrant(OMPL, "RRT"), Entrant(KINOLAB, "rrt_fast", "RRT")
+
+
+def test_a_search_that_finds_nothing_or_lies_counts_as_the_limit() -> None:
+    """The verdict counts as time; what OMPL does not look at is named, and its time counts."""
+    runs = [
+        found("disk", LIKE_RRT, 1, 1.0, judging_cpu=0.5),
+        found("disk", LIKE_RRT, 2, 2.0, between="at t = 1 s x is 11"),
+        found("disk", LIKE_RRT, 3, 3.0, at_knots="at t = 1 s coin touches wall"),
+        found("disk", LIKE_RRT, 4, LIMIT, solved=False),
+    ]
+    assert tables.times(runs, LIMIT) == [1.5, 2.0, LIMIT, LIMIT]
+    cells = tables.searches(runs, LIMIT).splitlines()[-1].strip("| ").split(" | ")
+    assert cells[:4] == ["disk", "kinolab rrt_fast", "as OMPL's RRT", "3/4"]
+    assert cells[4] == "1/3, 1 refused at knots, 1 refused between"
+    assert cells[5] == "51.0000 / ≥ 100 / ≥ 100"
+    (listed,) = tables.refused(runs)
+    who = "- disk, kinolab rrt_fast (as OMPL's RRT)"
+    assert listed.splitlines()[2:] == [
+        f"{who}, at knots: seeds 3; the first one: at t = 1 s coin touches wall",
+        f"{who}, between: seeds 2; the first one: at t = 1 s x is 11",
+    ]
+
+
+def test_the_table_of_ratios_compares_like_with_like() -> None:
+    runs = [found("disk", RRT, seed, 1.0) for seed in (1, 2, 3)]
+    runs += [found("disk", LIKE_RRT, seed, 0.125, judging_cpu=0.125) for seed in (1, 2, 3)]
+    *_, last = tables.ratios(runs, LIMIT).splitlines()
+    cells = last.strip("| ").split(" | ")
+    assert cells[1:4] == [
+        "RRT against rrt_fast, as OMPL's RRT",
+        "RRT 1.0000",
+        "rrt_fast 0.2500",
+    ]
+    assert cells[4:] == ["4.0", "4.0 to 4.0", "5", "3/3", "3/3"]
+
+
+def test_sides_take_turns() -> None:
+    order = entrants(OMPL_PLANNERS, ["rrt_fast", "kpiece_fast"])
+    assert [one.side for one in order[:6]] == [OMPL, KINOLAB] * 3
+    assert order[1] == LIKE_RRT
+    assert len(order) == 8  # rrt_fast is there twice: with OMPL's settings, and with its own
+
+
+def test_the_comparison_says_what_is_missing_and_how_to_get_it(tmp_path: Any) -> None:
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "benchmarks" / "versus_ompl.py"), "--planners", "rrt_fast,no"],
+        env=environment(PATH=str(tmp_path)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    skipped, missing, install = done.stderr.splitlines()
+    assert skipped == "skipped: kinolab has no planner no"
+    assert missing == "cmake is missing, without which OMPL in C++ cannot be built."
+    assert install.startswith("Install: apt-get install -y cmake g++ libompl-dev libfcl-dev")

@@ -1,0 +1,1 @@
+"""kinolab beside OMPL in C++: the parts of ``versus_ompl.py``, and the problems of both."""

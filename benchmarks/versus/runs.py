@@ -1,0 +1,100 @@
+"""Who searches with which settings, and how a search ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+PROBLEMS = ("disk", "crane")
+OMPL, KINOLAB = "OMPL", "kinolab"
+OMPL_PLANNERS = ("RRT", "SST", "KPIECE1", "EST", "PDST")
+LIKE = {"rrt_fast": "RRT", "sst": "SST"}  # whose settings can be those of OMPL's
+AS_IN_OMPL: dict[str, Any] = {  # its defaults, and those of ompl_cpp/problem.h
+    "goal_bias": 0.05,
+    "goal_zoom": 1.0,
+    "inputs_tried": 1,
+    "min_steps": 1,
+    "max_steps": 20,
+    "restart_after": 0,
+    "last_step_every": 0,
+    "selection_radius": 0.2,
+    "pruning_radius": 0.1,
+}
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A planner with its settings.
+
+    Attributes:
+        side: OMPL or kinolab.
+        planner: Its name there.
+        like: Of OMPL's planner whose settings it has; empty where it has its own.
+    """
+
+    side: str
+    planner: str
+    like: str = ""
+
+    @property
+    def settings(self) -> str:
+        """Which settings it has, in words."""
+        return f"as OMPL's {self.like}" if self.like else "its own"
+
+    def __str__(self) -> str:
+        return f"{self.side} {self.planner}" + (f" ({self.settings})" if self.like else "")
+
+
+@dataclass(frozen=True)
+class Run:
+    """How one search ended; times are in [s].
+
+    Attributes:
+        problem: Its name.
+        entrant: Who searched.
+        seed: Of the random numbers.
+        solved: Whether a motion into the goal was found within the limit.
+        cpu, wall: Until the first one; the limit where there is none.
+        setup: CPU time before that, in which the search got everything it needs.
+        judging_cpu, judging_wall: Of the verdict at the knots, where the search did not ask FCL.
+        at_knots: What is wrong with the motion there, and ...
+        between: ... within its steps; empty where nothing is.
+        duration: Of the motion.
+        nodes: Of the tree.
+        propagations: Steps that were tried.
+    """
+
+    problem: str
+    entrant: Entrant
+    seed: int
+    solved: bool
+    cpu: float
+    wall: float
+    setup: float
+    nodes: int
+    propagations: int
+    judging_cpu: float = 0.0
+    judging_wall: float = 0.0
+    at_knots: str = ""
+    between: str = ""
+    duration: float = 0.0
+
+    @property
+    def counts(self) -> bool:
+        """Whether its time counts: OMPL, too, looks at the knots alone."""
+        return self.solved and not self.at_knots
+
+    def __str__(self) -> str:
+        text = f"{self.problem}, {self.entrant}, seed {self.seed}: "
+        text += f"{self.cpu + self.judging_cpu:.3f} s" if self.solved else "not solved"
+        return text + "".join(f"; {fault}" for fault in (self.at_knots, self.between) if fault)
+
+
+def entrants(theirs: Sequence[str], ours: Sequence[str]) -> list[Entrant]:
+    """Return everyone, OMPL and kinolab in turn; like against like, and each with its own."""
+    left = [Entrant(OMPL, name) for name in theirs]
+    right = [Entrant(KINOLAB, name, LIKE[name]) for name in ours if name in LIKE]
+    right += [Entrant(KINOLAB, name) for name in ours]
+    both = max(len(left), len(right))
+    return [one for k in range(both) for side in (left, right) for one in side[k : k + 1]]
