@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from kinolab.compiled.forest import Array, Integers
 from kinolab.compiled.question import draw_anywhere
-from kinolab.compiled.random import uniform
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
 from kinolab.projection import projected
@@ -26,6 +25,7 @@ from kinolab.propagation.free_motion import place_at, room_at
 CELLS = 4096  # at most
 TRIES = 3  # states of a cell that are looked at
 BLOCKED = -1.0  # instead of steps
+CROSSING = 10.0  # steps, for a cell that looked blocked
 
 
 class Leads(NamedTuple):
@@ -92,11 +92,14 @@ def find_ways(search, leads, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def draw_in_cell(leads, question, random, cell, x):  # type: ignore[no-untyped-def]
-    """Draw a state of a cell."""
+    """Draw a state in the middle of a cell.
+
+    Elsewhere in it, two neighbours could be free on either side of a wall that is as thick as one.
+    """
     draw_anywhere(question, random, x)
     places = places_of(leads, cell)
     for k in range(leads.entry.shape[0]):
-        x[leads.entry[k]] = leads.lower[k] + (places[k] + uniform(random)) / leads.per_unit[k]
+        x[leads.entry[k]] = leads.lower[k] + (places[k] + 0.5) / leads.per_unit[k]
 
 
 @kernel
@@ -108,14 +111,33 @@ def places_of(leads, cell):  # type: ignore[no-untyped-def]
 
 @kernel
 def flood(leads, question):  # type: ignore[no-untyped-def]
-    """Count the steps from the cells of the goal through free cells, corners included."""
-    steps, queue, along = leads.steps, leads.queue, leads.along
-    first, last = 0, 0
+    """Count the steps from the cells of the goal through free cells, corners included.
+
+    Where these do not lead to the start, a gap is narrower than a cell: then through others, too.
+    """
+    steps, queue, last = leads.steps, leads.queue, 0
     for k in range(question.ends.shape[0]):
         cell = cell_at(leads, question.ends[k])
         if steps[cell] != 0.0:
             steps[cell], queue[last] = 0.0, cell
             last += 1
+    last = spread(leads, last, 1.0, math.inf)
+    start = steps[cell_at(leads, question.start)]
+    if start == BLOCKED or start == math.inf:  # noqa: PLR1714  compiled: no container
+        spread(leads, last, CROSSING, BLOCKED)
+
+
+@kernel
+def spread(leads, last, cost, through):  # type: ignore[no-untyped-def]
+    """Count on from cells in the queue to all their neighbours; return how many it holds then.
+
+    Args:
+        leads: Its queue holds the cells that were counted, in order.
+        last: How many.
+        cost: Of a cell.
+        through: What may be crossed besides free cells that were not counted yet.
+    """
+    steps, queue, along, first = leads.steps, leads.queue, leads.along, 0
     while first < last:
         cell = queue[first]
         first += 1
@@ -124,6 +146,7 @@ def flood(leads, question):  # type: ignore[no-untyped-def]
             for b in range(max(j - 1, 0), min(j + 2, along[1])):
                 for c in range(max(k - 1, 0), min(k + 2, along[2])):
                     other = (a * along[1] + b) * along[2] + c
-                    if steps[other] == math.inf:
-                        steps[other], queue[last] = steps[cell] + 1.0, other
+                    if steps[other] == math.inf or steps[other] == through:
+                        steps[other], queue[last] = steps[cell] + cost, other
                         last += 1
+    return last
