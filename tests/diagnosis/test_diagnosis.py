@@ -162,7 +162,7 @@ def test_progress_is_told_on_stderr(home: Path) -> None:
 @pytest.mark.parametrize("word", ["looking at start", "looking for a way", "trying again"])
 def test_130_an_interrupted_diagnosis_leaves_the_run_whole(word: str, home: Path) -> None:
     process = started("ring.toml", "--max-iterations", "100", "--no-animation", cwd=home)
-    seconds, _, err = interrupted(process, word, 0.2)
+    seconds, _, err = interrupted(process, word, 0.0)  # what follows takes a moment only
     assert process.returncode == 130, err
     assert seconds < 5.0  # [s]; about 1 on a machine that does nothing else
     assert "Traceback" not in err

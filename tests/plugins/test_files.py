@@ -108,7 +108,7 @@ def test_a_file_without_a_class_is_refused(home: Path, reference: str) -> None:
         problem_of(home, named(reference))
     assert str(caught.value) == (
         f'table.toml [planner] name: "{reference}" does not name a class in a file. '
-        'Give the name of a planner in quotes, or "my_planner.py:Class" (default "rrt").'
+        'Give the name of a planner in quotes, or "my_planner.py:Class" (default "auto").'
     )
 
 

@@ -85,6 +85,7 @@ def _planners() -> None:
         assert isinstance(planner, AbstractCompiledPlanner)
         growth = planner.growth(problem, search_of(problem, planner.goal_zoom, 1))
         growth.begin()
+        growth.grow(0)
         growth.grow(1)
     true_excess(problem, np.zeros((1, problem.model.nu)))
 
