@@ -35,3 +35,14 @@ def test_a_motion_ends_as_far_outside_as_the_differential_equation_says(
 
 def test_a_motion_that_cannot_be_followed_is_nowhere_near(table: Problem) -> None:
     assert true_excess(table, np.array([[np.nan, 0.0]])) == np.inf
+
+
+def test_who_ends_far_outside_is_told_without_scipy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search may come into a goal that the truth misses a thousand times."""
+    goal = ("goal.x=5.0", "goal.y=0.0", "goal.tolerance=0.1")
+    problem = problem_of(tmp_path, OPEN, *goal)
+    monkeypatch.delattr("kinolab.propagation.true_end.resimulate")
+    u = np.zeros((10, 2))  # it stays where it is
+    assert true_excess(problem, u) == pytest.approx((5.0 - problem.start[0]) / 0.1)

@@ -372,9 +372,10 @@ def _sinking(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
         return ""
     checker = CollisionChecker(problem.bodies, World(ground=True))
     for times, states, _ in _samples(problem, trajectory, motion):
-        for time, poses in zip(times, problem.model.frames(states), strict=True):
-            if checker.collides(poses):
-                return _described(checker, (poses, NO_ENDS), time)
+        poses = problem.model.frames(states)
+        k = checker.first_collision(poses)
+        if k is not None:
+            return _described(checker, (poses[k], NO_ENDS), times[k])
     return ""
 
 
