@@ -92,12 +92,15 @@ def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
     return u.shape[0]
 
 
-def motion_under(problem: Problem, u: Array, method: str = "", substeps: int = 0) -> Array:
-    """Return the states (N+1, nx) from the problem's start under inputs (N, nu), by its own map.
+def motion_under(
+    problem: Problem, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
+) -> Array:
+    """Return the states (N+1, nx) under inputs (N, nu), by the problem's own map.
 
     Args:
         problem: With the start.
         u: Inputs, one row per step.
+        start: Another start, shape (nx,).
         method, substeps: Of the integrator, where they are not the problem's own.
 
     Returns:
@@ -108,7 +111,7 @@ def motion_under(problem: Problem, u: Array, method: str = "", substeps: int = 0
         step = problem.model.address(f"step_{method}")
         machine = machine._replace(step=step, substeps=substeps)
     states = np.full((len(u) + 1, problem.model.nx), np.nan)
-    states[0] = problem.start
+    states[0] = problem.start if start is None else start
     made = follow(Record(machine), np.ascontiguousarray(u, dtype=float), problem.step, states)
     states[made + 1 :] = np.nan
     return states
