@@ -258,7 +258,8 @@ class Pieces:
         self._budget.spend(iterations)
         took = max(self._budget.clock() - self._begun, 1e-6)
         fitting = iterations * PIECE / took
-        self._size = int(min(max(fitting, self._size / 4, 1), 4 * self._size, 1_000_000))
+        # Slowly upward: the first iterations of a tree are far quicker than those that follow.
+        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, 1_000_000))
 
 
 def rows(problem: Problem, u: Array) -> tuple[Array, Array]:
