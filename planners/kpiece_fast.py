@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
+from numba import typeof
 
 from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
 from kinolab.compiled.cell_search import explore, start_in_a_cell
@@ -62,9 +63,13 @@ class _Growth(AbstractGrowth):
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow by some iterations; the ways of the cells are found before the first."""
         planner = self._planner
-        if iterations and not self._led:
-            self._led = True
-            find_ways(self._search, self._leads, self.nodes.now)
+        if not self._led:
+            self._led = iterations > 0
+            arguments = self._search, self._leads, self.nodes.now
+            if self._led:
+                find_ways(*arguments)
+            else:
+                find_ways.compile(tuple(map(typeof, arguments)))  # no part of a search
         ended, made = explore(
             self._search, self._tree, self._cells, self._leads, self.best, iterations,
             planner.min_steps, planner.max_steps, float(planner.greed), planner.inputs_tried,

@@ -14,7 +14,7 @@ from kinolab.problem import Problem
 from kinolab.roadmap import Explorer, load_roadmap, save_roadmap
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 
-BATCH = 10  # milestones between two questions
+BATCH = 10  # milestones between two questions; the first ones are asked sooner
 GOALS = 5  # states of the goal that are tried
 
 
@@ -81,13 +81,14 @@ def _answer(
     """Ask again after every batch of milestones, until there is an answer or no time."""
     if problem.goal_excess(problem.start) <= 1.0:
         return Outcome.SOLVED, np.zeros((0, problem.model.nu))
-    goals = explorer.goals(GOALS)
+    goals, batch = explorer.goals(GOALS, budget), 1
     while goals and not budget.over:
         inputs = explorer.answer(problem.start, goals, budget)
         if inputs is not None:
             return Outcome.SOLVED, inputs
-        if not _grow(explorer, BATCH, budget):
+        if not _grow(explorer, batch, budget):
             break
+        batch = min(2 * batch, BATCH)
     inputs = explorer.approach(problem.start, problem.goal_distance)
     outcome = Outcome.APPROXIMATE if len(inputs) else Outcome.NOT_FOUND
     return Outcome.INTERRUPTED if budget.interrupted else outcome, inputs

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar, TypeAlias, final
@@ -15,10 +14,13 @@ from kinolab.problem import Problem
 from kinolab.propagation import Propagator
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.steering import Maneuver, Steering, ignorable, settle
+from kinolab.stopping import StoppedError, look
 
 Array: TypeAlias = NDArray[np.float64]
 
 BATCH = 20  # configurations between two questions
+RARER = 4  # times as many configurations until a nearest approach is followed again
+GLANCE = 16  # steps of a motion between two looks at whether to stop
 GOALS = 10  # states of the goal region among which one to end at is chosen
 WIDER = 1.5  # factor on the margin after a path that could not be followed
 
@@ -47,59 +49,66 @@ class PRMGeometric(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Find paths and follow them until the motion of one is free and reaches the goal."""
-        follower = _Follower(problem)
+        follower = _Follower(problem, budget)
         goal, margin, tried = follower.goal(seed), self.margin, 0
-        nearest = follower.still
-        if follower.excess(nearest) <= 1.0:
-            return _result(problem, nearest, follower, budget, tried)
+        if follower.reaches or goal is None or follower.steering.paths is None:
+            return _result(problem, follower, budget, tried)
+        places = follower.places(goal, margin)
         budget.restart()  # code for this machine was compiled and loaded until here
-        while goal is not None and not budget.spent():
-            path = self._path(problem, follower, goal, margin, seed + tried, budget)
+        while places.differ and not budget.spent():
+            roadmap = GeometricRoadmap(places, problem.start, goal, seed + tried, self.neighbours)
+            path = _path(roadmap, follower, places, budget)
             if path is None:
                 break
-            motion = follower.follow(*path)
-            if follower.excess(motion) <= 1.0:
-                return _result(problem, motion, follower, budget, tried)
-            nearest = min(nearest, motion, key=lambda m: problem.goal_distance(m.x[-1]))
+            follower.follow(places, path)
+            if follower.reaches:
+                break
             margin, tried = max(WIDER * margin, 0.005), tried + 1
-        return _result(problem, nearest, follower, budget, tried)
+            places = follower.places(goal, margin)
+        return _result(problem, follower, budget, tried)
 
-    def _path(
-        self,
-        problem: Problem,
-        follower: _Follower,
-        goal: Array,
-        margin: float,
-        seed: int,
-        budget: Budget,
-    ) -> tuple[Configurations, list[Array]] | None:
-        """Return configurations on a path with room on both sides, and what joins them."""
-        if follower.steering.paths is None:
-            return None
-        configurations = Configurations(
-            problem, follower.steering, goal, margin, follower.rejections
-        )
-        if not configurations.differ:
-            return None
-        roadmap = GeometricRoadmap(configurations, problem.start, goal, seed, self.neighbours)
+
+def _path(
+    roadmap: GeometricRoadmap, follower: _Follower, places: Configurations, budget: Budget
+) -> list[Array] | None:
+    """Return configurations from the start to the goal; None where the budget is spent.
+
+    Until there are any, ways to the nearest approach are followed now and then: when the time is
+    over, it is too late for that.
+    """
+    due = BATCH
+    try:
         while not budget.over:
             path = roadmap.path()
             if path is not None:
-                return configurations, path
+                return path
+            if roadmap.size >= due:
+                due *= RARER
+                follower.follow(places, roadmap.approach(follower.problem.goal_distance))
             roadmap.grow(BATCH, budget)
-        return configurations, roadmap.approach(problem.goal_distance)
+    except StoppedError:
+        pass  # what was begun is worth nothing
+    return None
 
 
 class _Follower:
-    """Makes motions of paths, and judges them."""
+    """Makes motions of paths, judges them, and keeps the one that ends nearest to the goal.
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self.steering, self._judge = problem, Steering(problem), Propagator(problem)
-        self.rejections = self._judge.rejections
+    Attributes:
+        problem: What to plan.
+        steering: Of its machine.
+        rejections: What was refused.
+        nearest: The motion that ends nearest to the goal; it stays at the start at first.
+    """
+
+    def __init__(self, problem: Problem, budget: Budget) -> None:
+        self.problem, self._budget, self._judge = problem, budget, Propagator(problem)
+        self.steering, self.rejections = Steering(problem, self._late), self._judge.rejections
+        self.nearest = self._still
 
     def goal(self, seed: int) -> Array | None:
         """Return a free state at rest within the goal, its middle if that is one."""
-        generator, problem = np.random.default_rng(seed), self._problem
+        generator, problem = np.random.default_rng(seed), self.problem
         for k in range(GOALS):
             x = problem.sample_goal(generator, 1.0 if k else 1e-9)
             x = np.where(ignorable(problem), 0.0, self.steering.ways.straightened(x))
@@ -109,50 +118,61 @@ class _Follower:
         return None
 
     def _ends_well(self, x: Array) -> bool:
-        return self._problem.goal_excess(x) <= 1.0 and self._judge.is_free(x.tolist())
+        return self.problem.goal_excess(x) <= 1.0 and self._judge.is_free(x.tolist())
+
+    def places(self, goal: Array, margin: float) -> Configurations:
+        """Return the configurations that keep a margin in [m] from obstacles."""
+        return Configurations(
+            self.problem, self.steering, goal, margin, self.rejections, self._late
+        )
 
     @property
-    def still(self) -> Maneuver:
-        """The motion that stays at the start."""
-        return Maneuver(self._problem.start[None], np.zeros((0, self._problem.model.nu)))
+    def reaches(self) -> bool:
+        """Whether the nearest motion ends in the goal."""
+        return self.problem.goal_excess(self.nearest.x[-1]) <= 1.0
 
-    def excess(self, motion: Maneuver) -> float:
-        """Return how far outside the goal a motion ends, at most 1 inside."""
-        return self._problem.goal_excess(motion.x[-1])
+    def follow(self, places: Configurations, path: list[Array]) -> None:
+        """Follow a path as far as it is free; each part of it counts as an iteration."""
+        reached = self._still
+        try:
+            for x0, x1 in pairwise(path):
+                piece = None if self._budget.spent() else self._piece(places, reached.x[-1], x0, x1)
+                if piece is None:
+                    break
+                reached = reached.then(piece)
+        except StoppedError:
+            self._budget.take_back()
+        self.nearest = min(
+            self.nearest, reached, key=lambda motion: self.problem.goal_distance(motion.x[-1])
+        )
 
-    def follow(self, configurations: Configurations, path: list[Array]) -> Maneuver:
-        """Return the motion along a path, as far as it is free."""
-        reached = self.still
-        for wanted in self._wanted(configurations, path):
-            piece = self.steering.tracker.track(reached.x[-1], wanted)
-            if piece is None or not self._is_free(piece):
-                break
-            reached = reached.then(piece)
-        return reached
+    @property
+    def _still(self) -> Maneuver:
+        return Maneuver(self.problem.start[None], np.zeros((0, self.problem.model.nu)))
 
-    def _wanted(self, configurations: Configurations, path: list[Array]) -> Iterator[Maneuver]:
-        """Yield what feedback shall follow from one configuration to the next."""
+    def _late(self) -> bool:
+        return self._budget.late
+
+    def _piece(self, places: Configurations, begin: Array, x0: Array, x1: Array) -> Maneuver | None:
+        """Return what becomes of the way from x0 to x1, begun beside x0, under feedback."""
         assert self.steering.paths is not None
-        for x0, x1 in pairwise(path):
-            motions = (
-                self.steering.paths.chain(ways, x0) for ways in configurations.free_ways(x0, x1)
-            )
-            motion = next((found for found in motions if found is not None), None)
-            if motion is None:
-                return
-            yield motion
+        motions = (self.steering.paths.chain(ways, x0) for ways in places.free_ways(x0, x1))
+        wanted = next((found for found in motions if found is not None), None)
+        piece = wanted and self.steering.tracker.track(begin, wanted)
+        return piece if piece is not None and self._is_free(piece) else None
 
     def _is_free(self, motion: Maneuver) -> bool:
-        step = self._problem.step
-        pairs = zip(motion.x.tolist(), motion.u.tolist(), strict=False)
-        return all(self._judge.step(x, u, step)[1] for x, u in pairs)
+        for k, (x, u) in enumerate(zip(motion.x.tolist(), motion.u.tolist(), strict=False)):
+            if k % GLANCE == 0:
+                look(self._late)
+            if not self._judge.step(x, u, self.problem.step)[1]:
+                return False
+        return True
 
 
-def _result(
-    problem: Problem, motion: Maneuver, follower: _Follower, budget: Budget, tried: int
-) -> SearchResult:
-    outcome = Outcome.SOLVED
-    if follower.excess(motion) > 1.0:
+def _result(problem: Problem, follower: _Follower, budget: Budget, tried: int) -> SearchResult:
+    motion, outcome = follower.nearest, Outcome.SOLVED
+    if not follower.reaches:
         outcome = Outcome.APPROXIMATE if motion.steps else Outcome.NOT_FOUND
         outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
     times = problem.step * np.arange(motion.steps + 1, dtype=float)

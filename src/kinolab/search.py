@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
@@ -79,8 +80,9 @@ class Budget:
         interrupted: Set from outside to end the search soon.
         abandoned: Set from outside where nobody wants to know any more what was found.
         iterations: Made so far.
-        started: When the time began to count, on the monotonic clock.
-        prepared: Seconds before that, in which a planner got everything it needs.
+        started: When the time began to count, by the clock.
+        prepared: Seconds apart from it, in which a planner got everything it needs.
+        clock: Tells the time in [s].
     """
 
     time_limit: float
@@ -89,18 +91,34 @@ class Budget:
     interrupted: bool = False
     abandoned: bool = False
     iterations: int = 0
-    started: float = field(default_factory=time.monotonic)
+    started: float = math.nan  # now, where it is not given
     prepared: float = 0.0
+    clock: Callable[[], float] = time.monotonic
     _next_report: float = 0.25
     _calls: int = 0  # of ``end``
     _patience: float = float("inf")  # calls of ``end`` that do not break off what is running
     _broken: bool = False
 
+    def __post_init__(self) -> None:
+        if math.isnan(self.started):
+            self.started = self.clock()
+
     def restart(self) -> None:
         """Begin to count the time now, when a planner has everything it needs."""
-        now = time.monotonic()
+        now = self.clock()
         self.prepared += now - self.started
         self.started = now
+
+    @contextmanager
+    def preparing(self) -> Iterator[None]:
+        """Count what is compiled or loaded inside as preparation, though the search has begun."""
+        begun = self.clock()
+        try:
+            yield
+        finally:
+            taken = self.clock() - begun
+            self.prepared += taken
+            self.started += taken
 
     def end(self) -> None:
         """End the search soon; a handler of signals calls this, and again where it takes long."""
@@ -129,11 +147,20 @@ class Budget:
             self._patience, self._broken = before, False
 
     @property
+    def elapsed(self) -> float:
+        """Seconds of searching so far."""
+        return self.clock() - self.started
+
+    @property
+    def late(self) -> bool:
+        """Whether not even the iteration that is being made may go on; asking counts nothing."""
+        return self.interrupted or self.elapsed > self.time_limit
+
+    @property
     def over(self) -> bool:
-        """Whether the search must end; asking counts nothing."""
-        elapsed = time.monotonic() - self.started
+        """Whether no further iteration may be made; asking counts nothing."""
         too_many = self.max_iterations is not None and self.iterations >= self.max_iterations
-        return self.interrupted or too_many or elapsed > self.time_limit
+        return too_many or self.late
 
     @property
     def left(self) -> float:
@@ -143,21 +170,23 @@ class Budget:
     def spend(self, iterations: int) -> None:
         """Count iterations that were made at once."""
         self.iterations += iterations
-        elapsed = time.monotonic() - self.started
-        if self.progress and elapsed > self._next_report:
-            self._next_report = elapsed + 0.25
-            self.progress(self.iterations, elapsed)
+        self._report()
+
+    def take_back(self) -> None:
+        """Count an iteration no more that was not finished: as many whole ones repeat a search."""
+        self.iterations -= 1
 
     def spent(self) -> bool:
         """Say whether the search must end, and count one more iteration if not."""
         if self.over:
             return True
-        elapsed = time.monotonic() - self.started
-        self.iterations += 1
-        if self.progress and elapsed > self._next_report:
+        self.spend(1)
+        return False
+
+    def _report(self) -> None:
+        if self.progress and (elapsed := self.elapsed) > self._next_report:
             self._next_report = elapsed + 0.25
             self.progress(self.iterations, elapsed)
-        return False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ from ompl import base as ob
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator, Rejections
 from kinolab.steering import Steering, ignorable, settle
+from kinolab.stopping import Stop, StoppedError, look, never
 from kinolab.world.geometry import placement, sizes
 
 Array: TypeAlias = NDArray[np.float64]
@@ -37,9 +38,12 @@ class Configurations:
         margin: Room in [m] that is asked for beside obstacles; half of what start and goal have
             where that is less.
         rejections: Where to count what is refused.
+        stop: Says that looking for ways must end: OMPL finds nothing any more, others get a
+            StoppedError.
 
     Attributes:
         space: OMPL's compound space of the free coordinates.
+        stop: As given.
     """
 
     def __init__(
@@ -49,8 +53,10 @@ class Configurations:
         goal: Array,
         margin: float,
         rejections: Rejections | None = None,
+        stop: Stop = never,
     ) -> None:
         self._problem, self._steering, self._goal = problem, steering, goal
+        self.stop = stop
         self._margin = min(margin, *(_room(problem, x) / 2 for x in (problem.start, goal)))
         self._judge = Propagator(problem, self._margin, rejections)
         self._base = _base(problem, steering)
@@ -86,11 +92,15 @@ class Configurations:
 
     def is_valid(self, state: Any) -> bool:
         """Say whether the machine can stay there and has room."""
-        x = self.read(state)
-        return x is not None and self.has_room(x)
+        x = None if self.stop() else self.read(state)
+        try:
+            return x is not None and self.has_room(x)
+        except StoppedError:
+            return False
 
     def has_room(self, x: Array) -> bool:
         """Say whether a state keeps its limits and has room around it."""
+        look(self.stop)
         return self._judge.admits(x.tolist())
 
     def free_ways(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
@@ -116,6 +126,7 @@ class Configurations:
         return bool(np.abs(away).max(initial=0.0) < SAME)
 
     def _has_room_along(self, path: Any, x0: Array) -> bool:
+        look(self.stop)
         motion = self._steering.paths
         assert motion is not None
         few = motion.looks(path, x0, FEW)
@@ -143,7 +154,10 @@ class Ways(ob.MotionValidator):  # type: ignore[misc]
     def checkMotion(self, begin: Any, end: Any, *_: Any) -> bool:
         """Say whether there is one."""
         x0, x1 = (self._configurations.read(state) for state in (begin, end))
-        return x0 is not None and x1 is not None and self._configurations.joined(x0, x1)
+        try:
+            return x0 is not None and x1 is not None and self._configurations.joined(x0, x1)
+        except StoppedError:
+            return False
 
 
 def _base(problem: Problem, steering: Steering) -> Array:

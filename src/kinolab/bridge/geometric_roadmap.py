@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 from kinolab.bridge.configurations import Configurations, Ways
 from kinolab.bridge.search import ompl_seed
 from kinolab.search import Budget
+from kinolab.stopping import Stop, look
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -69,8 +70,12 @@ class GeometricRoadmap:
         self._planner.growRoadmapPtc(condition)
 
     def path(self) -> list[Array] | None:
-        """Return states at rest from start to goal; None where the roadmap does not lead there."""
-        graph = _Graph(self._information, self._planner)
+        """Return states at rest from start to goal; None where the roadmap does not lead there.
+
+        Raises:
+            StoppedError: If looking for it took too long.
+        """
+        graph = self._graph()
         way = graph.way_to(graph.goal) if graph.goal in graph.distances else []
         return self._states(graph, way) or None
 
@@ -79,12 +84,21 @@ class GeometricRoadmap:
 
         Args:
             distance: Of a state from where it should be.
+
+        Raises:
+            StoppedError: If looking for it took too long.
         """
-        graph = _Graph(self._information, self._planner)
-        states = {k: self._configurations.read(graph.state(k)) for k in graph.distances}
-        apart = {k: distance(x) for k, x in states.items() if x is not None}
+        graph = self._graph()
+        apart = dict[int, float]()
+        for k in graph.distances:
+            look(self._configurations.stop)
+            x = self._configurations.read(graph.state(k))
+            apart |= {} if x is None else {k: distance(x)}
         way = graph.way_to(min(apart, key=lambda k: apart[k])) if apart else []
         return self._states(graph, way)
+
+    def _graph(self) -> _Graph:
+        return _Graph(self._information, self._planner, self._configurations.stop)
 
     def _states(self, graph: _Graph, way: list[int]) -> list[Array]:
         states = (self._configurations.read(graph.state(k)) for k in way)
@@ -94,18 +108,27 @@ class GeometricRoadmap:
 class _Graph:
     """What OMPL's roadmap is at a moment; it must not outlive its planner.
 
+    Args:
+        information: Of the space.
+        planner: OMPL's.
+        stop: Says that looking must end, by a StoppedError.
+
     Attributes:
         distances: From the start to every configuration that edges lead to.
         goal: Number of the goal; -1 where it is not part of the roadmap.
     """
 
-    def __init__(self, information: Any, planner: Any) -> None:
+    def __init__(self, information: Any, planner: Any, stop: Stop) -> None:
         self._data = ob.PlannerData(information)
         planner.getPlannerData(self._data)
         self._begin = self._data.getStartIndex(0) if self._data.numStartVertices() else -1
         self.goal = self._data.getGoalIndex(0) if self._data.numGoalVertices() else -1
-        edges = [(a, b) for a in range(self._data.numVertices()) for b in self._data.getEdges(a)]
-        lengths = [information.distance(self.state(a), self.state(b)) for a, b in edges]
+        edges, lengths = list[tuple[int, int]](), list[float]()
+        for a in range(self._data.numVertices()):
+            look(stop)
+            new = [(a, b) for b in self._data.getEdges(a)]
+            lengths += [information.distance(self.state(a), self.state(b)) for _, b in new]
+            edges += new
         self.distances, self._before = self._shortest(edges, lengths)
 
     def _shortest(

@@ -76,6 +76,6 @@ class _Until(Budget):
     ended: Callable[[], bool] = lambda: False
 
     @property
-    def over(self) -> bool:
+    def late(self) -> bool:
         """Whether OMPL's condition holds."""
-        return super().over or bool(self.ended())
+        return super().late or bool(self.ended())

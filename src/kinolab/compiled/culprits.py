@@ -11,21 +11,29 @@ import numpy as np
 from kinolab.compiled.tree import Tree
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
+from kinolab.search import Budget
 
 MOTIONS = 100  # that are made
+LONGEST = 0.02  # [s] that they may take after the search's time
 
 
-def culprits(problem: Problem, nodes: Tree, max_steps: int) -> dict[str, dict[str, float]]:
+def culprits(
+    problem: Problem, nodes: Tree, max_steps: int, budget: Budget
+) -> dict[str, dict[str, float]]:
     """Return by cause and culprit the share of what is refused, as ``Rejections.shares``.
 
     Args:
         problem: What was planned.
         nodes: That motions begin from, one at least.
         max_steps: For how many steps an input is held at most.
+        budget: Of the search that is over; few motions are made where no time is left.
     """
-    generator, judge = np.random.default_rng(0), Propagator(problem)
+    with budget.preparing():
+        generator, judge = np.random.default_rng(0), Propagator(problem)
     lower, upper = problem.model.control_bounds.T
     for node in generator.integers(nodes.size[0], size=MOTIONS):
+        if budget.elapsed > budget.time_limit + LONGEST:
+            break
         x, u = nodes.x[node].tolist(), generator.uniform(lower, upper).tolist()
         for _ in range(generator.integers(max_steps) + 1):
             x, free = judge.step(x, u, problem.step)

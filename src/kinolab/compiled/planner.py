@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,9 +32,11 @@ from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
 from kinolab.tree_search import AbstractTreeSearch
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from kinolab.steering.last_step import LastStep
 
-PIECE = 0.01  # [s] of a search between two looks at the clock
+PIECE = 0.005  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
 GROWTH = 1.5  # of the length of a round over the one before
 MISSES = 10  # motions into the goal that the truth refuses, after which a new tree begins
@@ -129,7 +130,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         misses, restarts, pieces = 0, 0, Pieces(budget)
         arrivals = Arrivals(problem, self, seed, budget)
         own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
-        improvement = Improvement(problem)
+        improvement = Improvement(problem, budget.clock)
         while not improvement.over and (iterations := pieces.next(min(left, arrivals.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
@@ -156,7 +157,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         outcome = result(problem, budget, u, tree.nodes, statistics, solved=solved)
         if solved or budget.interrupted:
             return outcome
-        return replace(outcome, rejections=culprits(problem, tree.nodes, self.max_steps))
+        return replace(outcome, rejections=culprits(problem, tree.nodes, self.max_steps, budget))
 
 
 class Improvement:
@@ -164,20 +165,22 @@ class Improvement:
 
     Args:
         problem: Says how long at most.
+        clock: Tells the time in [s].
 
     Attributes:
         statistics: The duration of the first motion in [s], and how many were shorter.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, clock: Callable[[], float]) -> None:
         self._seconds, self._step = problem.scenario.planner.improve, problem.step
+        self._clock = clock
         self._until, self._steps, self._pointless = math.inf, ANY, False
         self.statistics: dict[str, float] = {}
 
     @property
     def over(self) -> bool:
         """Whether the search has come to its end."""
-        return self._pointless or time.monotonic() >= self._until
+        return self._pointless or self._clock() >= self._until
 
     def wants(self, steps: int) -> bool:
         """Say whether a motion of so many steps is shorter than all before."""
@@ -189,7 +192,7 @@ class Improvement:
             self.statistics["improvements"] += 1.0
         else:
             self.statistics = {"first_duration": steps * self._step, "improvements": 0.0}
-            self._until = time.monotonic() + self._seconds
+            self._until = self._clock() + self._seconds
         self._steps = steps
         self._pointless = self.over or not tree.shorten(steps)
 
@@ -216,9 +219,10 @@ class Arrivals:
 
     @cached_property
     def _last_step(self) -> LastStep:
-        from kinolab.steering.last_step import LastStep  # brings SciPy's optimisers
+        with self._budget.preparing():
+            from kinolab.steering.last_step import LastStep  # brings SciPy's optimisers
 
-        return LastStep(self._problem, 1, self._zoom, lambda: self._budget.over)
+            return LastStep(self._problem, 1, self._zoom, lambda: self._budget.over)
 
     def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
         """Return inputs from the start into the goal, where an attempt was due and found some."""
@@ -248,15 +252,16 @@ class Pieces:
         if self._budget.over:
             return 0
         left = self._budget.left
-        self._begun = time.monotonic()
+        self._begun = self._budget.clock()
         return int(max(1, min(self._size, left, most)))
 
     def done(self, iterations: int) -> None:
         """Count iterations made, and fit the next piece to the time they took."""
         self._budget.spend(iterations)
-        took = max(time.monotonic() - self._begun, 1e-6)
+        took = max(self._budget.clock() - self._begun, 1e-6)
         fitting = iterations * PIECE / took
-        self._size = int(min(max(fitting, self._size / 4, 1), 4 * self._size, 1_000_000))
+        # Slowly upward: the first iterations of a tree are far quicker than those that follow.
+        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, 1_000_000))
 
 
 def rows(problem: Problem, u: Array) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ import numpy as np
 from kinolab import planners
 from kinolab.errors import KinolabError
 from kinolab.motion import DivergedError, follow_map, resimulate
+from kinolab.planning.collection import old_objects_left_alone
 from kinolab.planning.plan import Plan
 from kinolab.plugins import full_reference, search
 from kinolab.problem import Problem
@@ -96,11 +97,12 @@ class _Attempt:
         return self._judged(result, trajectory)
 
     def _search(self) -> SearchResult:
-        found = self._timed(
-            "search",
-            lambda: search(self.searcher, self.problem, self.seed, self.budget),
-            patience=1,
-        )
+        with old_objects_left_alone():
+            found = self._timed(
+                "search",
+                lambda: search(self.searcher, self.problem, self.seed, self.budget),
+                patience=1,
+            )
         prepared = self.budget.prepared
         self.timings |= {"prepare": prepared, "search": self.timings["search"] - prepared}
         if found is None:  # it did not look at the budget

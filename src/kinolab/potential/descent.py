@@ -14,6 +14,7 @@ from kinolab.potential.trail import Trail
 from kinolab.propagation import Propagator
 from kinolab.search import Budget
 from kinolab.steering import Arrival
+from kinolab.stopping import StoppedError, look
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -67,7 +68,11 @@ class Descent:
             if height < self._near and count % EVERY == 0 and self._arrive(trail):
                 return Ending.GOAL
             count, waited = count + 1, waited + 1
-            chosen = self._choose(trail.end, u, generator)
+            try:
+                chosen = self._choose(trail.end, u, generator, budget)
+            except StoppedError:
+                budget.take_back()
+                return Ending.BUDGET
             if chosen is None or waited > self._patience:
                 return Ending.MINIMUM
             u, reached = chosen
@@ -88,15 +93,19 @@ class Descent:
         return motion is not None
 
     def _choose(
-        self, x: Array, u: Array, generator: np.random.Generator
+        self, x: Array, u: Array, generator: np.random.Generator, budget: Budget
     ) -> tuple[Array, Array] | None:
         """Return inputs and the state after one step of them.
 
         The best proposal that is free up to the horizon is taken, else the one that is free for
         longest; None where not even one step is.
+
+        Raises:
+            StoppedError: If the budget's time was over before all were looked at.
         """
         longest, best = 0, None
         for proposal in self._lookahead.proposals(x, u, generator):
+            look(lambda: budget.late)
             free, first = self._free_steps(x, proposal.u)
             if free > longest and first is not None:
                 longest, best = free, (proposal.u, first)

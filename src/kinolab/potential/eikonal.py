@@ -149,19 +149,28 @@ def _speed(free: Mask, grid: Grid, berth: float) -> Array:
 def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
     """Sweep over cells of size 1 until nothing changes at the corners that count.
 
-    Mazes need as many sweeps as their ways have turns. The solver wants a source whose coordinates
-    are whole numbers to the last bit: it takes anything else for a point between corners.
+    Mazes need as many sweeps as their ways have turns.
+    """
+    sweeps = SWEEPS
+    values = shortest(speed, source, sweeps)
+    while sweeps < MOST_SWEEPS:
+        sweeps *= 2
+        before, values = values, shortest(speed, source, sweeps)
+        if (before - values <= SETTLED * values)[counts].all():
+            break
+    return values
+
+
+def shortest(speed: Array, source: Array, sweeps: int) -> Array:
+    """Return the times of arrival at the corners of cells of size 1 after some sweeps.
+
+    The solver wants a source whose coordinates are whole numbers to the last bit: it takes anything
+    else for a point between corners.
     """
     from fteikpy import Eikonal2D, Eikonal3D  # its import compiles what is not cached yet
 
     solver = (Eikonal2D if speed.ndim == 2 else Eikonal3D)(speed, gridsize=(1.0,) * speed.ndim)
-    sweeps = SWEEPS
     values: Array = solver.solve(source, nsweep=sweeps).grid
-    while sweeps < MOST_SWEEPS:
-        sweeps *= 2
-        before, values = values, solver.solve(source, nsweep=sweeps).grid
-        if (before - values <= SETTLED * values)[counts].all():
-            break
     return values
 
 

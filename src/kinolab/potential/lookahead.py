@@ -19,6 +19,7 @@ from kinolab.potential.bounded import bounded_least_squares
 from kinolab.potential.field import Field
 from kinolab.potential.pullback import Projection, independent_entries
 from kinolab.propagation import HeldInputs
+from kinolab.stopping import Stop, look, never
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -42,10 +43,13 @@ class Lookahead:
         projection: Turns its forces into inputs.
         steps: Of the problem's length, up to the horizon.
         draws: Proposals drawn at random besides.
+        stop: Says that what is being done must end, by a StoppedError.
     """
 
-    def __init__(self, field: Field, projection: Projection, steps: int, draws: int) -> None:
-        self._field, self._projection = field, projection
+    def __init__(
+        self, field: Field, projection: Projection, steps: int, draws: int, stop: Stop = never
+    ) -> None:
+        self._field, self._projection, self._stop = field, projection, stop
         self.steps, self._draws = steps, draws
         self._rollout = HeldInputs(field.problem)
         self._lower, self._upper = field.problem.model.control_bounds.T
@@ -60,6 +64,7 @@ class Lookahead:
         """
         found, ends = [], []
         for proposed in self._ideas(x, u, generator):
+            look(self._stop)
             end = self._rollout.end(x, proposed, self.steps)
             if end is not None:
                 found.append(proposed)
@@ -90,7 +95,10 @@ class Lookahead:
         base = self._rollout.end(x, u, self.steps)
         nudges = np.where(u > (self._lower + self._upper) / 2, -NUDGE, NUDGE)
         nudges *= self._upper - self._lower
-        ends = [self._rollout.end(x, u + step, self.steps) for step in np.diag(nudges)]
+        ends = []
+        for step in np.diag(nudges):
+            look(self._stop)
+            ends.append(self._rollout.end(x, u + step, self.steps))
         if base is None or any(end is None for end in ends):
             return
         states = np.array([base, *ends])

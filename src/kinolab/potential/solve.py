@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kinolab.potential.build import navigation_field, plain_field
 from kinolab.potential.descent import Descent, Ending
+from kinolab.potential.eikonal import shortest
 from kinolab.potential.escapes import Escapes
 from kinolab.potential.field import Field
 from kinolab.potential.lookahead import Lookahead
@@ -72,8 +73,9 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
 
 
 def _load_solver() -> None:
-    """Import the eikonal solver, which is compiled at its first import: no part of a search."""
-    import fteikpy  # noqa: F401
+    """Import the eikonal solver and solve for next to nothing: compiling is no part of a search."""
+    for dims in (2, 3):
+        shortest(np.ones((2,) * dims), np.ones(dims), sweeps=1)
 
 
 def _field(propagator: Propagator, settings: FieldSettings, budget: Budget) -> Field | None:
@@ -99,7 +101,7 @@ def _descent(
 ) -> Descent:
     problem = field.problem
     steps = _steps(settings.horizon, problem)
-    lookahead = Lookahead(field, projection, steps, settings.draws)
+    lookahead = Lookahead(field, projection, steps, settings.draws, lambda: budget.late)
     arrival = Arrival(problem, steps, propagator, lambda: budget.over)
     patience = _steps(settings.patience, problem)
     return Descent(field, lookahead, arrival, propagator, settings.near, patience)

@@ -32,7 +32,7 @@ MOVES = 1e-6  # [m] by which a point moves along an axis of its workspace
 ROUNDING = 1e-9  # [m]
 BYTES_PER_CELL = 64  # occupancy, speeds and values, with what the solver keeps beside them
 SMALLEST = 1e-3  # [m] radius of a ball that stands for a point
-PATIENCE = 512  # cells between two looks at the clock
+PATIENCE = 16  # cells between two looks at the clock
 
 
 def grid_of(problem: Problem, point: ControlPoint, resolution: float, memory: float) -> Grid:

@@ -37,7 +37,8 @@ class Sweep:
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
         ]
-        self._tight.collides(*problem.placement(problem.start))  # compiles what is compiled late
+        self._tight.build()
+        self._tight.contacts(*problem.placement(problem.start))  # compiles what is compiled late
 
     def free(self) -> bool:
         """Say whether the state reached is inside the workspace and touches nothing."""

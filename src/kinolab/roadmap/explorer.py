@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
@@ -15,10 +14,11 @@ from kinolab.roadmap.roadmap import Roadmap
 from kinolab.roadmap.sampling import Sampler
 from kinolab.search import Budget
 from kinolab.steering import Maneuver, Steering
+from kinolab.stopping import StoppedError, look
 
 Array: TypeAlias = NDArray[np.float64]
 
-LAST_TRIES = 6  # of joining a start to a roadmap that grows no more
+GLANCE = 16  # steps of a motion between two looks at whether to stop
 ENOUGH = 2  # motions that join a start or a goal to the roadmap
 
 
@@ -40,19 +40,33 @@ class Explorer:
     ) -> None:
         self._problem, self._neighbours = problem, neighbours
         self.roadmap = Roadmap() if roadmap is None else roadmap
-        self._steering = Steering(problem)
+        self._steering = Steering(problem, self._late)
         self._judge = Propagator(problem)
         self.rejections = self._judge.rejections
         known = len(self.roadmap.milestones)  # which were drawn, and are not to be drawn again
-        self._sampler = Sampler(problem, self._steering, self._judge, (seed, known))
+        self._sampler = Sampler(problem, self._steering, self._judge, (seed, known), self._late)
+        self._budget: Budget | None = None  # of what is being done
+        self._start = problem.start  # of the last question
+        self._left: dict[int, Array] = {}  # motions from there, by milestone
 
-    def goals(self, count: int) -> list[Array]:
-        """Return free states within the problem's goal, its middle first."""
-        return self._sampler.near_goal(count)
+    def goals(self, count: int, budget: Budget | None = None) -> list[Array]:
+        """Return free states within the problem's goal, its middle first; none if it is late."""
+        self._budget = budget
+        try:
+            return self._sampler.near_goal(count)
+        except StoppedError:
+            return []
 
     def grow(self, budget: Budget) -> int | None:
-        """Add a milestone with motions to and from its neighbours; None where none is free."""
-        state = self._sampler.draw()
+        """Add a milestone with motions to and from its neighbours.
+
+        None where none is free, or none was found in time.
+        """
+        self._budget = budget
+        try:
+            state = self._sampler.draw()
+        except StoppedError:
+            return None
         if state is None:
             return None
         number = self.roadmap.add(state)
@@ -69,6 +83,7 @@ class Explorer:
         size = len(asked.milestones)
         begin = asked.add(start)
         left = self._joined(asked, begin, size, budget, leaving=True)
+        self._keep({b: inputs for (a, b), inputs in asked.motions.items() if a == begin}, start)
         for goal in goals:
             end = asked.add(goal)
             self._steer(asked, begin, end, budget)
@@ -84,17 +99,26 @@ class Explorer:
     def approach(self, start: Array, distance: Callable[[Array], float]) -> Array:
         """Return inputs, shape (steps, nu), that lead from a start as near as is known.
 
+        No motion is tried any more: those from the start are known from questions about it.
+
         Args:
             start: Where to begin, shape (nx,).
             distance: Of a state from where it should be.
         """
         asked = self.roadmap.copy()
         begin = asked.add(start)
-        self._joined(asked, begin, begin, Budget(math.inf, LAST_TRIES), leaving=True)
+        self._keep({}, start)
+        for end, motion in self._left.items():
+            asked.connect(begin, end, motion)
         reached = [k for k in asked.reached(begin) if k != begin]
         nearest = min(reached, key=lambda k: distance(asked.milestones[k]), default=begin)
         inputs = asked.quickest(begin, nearest) if reached else None
         return np.zeros((0, self._problem.model.nu)) if inputs is None else inputs
+
+    def _keep(self, left: dict[int, Array], start: Array) -> None:
+        """Keep motions from a start beside those known before, unless they begin elsewhere."""
+        same = np.array_equal(start, self._start)
+        self._start, self._left = start, {**self._left, **left} if same else left
 
     def _joined(
         self, roadmap: Roadmap, number: int, size: int, budget: Budget, *, leaving: bool
@@ -117,21 +141,34 @@ class Explorer:
     def _steer(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> bool:
         if budget.spent():
             return False
+        self._budget = budget
         begin, end = roadmap.milestones[a], roadmap.milestones[b]
-        for motion in self._steering.steer(begin, end, self._looks_free):
-            if self._is_free(motion):
-                roadmap.connect(a, b, motion.u)
-                return True
+        try:
+            for motion in self._steering.steer(begin, end, self._looks_free):
+                if self._is_free(motion):
+                    roadmap.connect(a, b, motion.u)
+                    return True
+        except StoppedError:
+            budget.take_back()
         return False
+
+    def _late(self) -> bool:
+        return self._budget is not None and self._budget.late
 
     def _looks_free(self, states: Array) -> bool:
         """Look at some states of a way for which there is no motion yet."""
+        look(self._late)
         return all(self._judge.admits(x) for x in states.tolist())
 
     def _is_free(self, motion: Maneuver) -> bool:
         """Check a motion step by step against limits, requirements and obstacles."""
         step, states, inputs = self._problem.step, motion.x.tolist(), motion.u.tolist()
-        return all(self._judge.step(x, u, step)[1] for x, u in zip(states, inputs, strict=False))
+        for k, (x, u) in enumerate(zip(states, inputs, strict=False)):
+            if k % GLANCE == 0:
+                look(self._late)
+            if not self._judge.step(x, u, step)[1]:
+                return False
+        return True
 
     def _nearest(
         self, state: Array, count: int, *, apart_from: int = -1, size: int | None = None

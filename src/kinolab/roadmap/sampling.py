@@ -11,6 +11,7 @@ from kinolab.attitude import random_attitude
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
 from kinolab.steering import Steering, ignorable, settle
+from kinolab.stopping import Stop, look, never
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -19,18 +20,33 @@ PATIENCE = 50  # draws without an equilibrium before a moving state will do
 
 
 class Sampler:
-    """Draws free milestones: equilibria, and moving states where a configuration has none."""
+    """Draws free milestones: equilibria, and moving states where a configuration has none.
+
+    Args:
+        problem: Whose states.
+        steering: Of its machine.
+        judge: Says what is free.
+        seed: Of the random numbers.
+        stop: Says that drawing must end, by a StoppedError.
+    """
 
     def __init__(
-        self, problem: Problem, steering: Steering, judge: Propagator, seed: int | tuple[int, ...]
+        self,
+        problem: Problem,
+        steering: Steering,
+        judge: Propagator,
+        seed: int | tuple[int, ...],
+        stop: Stop = never,
     ) -> None:
         self._problem, self._steering, self._judge = problem, steering, judge
+        self._stop = stop
         self._generator = np.random.default_rng(seed)
 
     def draw(self) -> Array | None:
         """Return a free state, shape (nx,); None where none was found."""
         lower, upper = self._problem.sampling_bounds.T
         for k in range(TRIES):
+            look(self._stop)
             x = self._generator.uniform(lower, upper)
             for first in self._problem.model.attitudes.values():
                 x[first : first + 4] = random_attitude(self._generator)
@@ -44,6 +60,7 @@ class Sampler:
         """Return free states within the goal, at rest where they can be; its middle comes first."""
         found = []
         for k in range(count):
+            look(self._stop)
             x = self._problem.sample_goal(self._generator, 1.0 if k else 1e-9)
             found += [s for s in (self._at_rest(x), x) if s is not None and self._ends_well(s)][:1]
         return found

@@ -10,7 +10,6 @@ Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -22,6 +21,7 @@ from kinolab.problem import Problem
 from kinolab.propagation import HeldInputs, Propagator
 from kinolab.steering.equilibria import settle
 from kinolab.steering.steering import Steering
+from kinolab.stopping import Stop, StoppedError, look
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -32,6 +32,7 @@ ENOUGH = 0.5  # of the tolerance: what is left covers the integrator's error
 ROUNDS = 15  # of least squares
 EFFORT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
 NUDGE = 1e-4  # of an input's range, for slopes by differences
+GLANCE = 16  # steps of a motion between two looks at whether to stop
 
 
 class Arrival:
@@ -51,14 +52,14 @@ class Arrival:
         problem: Problem,
         steps: int,
         propagator: Propagator,
-        stop: Callable[[], bool],
+        stop: Stop,
         *,
         shoots: bool = True,
     ) -> None:
         self._shoots = shoots or problem.system.flat is None
         self._problem, self._propagator, self._stop = problem, propagator, stop
         self._rollout = HeldInputs(problem)
-        self._steering = Steering(problem) if problem.system.flat is not None else None
+        self._steering = Steering(problem, stop) if problem.system.flat is not None else None
         self._goals = [] if self._steering is None else _goals(problem, self._steering)
         self._failed: Array | None = None  # where nothing was found, so that it is not tried again
         self._holds = [max(1, round(length * steps / PIECES)) for length in LENGTHS]
@@ -67,18 +68,20 @@ class Arrival:
         """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
         if self._failed is not None and np.array_equal(x, self._failed):
             return None
-        steered = self._steered(x)
-        shot = self._shot(x) if self._shoots else None
-        found = [motion for motion in (shot, steered) if motion is not None]
-        if not found and not self._stop():
+        found: list[list[tuple[Array, Array]]] = []
+        try:
+            for way in (self._steered, self._shot):
+                motion = way(x)
+                found += [] if motion is None else [motion]
+        except StoppedError:
+            return found[0] if found else None
+        if not found:
             self._failed = x
-        return min(found, key=len, default=None)
+        return min(reversed(found), key=len, default=None)
 
     def _shot(self, x: Array) -> list[tuple[Array, Array]] | None:
         """Return the shortest motion by shooting, as ``inputs`` does."""
-        for hold in dict.fromkeys(self._holds):
-            if self._stop():
-                return None
+        for hold in dict.fromkeys(self._holds) if self._shoots else ():
             rows = self._shoot(x, hold)
             if rows is not None:
                 motion = self._judged(x, np.repeat(rows, hold, axis=0))
@@ -91,15 +94,16 @@ class Arrival:
         if self._steering is None:
             return None
         for goal in self._goals:
-            if self._stop():
-                return None
+            look(self._stop)
             for motion in self._steering.steer(x, goal, self._looks_free):
                 judged = self._judged(x, motion.u)
-                if judged is not None or self._stop():
+                if judged is not None:
                     return judged
+                look(self._stop)
         return None
 
     def _looks_free(self, states: Array) -> bool:
+        look(self._stop)
         return all(self._propagator.is_free(state) for state in states.tolist())
 
     def _shoot(self, x: Array, hold: int) -> Array | None:
@@ -109,6 +113,7 @@ class Arrival:
         span, middle = upper - lower, (lower + upper) / 2
 
         def end(shares: Array) -> Array | None:
+            look(self._stop)
             inputs = (middle + shares * span).reshape(PIECES, model.nu)
             return self._rollout.end_of(x, inputs, hold)
 
@@ -135,7 +140,9 @@ class Arrival:
     def _judged(self, x: Array, rows: Array) -> list[tuple[Array, Array]] | None:
         """Follow inputs until the goal is reached; None where anything is in the way."""
         motion = []
-        for u in rows:
+        for k, u in enumerate(rows):
+            if k % GLANCE == 0:
+                look(self._stop)
             reached, free = self._propagator.step(x.tolist(), u.tolist(), self._problem.step)
             if not free:
                 return None

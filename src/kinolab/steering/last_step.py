@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
 from kinolab.steering.arrival import Arrival
+from kinolab.stopping import Stop
 
 HORIZON = 20  # steps of the shortest motion that is looked for by shooting
 
@@ -30,7 +29,7 @@ class LastStep:
             were found.
     """
 
-    def __init__(self, problem: Problem, every: int, zoom: float, stop: Callable[[], bool]) -> None:
+    def __init__(self, problem: Problem, every: int, zoom: float, stop: Stop) -> None:
         self.inputs: list[list[float]] = []
         self._every, self._met = every, 0
         self._within = zoom if problem.system.flat is None else np.inf

@@ -13,6 +13,7 @@ from kinolab.dynamics.symbols import Coordinate
 from kinolab.problem import ROUNDING, Problem
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.timing import Timing
+from kinolab.stopping import Stop, look, never
 
 Array: TypeAlias = NDArray[np.float64]
 Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -> (times, known)
@@ -42,10 +43,11 @@ class PathMotion:
     Args:
         problem: Whose machine, limits and step.
         known: The coordinates that paths give, in their order.
+        stop: Says that what is being done must end, by a StoppedError.
     """
 
-    def __init__(self, problem: Problem, known: tuple[Coordinate, ...]) -> None:
-        model = problem.model
+    def __init__(self, problem: Problem, known: tuple[Coordinate, ...], stop: Stop = never) -> None:
+        model, self._stop = problem.model, stop
         self._problem, self._model = problem, model
         self._known = [model.coordinate_names.index(c.name) for c in known]
         self._rates = [_rate_of(model, i) for i in self._known]
@@ -153,6 +155,7 @@ class PathMotion:
 
     def _motion(self, path: Path, start: Array, timing: Timing, count: int) -> Maneuver | None:
         """Return states and inputs of as many steps; None where constraints forbid the path."""
+        look(self._stop)
         half = timing.duration / count / 2  # times are those of knots, and of middles of steps
         times: Array = half * np.arange(2 * count + 1, dtype=float)
         x = np.tile(start, (2 * count + 1, 1))

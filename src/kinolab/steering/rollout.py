@@ -10,23 +10,29 @@ from scipy.linalg import expm
 
 from kinolab.problem import Problem
 from kinolab.propagation import CompiledStep
+from kinolab.stopping import Stop, look, never
 
 Array: TypeAlias = NDArray[np.float64]
 
 FINE = 0.15  # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
 MOST = 20  # such steps within a propagation step
 STATES = 10  # random states at which time constants are looked at
+GLANCE = 256  # steps between two looks at whether to stop: some milliseconds
 
 
 class Rollout:
     """Steps a machine with inputs held for a propagation step each.
 
+    Args:
+        problem: Whose machine.
+        stop: Says that what is being done must end, by a StoppedError.
+
     Attributes:
         step: Length of a propagation step in [s].
     """
 
-    def __init__(self, problem: Problem) -> None:
-        settings = problem.scenario.integration
+    def __init__(self, problem: Problem, stop: Stop = never) -> None:
+        settings, self._stop = problem.scenario.integration, stop
         discrete = settings.truth == "discrete"
         # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
         coarse = settings.method == "euler" and not discrete
@@ -45,6 +51,8 @@ class Rollout:
         states[0] = calls.x[:] = x0.tolist()
         short = self.step / self._pieces
         for k, held in enumerate(u.tolist(), start=1):
+            if k % GLANCE == 1:
+                look(self._stop)
             calls.u[:] = held
             for _ in range(self._pieces):
                 if calls.step(short):
@@ -66,11 +74,18 @@ class Rollout:
             Shapes (N, nx, nx) and (N, nx, nu).
         """
         nx, nu = x.shape[1], u.shape[1]
-        A, B = self._problem.model.jacobian((x[:-1] + x[1:]) / 2, u)
-        whole = np.zeros((len(u), nx + nu, nx + nu))
-        whole[:, :nx, :nx], whole[:, :nx, nx:] = A, B
-        moved = expm(self.step * whole)
-        return moved[:, :nx, :nx], moved[:, :nx, nx:]
+        A, B = np.empty((len(u), nx, nx)), np.empty((len(u), nx, nu))
+        for first in range(0, len(u), GLANCE):
+            look(self._stop)
+            part = slice(first, first + GLANCE)
+            ends = x[first : first + GLANCE + 1]
+            whole = np.zeros((len(u[part]), nx + nu, nx + nu))
+            whole[:, :nx] = np.dstack(
+                self._problem.model.jacobian((ends[:-1] + ends[1:]) / 2, u[part])
+            )
+            moved = expm(self.step * whole)
+            A[part], B[part] = moved[:, :nx, :nx], moved[:, :nx, nx:]
+        return A, B
 
 
 def _pieces(problem: Problem) -> int:

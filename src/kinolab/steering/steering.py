@@ -19,6 +19,7 @@ from kinolab.steering.path_motion import MOST, PathMotion
 from kinolab.steering.rollout import Rollout
 from kinolab.steering.tracking import Tracker
 from kinolab.steering.ways import ways_of
+from kinolab.stopping import Stop, never
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -50,6 +51,10 @@ class Steering(AbstractSteering):
     To rest: curves of a flat machine, after braking where it moves. Otherwise: feedback about the
     end where it is an equilibrium that feedback holds, and a boundary-value problem by shooting.
 
+    Args:
+        problem: Whose machine.
+        stop: Says that what is being done must end, by a StoppedError.
+
     Attributes:
         rollout: Follows inputs.
         closing: Makes motions end where they must.
@@ -61,15 +66,15 @@ class Steering(AbstractSteering):
         reversible: Whether a way back touches what the way there touches.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, stop: Stop = never) -> None:
         self._problem = problem
-        self.rollout = Rollout(problem)
+        self.rollout = Rollout(problem, stop)
         self.closing = Closing(problem, self.rollout)
         self.tracker = Tracker(problem, self.rollout)
         self.brake = Brake(problem, self.rollout, self.closing, self.tracker)
         self.ways = ways_of(problem)
         attitudes = bool(problem.model.attitudes)
-        self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates)
+        self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates, stop)
         self.flat = problem.system.flat is not None
         # A way back leads along the same curves and touches the same things.
         self.reversible = self.flat and _goes_both_ways(problem)

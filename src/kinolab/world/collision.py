@@ -124,6 +124,11 @@ class CollisionChecker:
         twin._inflate(self.margin, self.scene.ground)
         return twin
 
+    def build(self) -> None:
+        """Build the search trees of all meshes, which would be built when they are first needed."""
+        for k in range(len(self._obstacles)):
+            self._obstacles[k]
+
     def _inflate(self, margin: float, ground: bool) -> None:
         grow, self.margin = TOUCH + margin, margin
         half = self.scene.half.copy()  # the lengths of cables are written into it

@@ -10,6 +10,7 @@ GST_INDEP, misses overlaps of a millimetre and is not used.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from weakref import WeakKeyDictionary
 
 import fcl
 
@@ -90,9 +91,16 @@ def _geometry(shape: Shape, grow: float) -> object:
     return fcl.Cylinder(half[0] + grow, wide[2])
 
 
+# Search trees, which only FCL reads: all checkers of a world share them.
+_surfaces: WeakKeyDictionary[Obstacle, object] = WeakKeyDictionary()
+
+
 def _surface(obstacle: Obstacle) -> object:
-    model = fcl.BVHModel()
-    model.beginModel(len(obstacle.faces), len(obstacle.vertices))
-    model.addSubModel(obstacle.vertices, obstacle.faces)
-    model.endModel()
+    model = _surfaces.get(obstacle)
+    if model is None:
+        model = fcl.BVHModel()
+        model.beginModel(len(obstacle.faces), len(obstacle.vertices))
+        model.addSubModel(obstacle.vertices, obstacle.faces)
+        model.endModel()
+        _surfaces[obstacle] = model
     return model
