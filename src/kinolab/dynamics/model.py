@@ -495,6 +495,6 @@ def _chart_left(model: Model, x: Array) -> str:
     values = dict(zip(model.state_names, map(float, x), strict=True))
     try:
         number = condition_number(model.system, values | model.system.parameter_values)
-    except (ArithmeticError, ValueError):
+    except (ArithmeticError, LookupError, ValueError):  # no value, or an input's is needed
         return " (outside the chart of the independent velocities)"
     return f" (outside the chart of the independent velocities: condition number {number:.3g})"
