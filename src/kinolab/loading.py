@@ -408,7 +408,7 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
             _attitude_target(name, model.attitudes[name], value, section.tolerance_of(name))
             for name, value in _rotations(section.values).items()
         ),
-        together=section.norm == "euclidean",
+        norm=section.norm,
     )
 
 
