@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
 from kinolab.dynamics import Model, System
+from kinolab.dynamics.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone, Norm
 from kinolab.scenario import Scenario
@@ -158,13 +159,23 @@ class Problem:
 
     @property
     def _file(self) -> str:
-        return f"{self.name}.toml"
+        return self.scenario.origin.file.name
 
     def _faults(self, x: Array) -> Iterator[str]:
         for name, value, lower, upper in self.limit_violations(x):
             yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+        yield from self._unmet(x)
         for contact in self.checker().contacts(*self.placement(x)):
             yield _contact_sentence(contact)
+
+    def _unmet(self, x: Array) -> Iterator[str]:
+        """Name the requirements that no input can keep at a state."""
+        decided = (InputSymbol, ForceSymbol)
+        margins = self.model.requirements(x).tolist()
+        for requirement, margin in zip(self.system.requirements, margins, strict=True):
+            open_yet = any(isinstance(s, decided) for s in requirement.margin.free_symbols)
+            if not (open_yet or margin >= -ROUNDING):
+                yield f"it breaks a requirement ({requirement.name}) by {-margin:g}."
 
     def _goal_mistakes(self) -> Iterator[Mistake]:
         where = f"{self._file} [goal]"

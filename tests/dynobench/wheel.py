@@ -20,7 +20,7 @@ REASON = "dynobench==0.0.4 is not installed: it comes with [test] on CPython 3.1
 needs_wheel = pytest.mark.skipif(SPEC is None, reason=REASON)
 
 SECONDS = 60.0  # of one question
-STUCK = 5.0  # [s] without an answer about the next state: FCL hangs
+STUCK = 2.0  # [s] without an answer about the next state: FCL hangs
 
 MACHINES = {
     "unicycle1_v0": "unicycle1_v0/bugtrap_0",
@@ -34,6 +34,15 @@ MACHINES = {
     "quad3d_v0": "quadrotor_v0/window",
     "quad3d_omplapp": "quadrotor_v1/window",
 }  # and an environment of each
+
+FOLDERS = {**{name: name for name in MACHINES}, "quad3d_v0": "quadrotor_v0"}
+FOLDERS["quad3d_omplapp"] = "quadrotor_v1"
+ENVIRONMENTS = sorted(
+    f"{folder}/{file.stem}"
+    for folder in FOLDERS.values()
+    for file in (FOLDER / "envs" / folder).glob("*.yaml")
+    if file.stem != "empty"  # a world without a robot
+)
 
 
 def environment(name: str) -> Path:
@@ -58,3 +67,32 @@ def ask(question: str, robot: str, file: Path, **given: Array | float) -> dict[s
 def _command(question: str, robot: str, file: Path, inputs: Path, outputs: Path) -> list[str]:
     script = Path(__file__).with_name("official.py")
     return [sys.executable, *map(str, (script, question, robot, file, inputs, outputs))]
+
+
+def room(robot: str, file: Path, states: Array) -> Array:
+    """Return the signed distance to obstacles in [m] of each state; NaN where FCL fails.
+
+    A process that is stuck is killed, and another one goes on with the next state.
+    """
+    found: list[float] = []
+    while len(found) < len(states):
+        found += _room_until_stuck(robot, file, states[len(found) :])
+    return np.array(found)
+
+
+def _room_until_stuck(robot: str, file: Path, states: Array) -> list[float]:
+    with TemporaryDirectory() as folder:
+        inputs, outputs = Path(folder, "in.npz"), Path(folder, "out.txt")
+        np.savez(inputs, x=states)
+        outputs.touch()
+        command = _command("room", robot, file, inputs, outputs)
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+            while process.poll() is None:
+                before = outputs.stat().st_size
+                try:
+                    process.wait(STUCK)
+                except subprocess.TimeoutExpired:
+                    if outputs.stat().st_size == before:
+                        process.kill()
+        rows = [float(line) for line in outputs.read_text().splitlines()]
+    return rows if len(rows) == len(states) else [*rows, float("nan")]
