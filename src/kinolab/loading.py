@@ -390,9 +390,7 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
     section = scenario.goal
     values = _scalars(section.values)
     if section.at_rest:
-        speeds = [state.name for state in model.system.states if state.velocity is not None]
-        rates = (name for name in model.state_names if name in (*model.rate_names, *speeds))
-        values = dict.fromkeys(rates, 0.0) | values
+        values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
     indices = tuple(model.state_names.index(name) for name in values)
     bodies = [body.name for body in model.system.bodies]
     return Goal(

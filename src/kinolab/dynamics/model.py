@@ -109,6 +109,13 @@ class Model:
             if not isinstance(c, Coordinate)
         }
 
+    @cached_property
+    def speeds(self) -> NDArray[np.int64]:
+        """Which entries of a state are velocities: rates, and speeds that are further states."""
+        first = self.nx - len(self.system.states)
+        further = [first + k for k, s in enumerate(self.system.states) if s.velocity is not None]
+        return np.array([*range(self.nq, first), *further], dtype=np.int64)
+
     @property
     def nq(self) -> int:
         """Number of entries of a configuration."""
