@@ -59,7 +59,7 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
     if plan.trajectory is not None:
         files["trajectory.csv"] = plan.trajectory.to_csv().encode()
         files["trajectory.npz"] = plan.trajectory.to_npz()
-        files |= _benchmark_result(problem, plan.trajectory)
+        files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
     files["report.json"] = _json(report)
     stale = {*OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)

@@ -174,8 +174,7 @@ robots:
         "park.yaml line 5 environment.max: min of y is 3 and max 2.5. Put min below max.",
         "park.yaml line 7 environment.obstacles[0].type: no obstacle type is called 'bok'. "
         "Did you mean 'box'? Known: box, sphere.",
-        "park.yaml line 8 environment.obstacles[0].center: "
-        "there are 1 numbers where 2 are due. Give [x, y].",
+        "park.yaml line 8 environment.obstacles[0].center: its length is 1, not 2. Give [x, y].",
         "park.yaml line 11 environment.obstacles[1].center[1]: nan is no finite number.",
         "park.yaml line 12 environment.obstacles[1].size: -0.25 m is no size. "
         "Give positive numbers.",
@@ -192,7 +191,7 @@ robots:
     ("before", "after", "told"),
     [
         ("start: [0.7, 0.6, 0, 0]", "start: [0.7, 0.6, 0]",
-         "line 12 robots[0].start: there are 3 numbers where 4 are due. "
+         "line 12 robots[0].start: its length is 3, not 4. "
          "Give [x, y, theta_0, theta_1]."),
         ("start: [0.7, 0.6, 0, 0]", "start: 3", "line 12 robots[0].start: this is no list. "
          "Give [x, y, theta_0, theta_1]."),
@@ -206,8 +205,10 @@ robots:
          "indent."),
         ("robots:\n", "robots:\n  - {type: car1_v0, start: [0, 0, 0, 0], goal: [0, 0, 0, 0]}\n",
          "line 11 robots: there are 2 robots. kinolab plans for one."),
+        ("name: park", "name: [park]",
+         "line 1 name: this is no text. Give a name, or leave it out."),
         ("size: [.25]", "size: []",
-         "line 9 environment.obstacles[1].size: there are 0 numbers where 1 are due. "
+         "line 9 environment.obstacles[1].size: its length is 0, not 1. "
          "Give [radius]."),
     ],
 )  # fmt: skip

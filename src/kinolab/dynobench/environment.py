@@ -67,15 +67,19 @@ class _Reader:
         robot = self._robot(top.get("robots"))
         machine = self._machine(robot.get("type"))
         world = self._world(top.get("environment"), machine)
-        name = top["name"].value if "name" in top else None
-        title = str(name) if isinstance(name, str) and name else Path(self._label).stem
         return {
             "schema": 1,
-            "title": f"{title[:80]} (dynobench)",
+            "title": f"{self._name(top.get('name'))[:80]} (dynobench)",
             **world,
             **self._ends(robot, machine),
             **({} if machine is None else _kept(str(robot["type"].value), machine)),
         }
+
+    def _name(self, name: Entry | None) -> str:
+        if name is not None and isinstance(name.value, dict | list):
+            self._wrong(name, "this is no text.", "Give a name, or leave it out.")
+        given = "" if name is None or name.value is None else str(name.value)
+        return given or Path(self._label).stem
 
     def _robot(self, robots: Entry | None) -> dict[str, Entry]:
         if robots is None:
@@ -190,7 +194,7 @@ class _Reader:
             shown = f"{item.value!r}"[:60] if not isinstance(item.value, dict | list) else "this"
             self._wrong(item, f"{shown} is no finite number.")
         if names is not None and len(entry.value) != len(names):
-            what = f"there are {len(entry.value)} numbers where {len(names)} are due."
+            what = f"its length is {len(entry.value)}, not {len(names)}."
             self._wrong(entry, what, f"Give [{wanted}].")
         elif not bad:
             return [float(item.value) for item in entry.value]  # type: ignore[arg-type]
