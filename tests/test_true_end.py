@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import kinolab
 from kinolab.problem import Problem
 from kinolab.propagation.true_end import true_excess
 from tests.support import OPEN, problem_of
@@ -35,3 +36,36 @@ def test_a_motion_ends_as_far_outside_as_the_differential_equation_says(
 
 def test_a_motion_that_cannot_be_followed_is_nowhere_near(table: Problem) -> None:
     assert true_excess(table, np.array([[np.nan, 0.0]])) == np.inf
+
+
+def test_who_ends_far_outside_is_told_without_scipy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search may come into a goal that the truth misses a thousand times."""
+    goal = ("goal.x=5.0", "goal.y=0.0", "goal.tolerance=0.1")
+    problem = problem_of(tmp_path, OPEN, *goal)
+    monkeypatch.delattr("kinolab.propagation.true_end.resimulate")
+    u = np.zeros((10, 2))  # it stays where it is
+    assert true_excess(problem, u) == pytest.approx((5.0 - problem.start[0]) / 0.1)
+
+
+def test_a_motion_into_the_goal_through_a_wall_is_nowhere_near(tmp_path: Path) -> None:
+    """The coin rolls straight on; where it is after 2 s, it can only be behind the wall."""
+    u = np.tile([0.2, 0.0], (40, 1))
+    through = problem_of(tmp_path, OPEN)
+    end = ended(through, 0.05 * np.arange(41), u)
+    middle = (float(through.start[0]) + float(end[0])) / 2
+    goal = (f"goal.x={float(end[0])}", "goal.y=0.0", "goal.tolerance=0.1")
+    wall = f"world.obstacle=[{{ box = [0.1, 4.0, 1.0], position = [{middle}, 0.0, 0.5] }}]"
+    assert true_excess(problem_of(tmp_path, OPEN, *goal), u) < 1e-6
+    assert true_excess(problem_of(tmp_path, OPEN, *goal, wall), u) == np.inf
+
+
+def test_a_motion_that_cannot_be_replayed_is_nowhere_near() -> None:
+    """A pendulum that stands upright, as far as it can: errors grow as exp(sqrt(g / l) t)."""
+    upright = ("start.theta=3.141592653589793", "world.obstacle=[]")
+    problem = kinolab.load("pendulum_swingup", overrides=upright)
+    rate = np.sqrt(9.81)  # [1/s] of a pendulum of 1 m
+    short, long = (np.zeros((round(np.log(times) / rate / 0.05), 1)) for times in (1e4, 1e8))
+    assert true_excess(problem, short) <= 1.0
+    assert true_excess(problem, long) == np.inf

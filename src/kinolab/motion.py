@@ -24,6 +24,9 @@ Array: TypeAlias = NDArray[np.float64]
 RTOL = 1e-9
 ATOL = 1e-11  # per unit of a coordinate's scale; three orders below what the check accepts
 
+GROWTH = 1e6  # a motion that amplifies errors more than this needs a stored feedback law
+NUDGE = 1e-6  # of a state's scale: the disturbance whose growth is measured
+
 
 class DivergedError(KinolabError):
     """A motion could not be followed to its end; ``.time`` says how far it went, in [s]."""
@@ -167,3 +170,24 @@ def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
     motion = true_motion(problem, problem.start, t, u)
     model = problem.model
     return Trajectory(motion.t, motion.x, np.asarray(u), model.state_names, model.control_names)
+
+
+def nudged(problem: Problem, start: Array) -> Array:
+    """Return a start beside another one, to see how errors grow; always the same one."""
+    nudge = np.random.default_rng(0).normal(size=problem.model.nx)
+    nudge *= NUDGE / np.linalg.norm(nudge)
+    beside: Array = start + nudge * problem.scales
+    return beside
+
+
+def growth(problem: Problem, states: Array, beside: Array) -> float:
+    """Return by how much a motion makes errors grow: the most that another one goes away from it.
+
+    Args:
+        problem: Whose states.
+        states: Of the motion, shape (N+1, nx).
+        beside: Of the motion from a start that was ``nudged``.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that diverges it is infinite
+        apart = np.linalg.norm((beside - states) / problem.scales, axis=1).max() / NUDGE
+    return float(apart) if np.isfinite(apart) else np.inf

@@ -8,6 +8,7 @@ record is one address; a field is read where it is asked for.
 from __future__ import annotations
 
 import hashlib
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -65,13 +66,18 @@ def _lay_out(held: Any, words: list[int]) -> RecordType:
         elif isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
                 raise ValueError(f"{name} of {type(held).__name__} is not contiguous")
-            kind = types.Array(from_dtype(value.dtype), value.ndim, "C")
+            kind = _array(value.dtype, value.ndim)
             words += [value.ctypes.data, *value.shape]
         else:
             kind, dtype = _number(value)
             words.append(int(np.array([value], dtype).view(np.uint64)[0]))
         fields.append((name, kind, begin - first))
     return RecordType(type(held).__name__, tuple(fields))
+
+
+@cache
+def _array(dtype: Any, axes: int) -> Any:
+    return types.Array(from_dtype(dtype), axes, "C")  # numba takes its time over every one
 
 
 def _number(value: Any) -> tuple[Any, Any]:

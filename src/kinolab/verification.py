@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.motion import DivergedError, Motion, true_motion
+from kinolab.motion import GROWTH, DivergedError, Motion, growth, nudged, true_motion
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 from kinolab.world import NO_ENDS, CollisionChecker, World
@@ -27,8 +27,6 @@ CONSTRAINT = 1e-9  # [m/s] or [rad/s]; constraints hold by construction, so only
 EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
 SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
 FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
-GROWTH = 1e6  # a motion that amplifies errors more than this needs a stored feedback law
-NUDGE = 1e-6  # of a state's scale: the disturbance whose growth is measured
 MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
 DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
 MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
@@ -132,8 +130,8 @@ def _motion_of(problem: Problem, trajectory: Trajectory) -> Motion:
 
 
 def _diverged(error: DivergedError) -> tuple[Check, Check]:
-    growth = Check("error growth", math.inf, GROWTH, False, str(error))
-    return growth, Check("motion", math.inf, 0.0, False, str(error))
+    grown = Check("error growth", math.inf, GROWTH, False, str(error))
+    return grown, Check("motion", math.inf, 0.0, False, str(error))
 
 
 def _knot_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
@@ -251,21 +249,16 @@ def _requirements(problem: Problem, trajectory: Trajectory, motion: Motion) -> I
 
 def _error_growth(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
     """Nudge the start and see how much farther from the motion the other one ends."""
-    nudge = np.random.default_rng(0).normal(size=problem.model.nx)
-    nudge *= NUDGE / np.linalg.norm(nudge)
-    start = trajectory.x[0] + nudge * problem.scales
     try:
-        far = true_motion(problem, start, trajectory.t, trajectory.u)
+        far = true_motion(problem, nudged(problem, trajectory.x[0]), trajectory.t, trajectory.u)
     except DivergedError as error:
         return Check("error growth", math.inf, GROWTH, False, str(error))
-    apart = (far.x - motion.x) / problem.scales
-    with np.errstate(over="ignore"):  # of a motion that diverges it is infinite
-        growth = float(np.linalg.norm(apart, axis=1).max() / NUDGE)
-    detail = "too sensitive to be replayed without feedback" if growth > GROWTH else ""
-    return _check("error growth", growth, GROWTH, detail)
+    grown = growth(problem, motion.x, far.x)
+    detail = "too sensitive to be replayed without feedback" if grown > GROWTH else ""
+    return _check("error growth", grown, GROWTH, detail)
 
 
-def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, growth: float) -> Check:
+def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, grown: float) -> Check:
     """Compare the stored knots with the motion from the start.
 
     Every knot may add a defect, and every defect grows as the motion makes errors grow.
@@ -273,7 +266,7 @@ def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, growth: flo
     errors = np.abs(_difference(problem, trajectory.x, motion.x))
     worst = float(errors.max())
     k = int(errors.max(axis=1).argmax())
-    limit = min(DEFECT * len(trajectory.t) * max(growth, 1.0), MOST_DRIFT)
+    limit = min(DEFECT * len(trajectory.t) * max(grown, 1.0), MOST_DRIFT)
     detail = f"largest at t = {trajectory.t[k]:.6g} s" if worst > limit else ""
     return _check("drift", worst, limit, detail)
 
@@ -373,9 +366,10 @@ def _sinking(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
         return ""
     checker = CollisionChecker(problem.bodies, World(ground=True))
     for times, states, _ in _samples(problem, trajectory, motion):
-        for time, poses in zip(times, problem.model.frames(states), strict=True):
-            if checker.collides(poses):
-                return _described(checker, (poses, NO_ENDS), time)
+        poses = problem.model.frames(states)
+        k = checker.first_collision(poses)
+        if k is not None:
+            return _described(checker, (poses[k], NO_ENDS), times[k])
     return ""
 
 

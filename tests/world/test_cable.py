@@ -261,3 +261,13 @@ def test_forgetting_the_ends_is_an_error_and_never_free() -> None:
     for judge in (checker.collides, checker.contacts, checker.clearance):
         with pytest.raises(InputError, match="the ends of 1 cables are needed, not 0 numbers"):
             judge(NOBODY)
+    with pytest.raises(InputError, match="1 cables are needed in each of 2 poses, not 0 numbers"):
+        checker.first_collision(np.zeros((2, 0, 12)))
+
+
+def test_the_first_of_many_places_of_a_cable_that_collides_is_found() -> None:
+    checker = checker_for(box_obstacle("wall", (1, 1, 1)))
+    heights = (2.0, 0.6 + ROPE.radius, 0.5, 0.0)
+    ends = np.array([[[-2, 0, z, 2, 0, z]] for z in heights])
+    assert checker.first_collision(np.zeros((4, 0, 12)), ends) == 2
+    assert checker.first_collision(np.zeros((2, 0, 12)), ends[:2]) is None

@@ -414,3 +414,23 @@ def test_a_large_mesh_is_screened_and_judged(tmp_path: Path) -> None:
         assert checker.collides(pose(1.098 * n))
         assert checker.collides(pose(rng.uniform(0.0, 0.8) * n))
         assert 0.4 <= checker.clearance(pose(1.5 * n)) <= 0.401  # [m]
+
+
+def test_the_first_of_many_poses_that_collides_is_found(tmp_path: Path) -> None:
+    """A ball on its way to a mesh whose corner it passes, and on to a ball, as a ruler says."""
+    mesh = make_obstacle("mesh", tmp_path)  # half sizes 0.5, 0.35, 0.15
+    ball = sphere_obstacle("ball", 0.5, position=(3.0, 0.0, 0.0))
+    checker = checker_for(Sphere(0.1), mesh, ball)
+    way = np.linspace(-2.0, 4.0, 6001)
+    beside = np.array([pose((x, 0.46, 0.0)) for x in way])  # 0.01 m above the mesh's side
+    touching = 3.0 - math.sqrt(0.6**2 - 0.46**2)
+    assert checker.first_collision(beside) == int(np.searchsorted(way, touching))
+    assert checker.first_collision(beside[: int(1000 * (touching + 2.0)) - 1]) is None
+    straight = np.array([pose((x, 0.0, 0.0)) for x in way])
+    assert checker.first_collision(straight) == int(np.searchsorted(way, -0.6))
+    assert checker.first_collision(straight[:0]) is None
+
+
+def test_a_pose_among_many_that_is_no_number_collides(tmp_path: Path) -> None:
+    table = np.array([pose((x, 0.0, 0.0)) for x in (5.0, 6.0, math.nan)])
+    assert checker_for(Sphere(0.1), make_obstacle("mesh", tmp_path)).first_collision(table) == 2

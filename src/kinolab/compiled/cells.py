@@ -38,6 +38,7 @@ class Cells(NamedTuple):
     entry: Integers  # (k,) entries of the state that are divided
     lower: Array  # (k,)
     per_unit: Array  # (k,) cells per unit
+    around: Array  # (k,) cells until the first one comes again; infinite on a line
     zoom: float  # what counts as near the goal, in its tolerances
     across: float  # cells over all of the goal's tolerances, at the finest
     table: NDArray[np.int32]  # (places,) cells by the hash of their key, EMPTY where there is none
@@ -70,6 +71,7 @@ def cells(problem: Problem, question: Question, capacity: int, zoom: float, acro
         entry=np.array(entries, dtype=np.int64),
         lower=np.ascontiguousarray(lower),
         per_unit=across / (upper - lower),
+        around=np.where(problem.circular[entries], float(across), np.inf),
         zoom=float(zoom) if named else 0.0,
         across=float(max(2, round(CELLS_AROUND_GOAL ** (1 / max(1, named))))),
         table=np.full(places, EMPTY, np.int32),
@@ -106,6 +108,8 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
     if farthest >= cells.zoom or steps > NEARBY:
         for k in range(cells.entry.shape[0]):
             place = math.floor((x[cells.entry[k]] - cells.lower[k]) * cells.per_unit[k])
+            if cells.around[k] != math.inf:
+                place -= cells.around[k] * math.floor(place / cells.around[k])
             key = (key ^ int(place)) * NEXT
         return key
     level = math.floor(math.log2(cells.zoom / max(1.0, farthest)))

@@ -22,7 +22,8 @@ from kinolab.problem import Problem
 from kinolab.projection import projected
 from kinolab.propagation.free_motion import place_at, room_at
 
-CELLS = 4096  # at most
+CELLS = 4096  # at most, and ...
+ALONG = 48  # of one entry
 TRIES = 3  # states of a cell that are looked at
 BLOCKED = -1.0  # instead of steps
 CROSSING = 10.0  # steps, for a cell that looked blocked
@@ -34,6 +35,7 @@ class Leads(NamedTuple):
     entry: Integers  # (k,) entries of the state that are divided
     lower: Array  # (k,)
     per_unit: Array  # (k,) cells per unit
+    circular: NDArray[np.bool_]  # (3,) whether the last cell along an entry is next to the first
     along: Integers  # (3,) cells along each, 1 where there are fewer entries
     steps: Array  # (cells,) to the goal; infinite where there is no way
     queue: NDArray[np.int32]  # (cells,) scratch
@@ -46,13 +48,16 @@ def leads(problem: Problem) -> Leads:
     span = (upper - lower) * np.maximum(problem.weights[entries], 1e-9)
     edge = (span.prod() / CELLS) ** (1 / len(span))
     count = np.ones(3, np.int64)
-    count[: len(span)] = np.maximum(1, np.floor(span / edge))
+    count[: len(span)] = np.clip(np.floor(span / edge), 1, ALONG)
     while count.prod() > CELLS:
         count[count.argmax()] -= 1
+    circular = np.zeros(3, dtype=bool)
+    circular[: len(span)] = problem.circular[entries]
     return Leads(
         entry=np.array(entries, dtype=np.int64),
         lower=np.ascontiguousarray(lower),
         per_unit=count[: len(span)] / (upper - lower),
+        circular=circular,
         along=count,
         steps=np.full(int(count.prod()), math.inf),
         queue=np.zeros(int(count.prod()), np.int32),
@@ -66,8 +71,10 @@ def cell_at(leads, x):  # type: ignore[no-untyped-def]
     for k in range(3):
         place = 0
         if k < leads.entry.shape[0]:
-            at = (x[leads.entry[k]] - leads.lower[k]) * leads.per_unit[k]
-            place = int(min(max(at, 0.0), leads.along[k] - 1.0))
+            at, most = (x[leads.entry[k]] - leads.lower[k]) * leads.per_unit[k], leads.along[k]
+            if leads.circular[k]:
+                at -= most * math.floor(at / most)
+            place = int(min(max(at, 0.0), most - 1.0))
         cell = cell * leads.along[k] + place
     return cell
 
@@ -110,6 +117,20 @@ def places_of(leads, cell):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def cell_of(leads, i, j, k):  # type: ignore[no-untyped-def]
+    """Return the cell that is so far along each entry, -1 where there is none."""
+    cell = 0
+    for axis, place in enumerate((i, j, k)):
+        most = leads.along[axis]
+        if leads.circular[axis]:
+            place = (place + most) % most  # noqa: PLW2901
+        if not 0 <= place < most:
+            return -1
+        cell = cell * most + place
+    return cell
+
+
+@kernel
 def flood(leads, question):  # type: ignore[no-untyped-def]
     """Count the steps from the cells of the goal through free cells, corners included.
 
@@ -137,16 +158,16 @@ def spread(leads, last, cost, through):  # type: ignore[no-untyped-def]
         cost: Of a cell.
         through: What may be crossed besides free cells that were not counted yet.
     """
-    steps, queue, along, first = leads.steps, leads.queue, leads.along, 0
+    steps, queue, first = leads.steps, leads.queue, 0
     while first < last:
         cell = queue[first]
         first += 1
         i, j, k = places_of(leads, cell)
-        for a in range(max(i - 1, 0), min(i + 2, along[0])):
-            for b in range(max(j - 1, 0), min(j + 2, along[1])):
-                for c in range(max(k - 1, 0), min(k + 2, along[2])):
-                    other = (a * along[1] + b) * along[2] + c
-                    if steps[other] == math.inf or steps[other] == through:
+        for a in range(-1, 2):
+            for b in range(-1, 2):
+                for c in range(-1, 2):
+                    other = cell_of(leads, i + a, j + b, k + c)
+                    if other >= 0 and (steps[other] == math.inf or steps[other] == through):
                         steps[other], queue[last] = steps[cell] + cost, other
                         last += 1
     return last

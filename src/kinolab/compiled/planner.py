@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 PIECE = 0.01  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
 GROWTH = 1.5  # of the length of a round over the one before
+MISSES = 10  # motions into the goal that the truth refuses, after which a new tree begins
 ANY = 2**62  # steps: more than any motion has
 
 
@@ -142,6 +143,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                     improvement.found(len(u), tree)
                 else:
                     misses += 1
+                    left = left if misses % MISSES else 0.0
             elif ended == FULL or left <= 0:
                 nearest, u = (nearest, u) if solved else nearer(tree, nearest, u)
                 length *= GROWTH

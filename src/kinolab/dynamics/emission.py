@@ -66,7 +66,8 @@ def emit_module(derivation: Derivation) -> str:
             _emit_jacobian(*sizes),
             *emit_linear_algebra(),
             *emit_steppers(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
-            _emit_batch(*sizes),
+            _emit_rows(*sizes, inputs=False),
+            _emit_rows(*sizes, inputs=True),
         ]
     )
 
@@ -208,17 +209,21 @@ def _emit_jacobian(states: int, inputs: int) -> str:
     return routine.text()
 
 
-def _emit_batch(states: int, inputs: int) -> str:
-    """Return a loop of f over rows; its result is the first failing row, or -1."""
-    pointers = [("ptr", name) for name in ("x", "u", "p", "out")]
-    routine = Routine("f_batch", [("i64", "n"), *pointers, ("i64", "mode")], result="i64")
+def _emit_rows(states: int, controls: int, *, inputs: bool) -> str:
+    """Return a loop of any function over rows; its result is the first failing row, or -1."""
+    tables = {"%x": states, **({"%u": controls} if inputs else {})}
+    pointers = [("ptr", name[1:]) for name in ("%function", *tables, "%p", "%out")]
+    numbers = [("i64", name) for name in ("n", "size", "mode")]
+    routine = Routine(f"rows_{'under' if inputs else 'at'}", [*pointers, *numbers], result="i64")
+    worst = routine.cell("i64", "-1")
     with routine.loop(0, "%n") as i:
-        x, out = (routine.at(a, routine.integer("mul", i, states)) for a in ("%x", "%out"))
-        u = routine.at("%u", routine.integer("mul", i, inputs))
-        call = f"call i32 @f(ptr {x}, ptr {u}, ptr %p, ptr {out}, i64 %mode)"
-        failed = routine.line(f"icmp ne i32 {routine.line(call)}, 0")
-        mark = routine.fork(failed)
-        routine.give(i)
-        routine.join(mark)
-    routine.give("-1")
+        given = [routine.at(a, routine.integer("mul", i, size)) for a, size in tables.items()]
+        result = routine.at("%out", routine.integer("mul", i, "%size"))
+        listing = ", ".join(f"ptr {address}" for address in (*given, "%p", result))
+        failed = routine.line(f"call i32 %function({listing}, i64 %mode)")
+        first = routine.line(f"icmp slt i64 {routine.get('i64', worst)}, 0")
+        bad = routine.line(f"icmp ne i32 {failed}, 0")
+        with routine.when(routine.line(f"and i1 {bad}, {first}")):
+            routine.put("i64", worst, i)
+    routine.give(routine.get("i64", worst))
     return routine.text()

@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 
 POSE = 12  # numbers per body: the rows of [R | p]
-FUNCTIONS = ("f", "f_batch", "tangent", *(f"step_{method}" for method in METHODS))
+STEPPERS = tuple(f"step_{method}" for method in METHODS)
+FUNCTIONS = ("f", "rows_at", "rows_under", "tangent", *STEPPERS)
+UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
 
 
 class Model:
@@ -156,17 +158,7 @@ class Model:
         Raises:
             SingularError: Where the equations have no unique solution.
         """
-        states = _array("x", x, self.nx)
-        inputs = self._inputs(u, states)
-        rows, controls = np.atleast_2d(states), np.atleast_2d(inputs)
-        out = np.empty_like(rows)
-        p = self.parameter_vector(**parameters)
-        pointers = (_pointer(rows), _pointer(controls), _pointer(p), _pointer(out))
-        bad = self._batch(len(rows), *pointers, 0)
-        if bad >= 0:
-            status = self._single(_pointer(rows[bad]), _pointer(controls[bad]), *pointers[2:], 0)
-            raise SingularError(_failure(self, status, rows[bad]))
-        return out.reshape(states.shape)
+        return self._call("f", x, u, parameters)
 
     def rate_under(self, u: ArrayLike, **parameters: float) -> Callable[[float, Array], Array]:
         """Return f under inputs that are held, as a function of time in [s] and state, shape (nx,).
@@ -363,21 +355,20 @@ class Model:
         self, name: str, x: ArrayLike, u: ArrayLike | None, parameters: dict[str, float]
     ) -> Array:
         """Call a compiled function of (x, [u,] p) on a state or on each of several."""
-        function, size = self._function(name, with_inputs=u is not None), self._sizes[name]
-        states = _array("x", x, self.nx)
+        size, states = self._sizes.get(name, self.nx), _array("x", x, self.nx)
         rows = np.atleast_2d(states)
         out = np.empty((len(rows), size))
-        p = _pointer(keep := self.parameter_vector(**parameters))
-        inputs = np.atleast_2d(self._inputs(u, states)) if u is not None else rows
-        # Addresses are counted on: asking NumPy for those of each row costs more than the calls.
-        tables = (rows, inputs, out) if u is not None else (rows, out)
-        at, widths = [_pointer(t) for t in tables], [t.strides[0] for t in tables]
-        for k in range(len(rows)):
-            *given, result = [begin + k * width for begin, width in zip(at, widths, strict=True)]
-            status = function(*given, p, result, 0)
-            if status and name in NEED_CHART:
-                raise SingularError(_failure(self, status, rows[k]))
-        del keep
+        p = self.parameter_vector(**parameters)
+        tables = [rows] if u is None else [rows, np.atleast_2d(self._inputs(u, states))]
+        pointers = [_pointer(table) for table in (*tables, p, out)]
+        bad = self._rows[len(tables) - 1](self.address(name), *pointers, len(rows), size, 0)
+        if bad >= 0 and name in UNSOLVABLE:
+            one = [
+                begin + int(bad) * table.strides[0]
+                for begin, table in zip(pointers, tables, strict=False)
+            ]
+            status = self._function(name, with_inputs=u is not None)(*one, *pointers[-2:], 0)
+            raise SingularError(_failure(self, status, rows[bad]))
         return out.reshape(*states.shape[:-1], size)
 
     def _inputs(self, u: ArrayLike, states: Array) -> Array:
@@ -410,9 +401,16 @@ class Model:
         return self._function("f", with_inputs=True)
 
     @cached_property
-    def _batch(self) -> Callable[..., int]:
-        types = (ctypes.c_int64, *(ctypes.c_void_p,) * 4, ctypes.c_int64)
-        return ctypes.CFUNCTYPE(ctypes.c_int64, *types)(self.address("f_batch"))
+    def _rows(self) -> tuple[Callable[..., int], Callable[..., int]]:
+        """Loops over rows of states, and over rows of states and inputs."""
+        pointer, number = ctypes.c_void_p, ctypes.c_int64
+        kinds = [(pointer,) * (4 + k) + (number,) * 3 for k in (0, 1)]
+        names = ("rows_at", "rows_under")
+        loops = [
+            ctypes.CFUNCTYPE(number, *kind)(self.address(name))
+            for name, kind in zip(names, kinds, strict=True)
+        ]
+        return loops[0], loops[1]
 
     @cached_property
     def _steppers(self) -> dict[str, Callable[..., int]]:

@@ -14,6 +14,7 @@ from numba.extending import intrinsic
 
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
+from kinolab.records import Record
 from kinolab.world.geometry import Array
 
 
@@ -77,6 +78,43 @@ def advance(machine, x, u, h, after):  # type: ignore[no-untyped-def]
         machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data,
         machine.substeps,
     )  # fmt: skip
+
+
+@kernel
+def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
+    """Follow inputs (N, nu) in steps of h in [s] from the first of ``states`` (N+1, nx), written.
+
+    Returns how many steps were made before one failed.
+    """
+    for k in range(u.shape[0]):
+        if advance(machine, states[k], u[k], h, states[k + 1]) != 0:
+            return k
+    return u.shape[0]
+
+
+def motion_under(
+    problem: Problem, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
+) -> Array:
+    """Return the states (N+1, nx) under inputs (N, nu), by the problem's own map.
+
+    Args:
+        problem: With the start.
+        u: Inputs, one row per step.
+        start: Another start, shape (nx,).
+        method, substeps: Of the integrator, where they are not the problem's own.
+
+    Returns:
+        States; NaN from a step on that fails.
+    """
+    machine = machine_of(problem)
+    if method:
+        step = problem.model.address(f"step_{method}")
+        machine = machine._replace(step=step, substeps=substeps)
+    states = np.full((len(u) + 1, problem.model.nx), np.nan)
+    states[0] = problem.start if start is None else start
+    made = follow(Record(machine), np.ascontiguousarray(u, dtype=float), problem.step, states)
+    states[made + 1 :] = np.nan
+    return states
 
 
 @intrinsic

@@ -8,11 +8,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.kernel import kernel
-from kinolab.motion import DivergedError, resimulate
+from kinolab.motion import GROWTH, DivergedError, growth, nudged, resimulate
 from kinolab.problem import Problem
-from kinolab.propagation.machine_calls import advance, machine_of
-from kinolab.records import Record
+from kinolab.propagation.machine_calls import motion_under
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -22,38 +20,37 @@ SUBSTEPS = (8, 16)  # of a step
 def true_excess(problem: Problem, u: Array) -> float:
     """Return how far outside the goal the true motion from the problem's start ends, in tolerances.
 
-    Whether it ends inside is told by compiled steps where two lengths of them agree that it does;
-    else the motion is followed as the verifier does. Infinite where that cannot be done.
+    Whether it ends inside is told by compiled steps where two lengths of them agree; else the
+    motion is followed as the verifier does. Infinite where that cannot be done, and for a motion
+    into the goal that truly touches something on its way, or that makes errors grow too much.
 
     Args:
         problem: With the start and the goal.
         u: Inputs, one row per step, shape (N, nu).
     """
-    if problem.scenario.integration.truth == "continuous":
-        coarse, fine = (_excess(problem, u, "rk4", substeps) for substeps in SUBSTEPS)
-        if max(coarse, fine) + abs(coarse - fine) < 1.0:
-            return fine
-    try:
-        t = problem.step * np.arange(len(u) + 1.0)
-        return problem.goal_excess(resimulate(problem, t, u).x[-1])
-    except DivergedError:
-        return math.inf
+    if problem.scenario.integration.truth == "discrete":
+        return _end(problem, motion_under(problem, u))
+    states = [motion_under(problem, u, substeps=substeps, method="rk4") for substeps in SUBSTEPS]
+    coarse, fine = (_end(problem, one) for one in states)
+    doubt = abs(coarse - fine)
+    if not (max(coarse, fine) + doubt < 1.0 or min(coarse, fine) - doubt > 1.0):
+        try:
+            followed = resimulate(problem, problem.step * np.arange(len(u) + 1.0), u)
+        except DivergedError:
+            return math.inf
+        fine, states[1] = problem.goal_excess(followed.x[-1]), followed.x
+    return fine if fine > 1.0 or _holds(problem, states[1], u) else math.inf
 
 
-def _excess(problem: Problem, u: Array, method: str, substeps: int) -> float:
-    step = problem.model.address(f"step_{method}")
-    machine = Record(machine_of(problem)._replace(step=step, substeps=substeps))
-    x, after = problem.start.copy(), np.zeros(problem.model.nx)
-    failed = follow(machine, x, np.ascontiguousarray(u), problem.step, after)
-    return math.inf if failed else problem.goal_excess(x)
+def _end(problem: Problem, states: Array) -> float:
+    end = states[-1]
+    return problem.goal_excess(end) if np.isfinite(end).all() else math.inf
 
 
-@kernel
-def follow(machine, x, u, h, after):  # type: ignore[no-untyped-def]
-    """Follow inputs (N, nu) from x (nx,), which is written; 0 if it worked."""
-    failed = 0
-    for k in range(u.shape[0]):
-        failed |= advance(machine, x, u[k], h, after)
-        for i in range(x.shape[0]):
-            x[i] = after[i]
-    return failed
+def _holds(problem: Problem, states: Array, u: Array) -> bool:
+    """Say whether true states (N+1, nx) touch nothing and can be reached again."""
+    ends = problem.model.cables(states) if problem.cables else None
+    if problem.checker().first_collision(problem.model.frames(states), ends) is not None:
+        return False
+    far = motion_under(problem, u, nudged(problem, problem.start), "rk4", SUBSTEPS[-1])
+    return growth(problem, states, far) <= GROWTH

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.records import Record
 from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.clearance import fixtures, room
 from kinolab.world.contact import (
@@ -22,6 +23,7 @@ from kinolab.world.contact import (
 from kinolab.world.geometry import Array, BodyGeometry, sizes
 from kinolab.world.screen import (
     SLACK,
+    Scratch,
     enclose,
     grounded,
     inside,
@@ -30,6 +32,7 @@ from kinolab.world.screen import (
     overlap,
     place,
     screen,
+    screen_from,
 )
 from kinolab.world.slimming import slimmer_body, slimmer_cable
 from kinolab.world.world import World
@@ -126,6 +129,7 @@ class CollisionChecker:
         half = self.scene.half.copy()  # the lengths of cables are written into it
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
         self._arrays = (*self.scene, *self.grid)
+        self._records = (Record(self.scene), Record(self.grid))
         lines = [cable for cable in self.cables if cable.collides]
         strung = [cable_object(line.radius, grow) for line in lines]
         self._capsules = [capsule for _, capsule in strung]
@@ -138,7 +142,8 @@ class CollisionChecker:
         self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
         self._around = np.zeros((shapes, 6))
         self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
-        self._scratch = (self._turns, self._places, self._around, self._pairs)
+        self._scratch = Scratch(self._turns, self._places, self._around, self._pairs)
+        self._scratch_record = Record(self._scratch)
         # Views made once: FCL wants arrays, and slicing costs as much as setting.
         self._where = list(zip(movers, self._turns, self._places, strict=True))
 
@@ -147,12 +152,41 @@ class CollisionChecker:
         if self._capsules and not self._span(ends):
             return True
         left = screen(self._table(poses), *self._scratch, *self._arrays)
-        if left <= 0:
-            return bool(left < 0)
+        return bool(left < 0) if left <= 0 else self._asked(left)
+
+    def _asked(self, left: int) -> bool:
+        """Ask FCL about the first pairs that the screen has left."""
         try:
             return self._any_touch(self._pairs[:left].tolist())
         except Exception:  # whatever FCL raises, the pose was not found to be free
             return True
+
+    def first_collision(self, poses: Array, ends: Array | None = None) -> int | None:
+        """Return which of several poses is the first that collides, as ``collides`` judges each.
+
+        Args:
+            poses: A pose table each, shape (poses, bodies, 12) or (poses, bodies, 3, 4).
+            ends: A table of ends each, shape (poses, cables, 6) or (poses, cables, 2, 3).
+
+        Returns:
+            The number of the pose; None where all are free.
+        """
+        table = np.ascontiguousarray(poses, dtype=np.float64)
+        table = table.reshape(len(table), *self._shape)
+        strung = np.zeros((len(table), 0)) if ends is None else ends
+        if strung.size != 6 * len(self.cables) * len(table):
+            raise _wrong_ends(len(self.cables), len(table), strung.size)
+        strung = np.ascontiguousarray(strung, dtype=np.float64)
+        strung = strung.reshape(len(table), *self._ends_shape)
+        k = 0
+        while k < len(table):
+            k, left = screen_from(
+                k, table, strung, self._rows, self._scratch_record, *self._records
+            )
+            if k < len(table) and (left < 0 or self._asked(left)):
+                return int(k)
+            k += 1
+        return None
 
     def contacts(self, poses: Array, ends: Array = NO_ENDS) -> list[Contact]:
         """List everything that touches, each pair of body and obstacle once; empty if free."""
@@ -198,8 +232,7 @@ class CollisionChecker:
         if ends.shape == self._ends_shape and ends.dtype == np.float64 and ends.flags.c_contiguous:
             return ends
         if ends.size != 6 * len(self.cables):
-            what = f"the ends of {len(self.cables)} cables are needed, not {ends.size} numbers."
-            raise InputError([Mistake("cables", what, "Give model.cables(x) after the poses.")])
+            raise _wrong_ends(len(self.cables), 1, ends.size)
         return np.ascontiguousarray(ends, dtype=np.float64).reshape(self._ends_shape)
 
     def _span(self, ends: Array) -> bool:
@@ -276,6 +309,12 @@ class CollisionChecker:
                         yield Contact(self._names[a], self._names[b], "touches")
                 except Exception:  # as in ``collides``
                     yield Contact(self._names[a], self._names[b], "error")
+
+
+def _wrong_ends(cables: int, poses: int, numbers: int) -> InputError:
+    each = "" if poses == 1 else f" in each of {poses} poses"
+    what = f"the ends of {cables} cables are needed{each}, not {numbers} numbers."
+    return InputError([Mistake("cables", what, "Give model.cables(x) after the poses.")])
 
 
 def own_pairs(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.shapes import Shape
 from kinolab.kernel import kernel
-from kinolab.world.cable import CableGeometry
+from kinolab.world.cable import CableGeometry, span_all
 from kinolab.world.geometry import Array, BodyGeometry, Kind, placement, sizes
 from kinolab.world.grid import Integers, MeshGrid, mesh_grid
 from kinolab.world.support import half_extent
@@ -45,6 +45,15 @@ class Scene(NamedTuple):
     grow: float  # [m] that bodies are inflated by
     margin: float  # [m] to keep from the ground
     ground: bool
+
+
+class Scratch(NamedTuple):
+    """Where the machine's shapes are, and what is left for FCL, for compiled code."""
+
+    turns: Array  # (shapes, 3, 3)
+    places: Array  # (shapes, 3)
+    around: Array  # (shapes, 6) boxes
+    pairs: Integers  # (shapes * obstacles + own pairs + 1, 2)
 
 
 def make_scene(
@@ -295,3 +304,33 @@ def screen(  # type: ignore[no-untyped-def]
             pairs[left, 1] = obstacle.shape[0] + own_pairs[k, 1]
             left += 1
     return left
+
+
+@kernel
+def screen_from(first, poses, ends, rows, scratch, scene, grid):  # type: ignore[no-untyped-def]
+    """Screen pose after pose until there is one that is not proved free.
+
+    Args:
+        first: Where to begin.
+        poses: Of every body in every pose, shape (poses, bodies, 12).
+        ends: Of every cable in every pose, shape (poses, cables, 6).
+        rows: Which cables have a shape, as ``span_all`` takes them.
+        scratch: ``Scratch``; written.
+        scene, grid: ``Scene`` and ``MeshGrid``.
+
+    Returns:
+        Which pose it is, the number of poses where there is none; and what ``screen`` says of it.
+    """
+    for k in range(first, poses.shape[0]):
+        if not span_all(ends[k], rows, scene.half, scratch.turns, scratch.places):
+            return k, NOT_FINITE
+        left = screen(
+            poses[k], scratch.turns, scratch.places, scratch.around, scratch.pairs,
+            scene.kind, scene.body, scene.half, scene.own, scene.rests, scene.obstacle, scene.mesh,
+            scene.own_pairs, scene.grow, scene.margin, scene.ground,
+            grid.triangles, grid.boxes, grid.part, grid.volume, grid.frame, grid.extent, grid.start,
+            grid.entries,
+        )  # fmt: skip
+        if left != 0:
+            return k, left
+    return poses.shape[0], 0
