@@ -22,7 +22,7 @@ from unicodedata import normalize
 import sympy
 
 import kinolab
-from kinolab import systems
+from kinolab import dynobench, systems
 from kinolab.animation import picture
 from kinolab.dynamics import Attitude, Constraint, Coordinate, System
 from kinolab.dynamics.constraints import PositionConstraint
@@ -108,7 +108,9 @@ def machine_section(machine: System, problems: Iterable[Problem]) -> Iterator[st
         yield f"Source: {source}"
     for problem in problems:
         yield from scenario_section(problem)
-    if not problems:
+    if not problems and machine.name in dynobench.MACHINES:
+        yield "Environments of a benchmark plan for it: see [dynobench.md](dynobench.md)."
+    elif not problems:
         yield "No scenario plans for it yet."
 
 

@@ -15,6 +15,7 @@ from kinolab.attitude import multiply, random_attitude, turn_between, turned_at_
 from kinolab.errors import InputError
 from kinolab.goal import AttitudeTarget
 from kinolab.loading import build_problem, find_scenario
+from kinolab.motion import true_motion
 from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.runs import read_run, write_run
@@ -437,3 +438,14 @@ def test_a_run_with_attitudes_is_read_back_and_checked(
     done = plan("check", folder, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith(f"{folder}: passed")
+
+
+def test_between_the_knots_of_a_discrete_motion_an_attitude_stays_one(tmp_path: Path) -> None:
+    """Halfway it is half the turn, and the pose of the hull is no larger or smaller."""
+    own = ("integration={ method = 'euler', step = 0.5, truth = 'discrete' }", "start.R_wy=1.0")
+    problem = problem_of(tmp_path, WATER, *own)
+    motion = true_motion(problem, problem.start, np.array([0.0, 0.5]), np.zeros((1, 3)))
+    halfway = motion.between(0, np.array([0.25]))[0]
+    np.testing.assert_allclose(halfway[3:7], Rotation.from_euler("y", 0.25).as_quat(), atol=1e-15)
+    turned = problem.frames(halfway)[0].reshape(3, 4)[:, :3]
+    np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-15)

@@ -251,13 +251,14 @@ def test_a_discrete_problem_is_judged_on_its_own_map(
 
 
 @every_planner
-def test_a_goal_that_is_a_ball_is_reached(name: str, tmp_path: Path) -> None:
-    ball = ("goal.norm='euclidean'", "goal.x=2.0", "goal.y=0.5", "goal.tolerance=0.2")
+@pytest.mark.parametrize(("norm", "order"), [("euclidean", 2), ("sum", 1)])
+def test_a_goal_that_is_a_ball_is_reached(name: str, norm: str, order: int, tmp_path: Path) -> None:
+    ball = (f"goal.norm='{norm}'", "goal.x=2.0", "goal.y=0.5", "goal.tolerance=0.2")
     found = problem_of(tmp_path, OPEN, *ball).solve(planner=name, seed=1, max_iterations=20_000)
     assert found.status == "solved"
     assert found.trajectory is not None
     x, y = found.trajectory.x[-1, :2]
-    assert np.hypot(x - 2.0, y - 0.5) <= 0.2
+    assert np.linalg.norm([x - 2.0, y - 0.5], order) <= 0.2
 
 
 # --- restarts ---

@@ -123,6 +123,22 @@ def test_a_goal_may_be_a_ball_instead_of_a_box(tmp_path: Path) -> None:
         assert np.mean(away < 0.5) == pytest.approx(0.25, abs=0.03)  # all places alike
 
 
+def test_deviations_from_a_goal_may_be_added(tmp_path: Path) -> None:
+    """The region is a diamond; half as far away lies a quarter of its area."""
+    goal = "goal={ x = 1.0, psi = 3.1, norm = 'sum', tolerance = { x = 0.5, psi = 0.2 } }"
+    problem = problem_of(tmp_path, OPEN, goal)
+    x = np.array([1.4, 7.0, -3.1, 0.0, 0.0, 0.0])
+    assert problem.goal_excess(x) == pytest.approx(0.8 + (2 * np.pi - 6.2) / 0.2, abs=1e-12)
+    random = np.random.default_rng(0)
+    for spread in (1.0, 3.0):
+        one = [problem.sample_goal(random, spread) for _ in range(2000)]
+        for drawn in (np.array(one), problem.sample_goals(random, np.full(2000, spread))):
+            away = (np.abs(drawn[:, 0] - 1) / 0.5 + np.abs(drawn[:, 2] - 3.1) / 0.2) / spread
+            assert 0.99 < away.max() <= 1.0 + 1e-12
+            assert np.mean(away < 0.5) == pytest.approx(0.25, abs=0.03)
+            assert np.mean(drawn[:, 0] > 1) == pytest.approx(0.5, abs=0.05)
+
+
 def test_points_and_directions_of_the_goal_are_those_of_the_body(tmp_path: Path) -> None:
     """theta = pi / 2 puts the bob at (0, 1, 0) and turns its x axis to y."""
     text = """

@@ -583,7 +583,7 @@ goal = st.builds(
         {},
         optional={
             "tolerance": st.one_of(positive, st.dictionaries(name, positive, max_size=2)),
-            "norm": st.sampled_from(["max", "euclidean"]),
+            "norm": st.sampled_from(["max", "sum", "euclidean"]),
             "at_rest": st.booleans(),
             "point": st.lists(point, max_size=2),
             "direction": st.lists(direction_goal, max_size=2),

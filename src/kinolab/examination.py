@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.inputs import Rate
+from kinolab.dynamics.derivation import has_imposed_velocities
 from kinolab.errors import KinolabError, NoDynamicsError
 
 STATES = 10  # random states at which laws are checked
@@ -166,7 +166,7 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Fin
 def _limits(system: System) -> Iterator[Finding]:
     """Name what a planner will ask for."""
     unlimited = [c.name for c in system.coordinates if not np.isfinite(c.speed)]
-    kinematic = any(isinstance(entry, Rate) for entry in system.inputs)
+    kinematic = has_imposed_velocities(system)
     if unlimited and not kinematic:
         note = f"no speed limit on {', '.join(unlimited)}: planners will ask for [bounds]"
         yield Finding("rates have limits", 0.0, 0.0, note)

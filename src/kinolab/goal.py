@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from kinolab.attitude import turn_between
 
 Array: TypeAlias = NDArray[np.float64]
+Norm: TypeAlias = Literal["max", "sum", "euclidean"]
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class AttitudeTarget:
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """A box or a ball around target values of some states, and targets of points and axes.
+    """A region around target values of some states, and targets of points and axes.
 
     Attributes:
         indices: Entries of the state that have a target.
@@ -111,7 +112,8 @@ class Goal:
         points: Targets of points.
         directions: Targets of axes.
         attitudes: Targets of coordinates on SO(3).
-        together: Whether the root of the sum of squares of all shares counts, not the largest.
+        norm: What counts of all deviations as shares of their tolerances: the largest, their sum,
+            or the root of the sum of their squares.
     """
 
     indices: tuple[int, ...]
@@ -121,7 +123,12 @@ class Goal:
     points: tuple[PointTarget, ...] = ()
     directions: tuple[DirectionTarget, ...] = ()
     attitudes: tuple[AttitudeTarget, ...] = ()
-    together: bool = False
+    norm: Norm = "max"
+
+    @property
+    def together(self) -> bool:
+        """Whether all deviations count together, not the largest alone."""
+        return self.norm != "max"
 
     @property
     def needs_frames(self) -> bool:
@@ -137,7 +144,7 @@ class Goal:
     def excess(self, x: Array, frames: Array | None = None) -> float:
         """Return how far outside the goal a state is, in tolerances: at most 1 inside.
 
-        Each deviation is a share of its tolerance; the largest one counts, or their Euclidean norm.
+        Each deviation is a share of its tolerance; ``norm`` says how they count.
 
         Args:
             x: State, shape (nx,).
@@ -148,8 +155,10 @@ class Goal:
         if frames is not None:
             shares += [point.distance(frames) / point.tolerance for point in self.points]
             shares += [target.angle(frames) / target.tolerance for target in self.directions]
-        if self.together:
+        if self.norm == "euclidean":
             return float(np.linalg.norm(shares))
+        if self.norm == "sum":
+            return float(np.sum(shares))
         return float(np.max(shares, initial=0.0))  # NaN stays NaN, which is outside
 
     def distance(self, x: Array, frames: Array | None = None) -> float:

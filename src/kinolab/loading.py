@@ -15,6 +15,7 @@ from kinolab.dynamics import Model, System
 from kinolab.dynamics.binding import tangent_symbols
 from kinolab.dynamics.machine_file import load_machine
 from kinolab.dynamics.symbols import Rate
+from kinolab.dynobench import is_environment, read_environment
 from kinolab.errors import (
     InputError,
     MissingPlannerError,
@@ -56,14 +57,16 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
     """Read a scenario and build its problem.
 
     Args:
-        source: Path of a TOML file, or the name of a built-in scenario.
+        source: Path of a TOML file, the name of a built-in scenario, or the path of an environment
+            of dynobench, a YAML file.
         overrides: ``KEY=VALUE`` texts that replace keys of the file. Where one names another
             planner, the settings of the file's own are left out.
 
     Raises:
         InputError: With every mistake that was found.
     """
-    scenario, mistakes = read_scenario(source, overrides=overrides)
+    read = read_environment if is_environment(source) else read_scenario
+    scenario, mistakes = read(source, overrides=overrides)
     scenario = None if scenario is None else _for_another_planner(scenario)
     if scenario is None or mistakes:
         found = [] if scenario is None else _mistakes(scenario)
@@ -387,8 +390,7 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
     section = scenario.goal
     values = _scalars(section.values)
     if section.at_rest:
-        rates = (name for name in model.state_names if name in model.rate_names)
-        values = dict.fromkeys(rates, 0.0) | values
+        values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
     indices = tuple(model.state_names.index(name) for name in values)
     bodies = [body.name for body in model.system.bodies]
     return Goal(
@@ -407,7 +409,7 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
             _attitude_target(name, model.attitudes[name], value, section.tolerance_of(name))
             for name, value in _rotations(section.values).items()
         ),
-        together=section.norm == "euclidean",
+        norm=section.norm,
     )
 
 
@@ -433,6 +435,8 @@ def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: If nothing has this name, or it has mistakes.
     """
+    if is_environment(what):
+        return _environment(what, overrides)
     if what.endswith(".toml") or what in builtin_scenarios():
         return load_scenario(what, overrides=overrides)
     system = find_machine(what)  # says what exists, where nothing has this name
@@ -461,7 +465,16 @@ def find_machine(what: str) -> System:
         return system_from_python(Path(file), function, what)
     if what.endswith(".json"):
         return load_machine(Path(what))
+    if is_environment(what):
+        return find_system(_environment(what))
     if not what.endswith(".toml") and what not in builtin_scenarios():
         known = [*systems.names(), *builtin_scenarios()]
         raise UnknownNameError("system or scenario", what, known=known)
     return find_system(load_scenario(what))
+
+
+def _environment(what: str, overrides: Sequence[str] = ()) -> Scenario:
+    scenario, mistakes = read_environment(what, overrides=overrides)
+    if scenario is None or mistakes:
+        raise InputError(mistakes)
+    return scenario

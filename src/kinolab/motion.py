@@ -111,17 +111,26 @@ def follow_map(
             states.append(model.step(states[-1], held, span, method=method, substeps=substeps))
         except KinolabError as error:
             raise DivergedError(float(t[k]), str(error)) from error
-        pieces.append(Chord((float(t[k]), float(t[k + 1])), states[-2], states[-1]))
+        ends = (float(t[k]), float(t[k + 1]))
+        pieces.append(Chord(ends, states[-2], states[-1], tuple(model.attitudes.values())))
     return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
 
 
 @dataclass(frozen=True, eq=False)
 class Chord:
-    """A straight way between two states, with the interface of SciPy's dense output."""
+    """A straight way between two states, with the interface of SciPy's dense output.
+
+    Attributes:
+        span: Times of its ends, in [s].
+        begin: State at its beginning, shape (nx,).
+        end: State at its end, shape (nx,).
+        attitudes: Where quaternions begin in a state; they stay of unit length.
+    """
 
     span: tuple[float, float]
     begin: Array
     end: Array
+    attitudes: tuple[int, ...] = ()
 
     @property
     def ts(self) -> Array:
@@ -132,8 +141,10 @@ class Chord:
         """Return the state at a time, shape (nx,), or the states at times, shape (nx, times)."""
         share = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
         way = self.end - self.begin
-        states: Array = (self.begin[:, None] + way[:, None] * np.atleast_1d(share)).squeeze()
-        return states if np.ndim(times) == 0 else states.reshape(len(self.begin), -1)
+        states: Array = self.begin[:, None] + way[:, None] * np.atleast_1d(share)
+        for first in self.attitudes:
+            states[first : first + 4] /= np.linalg.norm(states[first : first + 4], axis=0)
+        return states[:, 0] if np.ndim(times) == 0 else states
 
 
 def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
 from kinolab.dynamics import Model, System
+from kinolab.dynamics.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
-from kinolab.goal import Goal, KeepOutCone
+from kinolab.goal import Goal, KeepOutCone, Norm
 from kinolab.scenario import Scenario
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 
@@ -158,13 +159,23 @@ class Problem:
 
     @property
     def _file(self) -> str:
-        return f"{self.name}.toml"
+        return self.scenario.origin.file.name
 
     def _faults(self, x: Array) -> Iterator[str]:
         for name, value, lower, upper in self.limit_violations(x):
             yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+        yield from self._unmet(x)
         for contact in self.checker().contacts(*self.placement(x)):
             yield _contact_sentence(contact)
+
+    def _unmet(self, x: Array) -> Iterator[str]:
+        """Name the requirements that no input can keep at a state."""
+        decided = (InputSymbol, ForceSymbol)
+        margins = self.model.requirements(x).tolist()
+        for requirement, margin in zip(self.system.requirements, margins, strict=True):
+            open_yet = any(isinstance(s, decided) for s in requirement.margin.free_symbols)
+            if not (open_yet or margin >= -ROUNDING):
+                yield f"it breaks a requirement ({requirement.name}) by {-margin:g}."
 
     def _goal_mistakes(self) -> Iterator[Mistake]:
         where = f"{self._file} [goal]"
@@ -218,7 +229,7 @@ class Problem:
         goal, entries = self.goal, list(self.goal.indices)
         shares = np.full(len(entries) + len(goal.attitudes), spread)
         if goal.together:
-            shares *= _in_a_ball((1, len(shares)), generator)[0]
+            shares *= _near_the_centre(goal.norm, (1, len(shares)), generator)[0]
         for share, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
             reach = min(abs(share) * attitude.tolerance, np.pi)
             near = turned_at_random(np.array(attitude.target), reach, generator)
@@ -242,7 +253,7 @@ class Problem:
         goal, entries = self.goal, list(self.goal.indices)
         shares = np.repeat(spreads[:, None], len(entries) + len(goal.attitudes), axis=1)
         if goal.together:
-            shares *= _in_a_ball(shares.shape, generator)
+            shares *= _near_the_centre(goal.norm, shares.shape, generator)
         reaches = np.abs(shares[:, len(entries) :]).T
         for share, attitude in zip(reaches, goal.attitudes, strict=True):
             angles = np.minimum(share * attitude.tolerance, np.pi)
@@ -306,6 +317,22 @@ def _contact_sentence(contact: Any) -> str:
         "sinks": f"{contact.body} sinks into {contact.obstacle}.",
     }
     return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")
+
+
+def _near_the_centre(norm: Norm, shape: tuple[int, int], generator: np.random.Generator) -> Array:
+    """Return points (n, d) at most 1 from the origin by a norm, all places alike."""
+    return _with_a_sum(shape, generator) if norm == "sum" else _in_a_ball(shape, generator)
+
+
+def _with_a_sum(shape: tuple[int, int], generator: np.random.Generator) -> Array:
+    """Return points (n, d) whose entries' magnitudes sum to at most 1, all places alike.
+
+    Source: Devroye, Non-Uniform Random Variate Generation, 1986, section V.2.1.
+    """
+    parts = generator.exponential(size=(shape[0], shape[1] + 1))
+    signs = generator.choice([-1.0, 1.0], size=shape)
+    points: Array = signs * parts[:, :-1] / parts.sum(axis=1, keepdims=True)
+    return points
 
 
 def _in_a_ball(shape: tuple[int, int], generator: np.random.Generator) -> Array:

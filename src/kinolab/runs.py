@@ -20,6 +20,7 @@ from typing import Any
 
 from kinolab import __version__
 from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynobench import has_its_steps, is_environment, result_text
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
 from kinolab.loading import build_problem
@@ -32,7 +33,7 @@ from kinolab.verification import Certificate, Check, verify
 
 SCHEMA_VERSION = 1
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
-OPTIONAL = ("trajectory.csv", "trajectory.npz", "animation.gif")
+OPTIONAL = ("trajectory.csv", "trajectory.npz", "result.yaml", "animation.gif")
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
     if plan.trajectory is not None:
         files["trajectory.csv"] = plan.trajectory.to_csv().encode()
         files["trajectory.npz"] = plan.trajectory.to_npz()
+        files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
     files["report.json"] = _json(report)
     stale = {*OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)
@@ -67,6 +69,13 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
     for name, content in files.items():
         write_whole(folder / name, content)
     return report
+
+
+def _benchmark_result(problem: Problem, trajectory: Trajectory) -> dict[str, bytes]:
+    """Return the file that the benchmark reads, for its own environments."""
+    if not is_environment(problem.scenario.origin.file) or not has_its_steps(problem, trajectory):
+        return {}
+    return {"result.yaml": result_text(problem, trajectory).encode()}
 
 
 def add_diagnosis(

@@ -289,7 +289,8 @@ def _goal(problem: Problem, motion: Motion) -> Check:
     ]
     other = "a point or an axis misses its target"
     if problem.goal.together and not problem.goal.needs_frames:
-        other = "each deviation is within its tolerance, their Euclidean norm is not"
+        whole = "sum" if problem.goal.norm == "sum" else "Euclidean norm"
+        other = f"each deviation is within its tolerance, their {whole} is not"
     detail = "; ".join(parts) or other
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 

@@ -45,6 +45,14 @@ def test_a_goal_that_is_passed_through_need_not_hold(tmp_path: Path) -> None:
     assert list(holding_sentences(problem, None, goal)) == []
 
 
+def test_a_machine_that_cannot_stop_is_told_its_lower_limit(tmp_path: Path) -> None:
+    world = "bounds = { x = [0, 9], y = [0, 9] }"
+    text = f'schema = 1\ntitle = "On"\nsystem.name = "unicycle1_v1"\n{world}\n'
+    problem = problem_of(tmp_path, text, "start={ x = 1, y = 1 }", "goal.x=5")
+    (sentence,) = holding_sentences(problem, holding(problem, problem.start), None)
+    assert sentence.endswith("to hold it takes v = 0 m/s or rad/s (its limit is 0.25).")
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.5, math.pi])
 def test_a_weight_within_the_motors_strength_is_held(angle: float, tmp_path: Path) -> None:
     problem = problem_of(tmp_path, PENDULUM, f"start.theta={angle}")

@@ -276,6 +276,13 @@ def test_dependent_velocities_outside_the_chart_are_not_silently_infinite() -> N
 # Wrong questions
 
 
+def test_inputs_that_leave_the_chart_are_refused_too() -> None:
+    """Wheels across the car stop it: no yaw rate follows from its speed."""
+    model = kinolab.systems.get("car1_v0").model()
+    with pytest.raises(SingularError, match="outside the chart of the independent velocities"):
+        model.f(np.zeros(4), [1.0, math.pi / 2])
+
+
 @pytest.mark.parametrize("x", [[0.0], [0.0, 0.0, 0.0], [[[0.0, 0.0]]], 0.0, []])
 def test_a_state_of_the_wrong_shape_is_an_error(x: Any) -> None:
     model = kinolab.systems.get("pendulum").model()

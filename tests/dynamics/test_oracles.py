@@ -667,3 +667,20 @@ def test_a_satellite_keeps_its_angular_momentum_whatever_its_wheels_do() -> None
     momenta = np.array([momentum(at) for at in path])
     assert np.abs(momenta - momenta[0]).max() < 1e-9 * np.linalg.norm(momenta[0])
     assert np.ptp(path[:, :4], axis=0).max() > 0.5  # it turned
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-3, 2.0])
+def test_an_euler_step_turns_an_attitude_by_the_exponential(size: float) -> None:
+    """Against SciPy's rotations: R+ = R exp(h w), whatever the angle, to rounding."""
+    made = kinolab.systems.get("submarine").model()
+    random, first = np.random.default_rng(3), made.attitudes["R"]
+    x, q, w = np.zeros(made.nx), random.normal(size=4), random.normal(size=3)
+    turned = slice(first, first + 4)
+    x[turned], h = q / np.linalg.norm(q), size / np.linalg.norm(w)
+    for name, value in zip("xyz", w, strict=True):
+        x[made.state_names.index(f"R_w{name}")] = value
+    reached = made.step(x, (), h, method="euler")[turned]
+    expected = Turn.from_quat(x[turned]) * Turn.from_rotvec(h * w)
+    assert (Turn.from_quat(reached).inv() * expected).magnitude() < 1e-15
+    assert reached @ x[turned] > 0.5  # q and not -q, for knots are joined by straight ways
+    np.testing.assert_allclose(np.linalg.norm(reached), 1.0, atol=1e-15)

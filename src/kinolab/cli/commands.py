@@ -57,7 +57,8 @@ class _Front(click.Group):
 def plan() -> None:
     """Plan, verify and animate the motion of a machine through a world.
 
-    SCENARIO is a TOML file or the name of a built-in scenario; `plan list` names them.
+    SCENARIO is a TOML file, the name of a built-in scenario (`plan list` names them), or an
+    environment of the benchmark dynobench, a YAML file.
     """
 
 

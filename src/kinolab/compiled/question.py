@@ -18,6 +18,9 @@ from kinolab.propagation.free_motion import place_at
 POOL = 4096  # states around the goal that are drawn beforehand
 ENDS = 256  # states in the goal
 
+LARGEST, SUM, EUCLIDEAN = range(3)
+NORMS = {"max": LARGEST, "sum": SUM, "euclidean": EUCLIDEAN}
+
 
 class Goal(NamedTuple):
     """Targets and tolerances; angles are judged the short way."""
@@ -37,7 +40,7 @@ class Goal(NamedTuple):
     axis: Array  # (axes, 3) in the body's frame
     axis_target: Array  # (axes, 3)
     axis_tolerance: Array  # (axes,) in [rad]
-    together: bool  # whether the Euclidean norm of all shares counts, not the largest
+    norm: int  # what counts of all shares: LARGEST, SUM or EUCLIDEAN
 
 
 class Question(NamedTuple):
@@ -116,7 +119,7 @@ def goal_of(problem: Problem) -> Goal:
         axis=rows(goal.directions, "axis", 3),
         axis_target=rows(goal.directions, "target", 3),
         axis_tolerance=column(goal.directions, "tolerance"),
-        together=goal.together,
+        norm=NORMS[goal.norm],
     )
 
 
@@ -202,8 +205,10 @@ def excess(search, x, enough):  # type: ignore[no-untyped-def]
 @kernel
 def farther(goal, far, share):  # type: ignore[no-untyped-def]
     """Return how far outside the goal a state is, one more share counted; NaN stays NaN."""
-    if goal.together:
+    if goal.norm == EUCLIDEAN:
         return math.sqrt(far * far + share * share)
+    if goal.norm == SUM:
+        return far + abs(share)
     return far if share <= far or math.isnan(far) else share
 
 

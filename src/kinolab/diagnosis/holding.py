@@ -102,7 +102,7 @@ def _why(problem: Problem, held: Holding) -> str:
     units = {entry.name: entry.unit for entry in problem.system.inputs}
     wanted = [
         f"{which} = {value:.4g} {units[which]}".rstrip()
-        + f" (its limit is {limits[which][0 if value < 0 else 1]:g})"
+        + f" (its limit is {limits[which][0 if value < limits[which][0] else 1]:g})"
         for which, value in held.needed.items()
     ]
     return f"{name} changes by {abs(drift):.3g} per second; to hold it takes {', '.join(wanted)}"

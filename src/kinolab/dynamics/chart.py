@@ -1,7 +1,8 @@
 """Which velocities describe the motion, and how all others follow from them.
 
-Constraints and rate inputs are rows A(q) nu = b with b zero or an input. A fixed choice of
-independent velocities v, taken once, makes the others follow: nu = S(q) v + U(q) u.
+Constraints, rate inputs and speeds that are states are rows A(q) nu = b with b zero, an input or a
+state. A fixed choice of independent velocities v, taken once, makes the others follow:
+nu = S(q) v + U(q) b.
 """
 
 from __future__ import annotations
@@ -37,9 +38,9 @@ class Row:
     """One linear condition on the velocities: covector . nu = value.
 
     Attributes:
-        name: Of the constraint or input.
+        name: Of the constraint, input or state.
         covector: An entry per velocity.
-        value: Zero for a constraint, the input for a rate input.
+        value: Zero for a constraint, the input for a rate input, the state for a speed.
         bias: d/dt(covector) . nu, the part of the derivative without accelerations, in terms of
             the velocities' variables.
     """
@@ -61,8 +62,8 @@ class Chart:
         independent: Indices of those that are states.
         driven: Positions in ``independent`` whose acceleration is an input, with that input.
         directions: Columns of S, one per independent velocity.
-        input_directions: Columns of U, by the input's node.
-        velocities: nu = S v + U u.
+        input_directions: Columns of U, by the input's or the state's node.
+        velocities: nu = S v + U b.
         accelerations: d/dt nu for zero accelerations of v.
     """
 
@@ -103,6 +104,11 @@ def find_chart(system: System, binding: Binding, guards: Guards) -> Chart:
         _row(binding, f"input {i.name!r}", i.name, i.velocity, binding.lower(i.symbol))
         for i in system.inputs
         if isinstance(i, Rate)
+    ]
+    rows += [
+        _row(binding, f"state {s.name!r}", s.name, s.velocity, binding.lower(s.symbol))
+        for s in system.states
+        if s.velocity is not None
     ]
     dependent = _choose(system, binding, rows)
     independent = tuple(i for i in range(len(binding.tangent)) if i not in dependent)
@@ -286,7 +292,7 @@ def _candidates(
         return [tuple(i for i in range(size) if i not in named)]
     free = [i for i in range(size) if i not in _driven(system)]
     if count > len(free):
-        what = f"{count} constraints and rate inputs act on {len(free)} velocities."
+        what = f"{count} constraints, rate inputs and speeds act on {len(free)} velocities."
         raise InputError([Mistake(f"system {system.name!r}", what, "Leave some out.")])
     if comb(len(free), count) <= MOST_CHOICES:
         return list(combinations(free, count))

@@ -12,7 +12,7 @@ Dynamics Algorithms, 2008, chapters 3 and 8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +55,7 @@ class Derivation:
         independent: Indices of the velocities that are states.
         redundant: Names of constraints that follow from others.
         state: The variables of x = (q, v, further states).
+        attitudes: Where quaternions begin in the state.
         derivative: Of the state, length nx.
         velocities: nu in full, length nt.
         flow: q_dot, length nq.
@@ -77,6 +78,7 @@ class Derivation:
     independent: tuple[int, ...]
     redundant: tuple[str, ...]
     state: tuple[Node, ...]
+    attitudes: tuple[int, ...]
     derivative: tuple[Node, ...]
     velocities: tuple[Node, ...]
     flow: tuple[Node, ...]
@@ -110,11 +112,18 @@ def derive(system: System) -> Derivation:
 
 
 def is_kinematic(system: System) -> bool:
-    """Whether velocities are inputs and nothing has mass to accelerate."""
-    return any(isinstance(entry, Rate) for entry in system.inputs) and all(
+    """Whether velocities are inputs or states of their own and nothing has mass to accelerate."""
+    return has_imposed_velocities(system) and all(
         is_zero(value)
         for body in system.bodies
         for value in (body.mass, *body.inertia, *(e for row in body.added_mass for e in row))
+    )
+
+
+def has_imposed_velocities(system: System) -> bool:
+    """Whether something moves as an input or a further state says, whatever force that takes."""
+    return any(isinstance(entry, Rate) for entry in system.inputs) or any(
+        entry.velocity is not None for entry in system.states
     )
 
 
@@ -128,8 +137,8 @@ class _Deriving:
         self.guards = Guards()
         self.multipliers = system.velocities == "all" and bool(system.constraints)
         if self.multipliers:
-            if any(isinstance(entry, Rate) for entry in system.inputs):
-                what = 'a rate input needs independent velocities; velocities="all" has none.'
+            if has_imposed_velocities(system):
+                what = 'a given velocity needs independent ones; velocities="all" has none.'
                 raise InputError([Mistake(f"system {system.name!r}", what)])
             self.rows = constraint_rows(system, self.binding)
             self.redundant = independent_rows(system, self.binding, self.rows)[1]
@@ -164,6 +173,7 @@ class _Deriving:
             independent=chart.independent,
             redundant=self.redundant,
             state=(*binding.configuration, *self.states, *binding.states),
+            attitudes=tuple(self._attitudes()),
             derivative=(*flow, *accelerations, *extras),
             velocities=chart.velocities,
             flow=flow,
@@ -401,15 +411,21 @@ class _Deriving:
 
     def _normalised(self, q: list[Node]) -> list[Node]:
         tape, entries = self.tape, list(q)
+        for first in self._attitudes():
+            part = entries[first : first + 4]
+            length = tape.unary("sqrt", tape.dot(part, part))
+            entries[first : first + 4] = [tape.div(entry, length) for entry in part]
+        return entries
+
+    def _attitudes(self) -> Iterator[int]:
+        """Yield where quaternions begin in the configuration."""
         place = 0
         for coordinate in self.system.coordinates:
-            size = 4 if isinstance(coordinate, Attitude) else 1
-            if size == 4:
-                part = entries[place : place + 4]
-                length = tape.unary("sqrt", tape.dot(part, part))
-                entries[place : place + 4] = [tape.div(entry, length) for entry in part]
-            place += size
-        return entries
+            if isinstance(coordinate, Attitude):
+                yield place
+                place += 4
+            else:
+                place += 1
 
     def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
         """Name a direction of motion that no mass resists.
@@ -440,7 +456,7 @@ class _Deriving:
         return str(symbols[self.chart.independent[k]].name).removesuffix("_dot")
 
     def _check_rate_inputs(self, free: list[int]) -> None:
-        """Refuse a velocity input whose jumps would be blows to what has mass."""
+        """Refuse a velocity that is given where it would push what has mass."""
         chart = self.chart
         if not chart.input_directions:
             return
@@ -451,9 +467,12 @@ class _Deriving:
         for k, node in enumerate(chart.input_directions, start=len(chart.directions)):
             if any(M[i][k] != self.tape.zero for i in free):
                 name = self.tape.operations[node].label
+                kind = "state" if node in self.binding.states else "input"
                 what = "its steps would be blows to a machine that has mass."
+                if kind == "state":
+                    what = "it is the speed of a machine that has mass."
                 remedy = "Make it a Drive, whose value is the acceleration."
-                raise InputError([Mistake(f"input {name!r}", what, remedy)])
+                raise InputError([Mistake(f"{kind} {name!r}", what, remedy)])
 
     def _check_inputs(self, outputs: Sequence[Node]) -> None:
         """Name inputs that change nothing."""

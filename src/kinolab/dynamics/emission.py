@@ -65,7 +65,7 @@ def emit_module(derivation: Derivation) -> str:
             _emit_tangent(derivation),
             _emit_jacobian(*sizes),
             *emit_linear_algebra(),
-            *emit_steppers(*sizes, projects=bool(d.projection)),
+            *emit_steppers(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
             _emit_rows(*sizes, inputs=False),
             _emit_rows(*sizes, inputs=True),
         ]

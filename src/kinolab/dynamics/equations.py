@@ -39,7 +39,7 @@ class Equations(Sequence[sympy.Eq]):
         balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per velocity; for a driven
             coordinate its acceleration.
         constraints: w(q) q_dot = 0 or h(q) = 0, one per constraint, and velocities that are
-            inputs.
+            inputs or further states.
         further: The rates of further states.
         reduced: The balance without multipliers, one per independent velocity; empty where there
             is no constraint or where the elimination has no short form.
@@ -175,10 +175,11 @@ class _Deriving:
             yield sympy.Eq(self.tidy(held), 0, evaluate=False)
 
     def rate_equations(self) -> Iterator[sympy.Eq]:
-        """Yield the velocities that are inputs."""
-        for entry in self.system.inputs:
-            if isinstance(entry, Rate):
-                yield sympy.Eq(self.tidy(entry.velocity), entry.symbol, evaluate=False)
+        """Yield the velocities that are inputs or further states."""
+        rates = [(i.velocity, i.symbol) for i in self.system.inputs if isinstance(i, Rate)]
+        speeds = [(s.velocity, s.symbol) for s in self.system.states if s.velocity is not None]
+        for velocity, symbol in (*rates, *speeds):
+            yield sympy.Eq(self.tidy(velocity), symbol, evaluate=False)
 
     def reduced(
         self, w: sympy.Matrix, left: Sequence[sympy.Expr], forces: Sequence[sympy.Expr]

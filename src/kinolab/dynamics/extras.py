@@ -1,4 +1,4 @@
-"""States beyond positions and velocities: currents, lags, whatever has a rate of its own."""
+"""States with a rate of their own: currents, lags, speeds of what is moved and not pushed."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ class State:
         limits: Lower and upper limit in ``unit``.
         unit: SI unit as text.
         scale: What counts as a large difference, in ``unit``.
+        velocity: What moves at this value, an expression linear in the rates such as ``V.x``, if
+            the state is a speed of a kinematic machine.
     """
 
     name: str
@@ -29,10 +31,11 @@ class State:
     limits: tuple[float, float] = (-math.inf, math.inf)
     unit: str = ""
     scale: float = 1.0
+    velocity: Number | None = None
 
     def __post_init__(self) -> None:
         """Let numbers stand for expressions."""
-        sympify_fields(self, "derivative")
+        sympify_fields(self, "derivative", *(() if self.velocity is None else ("velocity",)))
 
     @property
     def symbol(self) -> StateSymbol:

@@ -111,6 +111,13 @@ class Model:
             if not isinstance(c, Coordinate)
         }
 
+    @cached_property
+    def speeds(self) -> NDArray[np.int64]:
+        """Which entries of a state are velocities: rates, and speeds that are further states."""
+        first = self.nx - len(self.system.states)
+        further = [first + k for k, s in enumerate(self.system.states) if s.velocity is not None]
+        return np.array([*range(self.nq, first), *further], dtype=np.int64)
+
     @property
     def nq(self) -> int:
         """Number of entries of a configuration."""
@@ -493,6 +500,6 @@ def _chart_left(model: Model, x: Array) -> str:
     values = dict(zip(model.state_names, map(float, x), strict=True))
     try:
         number = condition_number(model.system, values | model.system.parameter_values)
-    except (ArithmeticError, ValueError):
+    except (ArithmeticError, LookupError, ValueError):  # no value, or an input's is needed
         return " (outside the chart of the independent velocities)"
     return f" (outside the chart of the independent velocities: condition number {number:.3g})"

@@ -6,25 +6,85 @@ onto the constraints and unit quaternions, where the machine has any.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from kinolab.dynamics.ir import Register, Routine, literal
 
 METHODS = ("rk4", "euler", "rosenbrock")
 
+SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
 GAMMA = 1 - 0.5**0.5  # makes the Rosenbrock method L-stable: stiff friction decays at any step
 
 POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
 STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
 
 
-def emit_steppers(states: int, inputs: int, *, projects: bool) -> list[str]:
-    """Return one function per integration method."""
+def emit_steppers(
+    states: int, inputs: int, *, projects: bool, attitudes: Sequence[int] = ()
+) -> list[str]:
+    """Return one function per integration method.
+
+    Args:
+        states: Length of x.
+        inputs: Length of u.
+        projects: Whether states are moved back onto constraints and unit quaternions.
+        attitudes: Where quaternions begin in x.
+    """
     return [
-        _emit_runge_kutta("euler", states, (0.0,), (1.0,), projects),
+        _emit_euler(states, projects, attitudes),
         _emit_runge_kutta(
             "rk4", states, (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), projects
         ),
         _emit_rosenbrock(states, inputs, projects),
     ]
+
+
+def _emit_euler(states: int, projects: bool, attitudes: Sequence[int]) -> str:
+    """Return the explicit Euler step x + h f(x), along geodesics where x is on SO(3).
+
+    An attitude turns by the exponential of h times its angular velocity: q exp(h w / 2).
+
+    Source: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-group methods, Acta Numerica 9, 2000,
+    section 2.4 (the Lie-Euler method).
+    """
+    routine = Routine("step_euler", STEP)
+    k, total, begin = (routine.array(states) for _ in range(3))
+    status = routine.cell("i32", "0")
+    h = _substep(routine)
+    routine.copy("%x", begin, states)
+    with routine.loop(0, "%substeps"):
+        _call_f(routine, begin, k, status)
+        _axpy(routine, states, h, k, begin, total)
+        for first in attitudes:
+            _turn(routine, first, h, k, begin, total)
+        _land(routine, states, total, begin, status, projects)
+    _finish(routine, states, begin, status)
+    return routine.text()
+
+
+def _turn(
+    routine: Routine, first: int, h: str, k: Register, begin: Register, total: Register
+) -> None:
+    """Set a quaternion of ``total`` to the end of the great circle along its derivative in ``k``.
+
+    That is q exp(h w / 2), for q_dot = q w / 2 is at right angles to q and |w| / 2 long.
+    """
+    entries = range(first, first + 4)
+    q, q_dot = ([routine.load(array, i) for i in entries] for array in (begin, k))
+    square = literal(0.0)
+    for entry in q_dot:
+        square = routine.add(square, routine.mul(entry, entry))
+    squared = routine.mul(routine.mul(h, h), square)
+    turn = routine.line(f"call double @llvm.sqrt.f64(double {squared})")
+    cosine, sine = (
+        routine.line(f"call double @llvm.{name}.f64(double {turn})") for name in ("cos", "sin")
+    )
+    small = routine.line(f"fcmp olt double {squared}, {literal(SMALL_TURN)}")
+    series = routine.sub(literal(1.0), routine.div(squared, literal(6.0)))
+    ratio = routine.line(f"select i1 {small}, double {series}, double {routine.div(sine, turn)}")
+    share = routine.mul(h, ratio)
+    for i, at, slope in zip(entries, q, q_dot, strict=True):
+        routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(share, slope)))
 
 
 def _emit_runge_kutta(

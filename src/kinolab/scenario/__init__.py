@@ -2,11 +2,10 @@
 
 from kinolab.scenario.findings import Finding, Origin
 from kinolab.scenario.load import (
-    builtin_scenarios,
+    check_document,
     load_scenario,
     read_scenario,
     scenario_from,
-    scenario_path,
 )
 from kinolab.scenario.names import check_names, check_settings
 from kinolab.scenario.overrides import override_place
@@ -27,6 +26,7 @@ from kinolab.scenario.schema import (
     WorldSection,
     axis_vector,
 )
+from kinolab.scenario.source import builtin_scenarios, read_text, scenario_path
 from kinolab.scenario.write import write_scenario
 
 __all__ = [
@@ -46,12 +46,14 @@ __all__ = [
     "WorldSection",
     "axis_vector",
     "builtin_scenarios",
+    "check_document",
     "check_names",
     "check_settings",
     "load_scenario",
     "mistake_at",
     "override_place",
     "read_scenario",
+    "read_text",
     "scenario_from",
     "scenario_path",
     "shared_settings",

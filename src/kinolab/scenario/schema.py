@@ -177,7 +177,7 @@ class GoalSection(Section):
     )
 
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
-    norm: Literal["max", "euclidean"] = "max"  # of all shares of tolerances
+    norm: Literal["max", "sum", "euclidean"] = "max"  # of all shares of tolerances
     at_rest: bool = False
     point: Annotated[
         tuple[PointGoal, ...], Field(strict=False), Wanted("a list of [[goal.point]] tables")

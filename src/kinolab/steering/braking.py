@@ -39,7 +39,7 @@ class Brake:
         self._problem, self._rollout = problem, rollout
         self._closing, self._tracker = closing, tracker
         model = problem.model
-        self._speeds = slice(model.nq, model.nq + len(model.independent))
+        self._speeds = model.speeds
         self._scales = problem.scales[self._speeds]
         lower, upper = model.control_bounds.T
         self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)

@@ -31,12 +31,11 @@ def settle(problem: Problem, x: Array) -> tuple[Array, Array] | None:
         x: State near which to look, shape (nx,).
     """
     model = problem.model
-    moving = slice(model.nq, model.nx - len(problem.system.states))
     y, u = np.asarray(x, dtype=float).copy(), np.clip(np.zeros(model.nu), *model.control_bounds.T)
-    y[moving] = 0.0
+    y[model.speeds] = 0.0
     y = model.project(y)
     open_to_change = ~ignorable(problem)
-    open_to_change[moving] = False
+    open_to_change[model.speeds] = False
     sizes = np.concatenate(
         [problem.scales * open_to_change, np.ptp(model.control_bounds, axis=1) / 2]
     )

@@ -168,8 +168,7 @@ class Steering(AbstractSteering):
 
 def _goes_both_ways(problem: Problem) -> bool:
     """Say whether everything may be as fast in one direction as in the other."""
-    speeds = slice(problem.model.nq, problem.model.nq + len(problem.model.independent))
-    limits = np.vstack([problem.bounds[speeds], problem.rate_bounds])
+    limits = np.vstack([problem.bounds[problem.model.speeds], problem.rate_bounds])
     return bool((limits[:, 0] == -limits[:, 1]).all())
 
 

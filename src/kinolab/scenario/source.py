@@ -1,0 +1,103 @@
+"""Where a file of the user's is, and its text."""
+
+from __future__ import annotations
+
+import difflib
+import importlib.resources
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from kinolab.errors import InputError, Mistake
+from kinolab.scenario.toml_text import shortened
+
+SIZE_LIMIT = 1_000_000  # [bytes]
+ENDINGS = (".toml", ".yaml", ".yml")  # of paths, with or without a folder before them
+
+
+def builtin_scenarios() -> dict[str, Path]:
+    """The scenarios that come with kinolab, by name; none where they are not installed."""
+    try:
+        entries = list(importlib.resources.files("kinolab.scenarios").iterdir())
+    except (ModuleNotFoundError, FileNotFoundError):
+        return {}
+    files = [entry for entry in entries if isinstance(entry, Path) and entry.suffix == ".toml"]
+    return {file.stem: file for file in sorted(files)}
+
+
+def scenario_path(source: str | Path) -> Path:
+    """Return the file that a path or the name of a built-in scenario means."""
+    if isinstance(source, Path) or _looks_like_path(source):
+        return Path(source)
+    return builtin_scenarios().get(source, Path(source))
+
+
+def _looks_like_path(text: str) -> bool:
+    separators = {"/", os.sep, os.altsep or "/"}
+    return text.endswith(ENDINGS) or any(separator in text for separator in separators)
+
+
+def read_text(path: Path) -> str:
+    """Read a file of at most 1 MB as UTF-8, with or without a byte order mark.
+
+    Raises:
+        InputError: If there is no such file, or it is none of this kind.
+    """
+    where = shortened(_printable(str(path)), 200)
+    if not os.path.isfile(path):  # unlike pathlib's, it never raises
+        raise InputError([_no_file(path, where)])
+    try:
+        with path.open("rb") as file:
+            content = file.read(SIZE_LIMIT + 1)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError([Mistake(where, f"the file cannot be read: {reason}.")]) from None
+    if len(content) > SIZE_LIMIT:
+        raise InputError(
+            [Mistake(where, "the file is larger than 1 MB.", "Keep meshes in files of their own.")]
+        )
+    return _decoded(content, path.name)
+
+
+def _no_file(path: Path, where: str) -> Mistake:
+    if os.path.isdir(path):
+        inside = sorted(file.name for file in path.glob("*.toml"))[:10]
+        remedy = f"In it: {', '.join(inside)}." if inside else "Give the .toml file."
+        return Mistake(where, "this is a folder, not a scenario.", remedy)
+    if os.path.exists(path):
+        return Mistake(where, "this is not an ordinary file.", "Give a .toml file.")
+    what = f"there is no file {shortened(_printable(os.path.abspath(path)), 400)}."
+    if path.parent != Path(".") or path.suffix in ENDINGS:
+        return Mistake(where, what, _suggestion(path.stem, _neighbours(path)))
+    return Mistake(
+        where,
+        f"no scenario is called {shortened(path.name)!r}, and {what}",
+        f"{_suggestion(path.name, [*builtin_scenarios(), *_neighbours(path)])} "
+        f"Built in: {', '.join(builtin_scenarios()) or 'none'}.".lstrip(),
+    )
+
+
+def _neighbours(path: Path) -> list[str]:
+    folder = path.parent
+    pattern = f"*{path.suffix or '.toml'}"
+    return sorted(file.name for file in folder.glob(pattern)) if os.path.isdir(folder) else []
+
+
+def _suggestion(name: str, known: Sequence[str]) -> str:
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f"Did you mean {close[0]!r}?" if close else ""
+
+
+def _decoded(content: bytes, label: str) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(
+            [Mistake(f"{label} line {line}", "this is not UTF-8 text.", "Save the file as UTF-8.")]
+        ) from None
+
+
+def _printable(text: str) -> str:
+    """Replace what would steer a terminal or could not be printed."""
+    return "".join(character if character.isprintable() else "�" for character in text)
