@@ -30,6 +30,7 @@ from benchmarks.versus.runs import (
 )
 from benchmarks.versus.verdict import Judge
 from kinolab.problem import Problem
+from kinolab.propagation.machine_calls import motion_under
 from tests.support import ROOT, environment
 
 SCRIPT = ROOT / "benchmarks" / "gallery.py"
@@ -262,13 +263,13 @@ def test_the_verdict_looks_between_knots() -> None:
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_the_verdict_moves_as_the_model_does(name: str) -> None:
+def test_motions_are_what_the_model_makes_step_by_step(name: str) -> None:
     problem, random = versus(name), np.random.default_rng(1)
     u = random.uniform(*problem.model.control_bounds.T, size=(20, 2))
     x = [problem.start]
     for row in u:
         x.append(problem.model.step(x[-1], row, problem.step, method="rk4", substeps=5))
-    assert (Judge(problem).knots(u) == np.array(x)).all()
+    assert (motion_under(problem, u) == np.array(x)).all()
 
 
 def test_a_ratio_is_that_of_the_best_medians() -> None:

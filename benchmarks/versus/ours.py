@@ -19,20 +19,15 @@ FOLDER = Path(__file__).resolve().parent
 UNREACHABLE = "goal.tolerance=1e-9"  # [m] and the like: it is aimed at, as ever
 
 
-class Clock(Budget):
-    """A budget of CPU time, as OMPL's side has it."""
+class CPUBudget(Budget):
+    """A budget of CPU time, as OMPL's side has it, that knows when the search began."""
 
-    cpu = 0.0  # of the process, when the time began to count
+    wall = 0.0  # [s] on the monotonic clock
 
     def restart(self) -> None:
         """Begin to count the time now."""
         super().restart()
-        self.cpu = time.process_time()
-
-    @property
-    def over(self) -> bool:
-        """Whether the search must end."""
-        return self.interrupted or time.process_time() - self.cpu > self.time_limit
+        self.wall = time.monotonic()
 
 
 def load(problem: str, *overrides: str) -> Problem:
@@ -49,10 +44,9 @@ def make(entrant: Entrant) -> AbstractPlanner:
 
 def search(problem: str, judge: Judge, entrant: Entrant, seed: int, limit: float) -> Run:
     """Search once, and judge what was found; the verdict at the knots is timed."""
-    planner, clock = make(entrant), Clock(limit)
-    clock.cpu = begun = time.process_time()
-    found = planner.solve(judge.problem, seed, clock)
-    cpu, wall = time.process_time() - clock.cpu, time.monotonic() - clock.started
+    planner, budget = make(entrant), CPUBudget(limit, clock=time.process_time)
+    found = planner.solve(judge.problem, seed, budget)
+    cpu, wall = budget.elapsed, time.monotonic() - budget.wall
     solved = found.outcome is Outcome.SOLVED
     judged = _judged(judge, found.u) if solved else {}
     return Run(
@@ -62,7 +56,7 @@ def search(problem: str, judge: Judge, entrant: Entrant, seed: int, limit: float
         solved=solved,
         cpu=cpu if solved else limit,
         wall=wall if solved else limit,
-        setup=clock.cpu - begun,
+        setup=budget.prepared,
         nodes=int(found.statistics.get("nodes", 0)),
         propagations=int(found.statistics.get("propagations", 0)),
         **judged,
