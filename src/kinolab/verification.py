@@ -29,6 +29,7 @@ SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at
 FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
 MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
 DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
+STEP = 1e-6  # share by which a step of a discrete problem may differ: times add up with rounding
 MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
 PROBES = 5  # of the speed within one integrator step
 CAUTION = 1.2  # factor on the fastest probe
@@ -77,7 +78,7 @@ class Certificate:
 
 def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions."""
-    sound = _soundness(trajectory)
+    sound = _soundness(problem, trajectory)
     if not all(check.passed for check in sound):
         return Certificate(sound)  # nothing can be integrated
     feasible = (*sound, *_knot_checks(problem, trajectory))
@@ -101,7 +102,7 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
 
 def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
     """Check start, time, defects, constraints, inputs, requirements and the growth of errors."""
-    sound = _soundness(trajectory)
+    sound = _soundness(problem, trajectory)
     if not all(check.passed for check in sound):
         return sound
     feasible = (*sound, *_knot_checks(problem, trajectory))
@@ -115,7 +116,7 @@ def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ..
 
 def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
     """Check that the re-simulated motion touches nothing."""
-    unsound = [check for check in _soundness(trajectory) if not check.passed]
+    unsound = [check for check in _soundness(problem, trajectory) if not check.passed]
     if unsound:
         return unsound[0]
     try:
@@ -144,14 +145,14 @@ def _knot_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
     )
 
 
-def _soundness(trajectory: Trajectory) -> tuple[Check, Check]:
+def _soundness(problem: Problem, trajectory: Trajectory) -> tuple[Check, Check]:
     """Check that all numbers are finite and that time begins at 0 and increases."""
     tables = {"t": trajectory.t, "x": trajectory.x, "u": trajectory.u}
     broken = [name for name, table in tables.items() if not np.isfinite(table).all()]
     count = sum(int((~np.isfinite(table)).sum()) for table in tables.values())
     detail = f"not finite: {', '.join(broken)}" if broken else ""
     finite = _check("numbers", float(count), 0.0, detail)
-    return finite, _time(trajectory)
+    return finite, _time(problem, trajectory)
 
 
 def _difference(problem: Problem, a: Array, b: Array) -> Array:
@@ -173,12 +174,19 @@ def _named(problem: Problem, k: int, found: float, wanted: float) -> str:
     return f"{problem.model.state_names[k]} is {found:.9g} where {wanted:.9g} is due"
 
 
-def _time(trajectory: Trajectory) -> Check:
-    """Times start at 0 and increase; the value counts the steps that do not."""
-    bad = np.flatnonzero(~(np.diff(trajectory.t) > 0))
+def _time(problem: Problem, trajectory: Trajectory) -> Check:
+    """Times start at 0 and increase, by whole steps where these are what the problem is made of.
+
+    The value counts the steps that do not.
+    """
+    steps = np.diff(trajectory.t)
+    bad, detail = np.flatnonzero(~(steps > 0)), "row {} does not come after the row before"
+    if not bad.size and problem.scenario.integration.truth == "discrete":
+        whole = np.isclose(steps, problem.step, rtol=STEP, atol=0.0)
+        bad, detail = np.flatnonzero(~whole), "row {} does not come one step after the row before"
     late = abs(float(trajectory.t[0])) > 0
-    detail = f"row {bad[0] + 1} does not come after the row before" if bad.size else ""
-    return _check("time", float(bad.size + late), 0.0, detail or ("t starts late" if late else ""))
+    text = detail.format(bad[0] + 1) if bad.size else ""
+    return _check("time", float(bad.size + late), 0.0, text or ("t starts late" if late else ""))
 
 
 def _defects(problem: Problem, trajectory: Trajectory) -> Check:
