@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 PIECE = 0.005  # [s] of a search between two looks at the clock
 FIRST = 64  # iterations of the first piece
+MOST = 2048  # iterations of a piece: some milliseconds, and where they get slow still little
 GROWTH = 1.5  # of the length of a round over the one before
 MISSES = 10  # motions into the goal that the truth refuses, after which a new tree begins
 ANY = 2**62  # steps: more than any motion has
@@ -261,7 +262,7 @@ class Pieces:
         took = max(self._budget.clock() - self._begun, 1e-6)
         fitting = iterations * PIECE / took
         # Slowly upward: the first iterations of a tree are far quicker than those that follow.
-        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, 1_000_000))
+        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, MOST))
 
 
 def rows(problem: Problem, u: Array) -> tuple[Array, Array]:
