@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.dynamics.lowering import Lowering
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import Coordinate, MachineSymbol
-from kinolab.dynamics.tape import Tape
+from kinolab.dynamics.tape import Node, Tape
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -120,9 +121,9 @@ def symbols_used(flat: Flat) -> set[sympy.Symbol]:
 
 def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:
     """Return an expression at arrays of values, which broadcast against each other."""
-    tape = Tape()
-    given = {tape.variable(str(k)): np.asarray(v, float) for k, v in enumerate(values.values())}
-    end = Lowering(tape, dict(zip(values, given, strict=True)))(expression)
+    tape, names, end = _lowered(expression, tuple(values))
+    arrays = (np.asarray(value, float) for value in values.values())
+    given = dict(zip(names, arrays, strict=True))
     memo: dict[int, Array] = {}
     for node in tape.needed([end]):
         operation = tape.operations[node]
@@ -134,3 +135,13 @@ def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -
             memo[node] = ON_ARRAYS[operation.name](*(memo[o] for o in operation.operands))
     shape = np.broadcast_shapes(*(array.shape for array in given.values()))
     return np.broadcast_to(memo[end], shape).copy()
+
+
+@lru_cache(maxsize=256)
+def _lowered(
+    expression: sympy.Expr, symbols: tuple[sympy.Symbol, ...]
+) -> tuple[Tape, list[Node], Node]:
+    """Return an expression on a tape of its own, with the nodes of its symbols and its own."""
+    tape = Tape()
+    names = [tape.variable(str(k)) for k in range(len(symbols))]
+    return tape, names, Lowering(tape, dict(zip(symbols, names, strict=True)))(expression)
