@@ -12,7 +12,7 @@ from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
 from kinolab.compiled.cell_search import explore, start_in_a_cell
 from kinolab.compiled.cells import cells
 from kinolab.compiled.leads import find_ways, leads
-from kinolab.compiled.tree import begin, tree
+from kinolab.compiled.tree import tree
 from kinolab.problem import Problem
 from kinolab.records import Record
 from kinolab.search import setting, with_default
@@ -56,8 +56,7 @@ class _Growth(AbstractGrowth):
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
-        begin(self._search, self._tree)
-        start_in_a_cell(self._search, self._cells)
+        start_in_a_cell(self._search, self._tree, self._cells)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
 from kinolab.compiled.planner import ANY
 from kinolab.compiled.sst import grow_sparsely
-from kinolab.compiled.tree import begin, tree
+from kinolab.compiled.tree import plant, tree
 from kinolab.compiled.witnesses import begin_witnesses, sweep, witnesses
 from kinolab.problem import Problem
 from kinolab.records import Record
@@ -68,7 +68,7 @@ class _Growth(AbstractGrowth):
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
-        begin(self._search, self._tree)
+        plant(self._search, self._tree)
         begin_witnesses(self._search, self._tree, self._witnesses)
         self.best[:] = 0.0, np.inf
 

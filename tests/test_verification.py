@@ -192,7 +192,9 @@ def test_a_shorter_step_fails_the_time_where_steps_are_what_counts(tmp_path: Pat
     good = straight()
     assert failed(verify(lane, good)) == set()
     half = (good.t[5:6] + good.t[4]) / 2, (good.x[5:6] + good.x[4]) / 2
-    t, x = (np.insert(whole, 5, row, axis=0) for whole, row in zip((good.t, good.x), half, strict=True))
+    t, x = (
+        np.insert(whole, 5, row, axis=0) for whole, row in zip((good.t, good.x), half, strict=True)
+    )
     certificate = verify(lane, Trajectory(t, x, np.insert(good.u, 5, 0.0, axis=0), *_names(lane)))
     assert failed(certificate) == {"time"}
     assert "row 5 does not come one step after" in detail(certificate, "time")

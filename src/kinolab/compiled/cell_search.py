@@ -11,12 +11,22 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from kinolab.compiled.cells import choose, clear_cells, holds, key_of, put, rate
 from kinolab.compiled.leads import cell_at
 from kinolab.compiled.limits import keeps_limits
 from kinolab.compiled.question import draw_input, excess
 from kinolab.compiled.random import below, uniform
-from kinolab.compiled.tree import FULL, GROWING, INSIDE, REACHED, insert_node, step_is_free
+from kinolab.compiled.tree import (
+    FULL,
+    GROWING,
+    INSIDE,
+    REACHED,
+    insert_node,
+    plant,
+    step_is_free,
+)
 from kinolab.kernel import kernel
 from kinolab.propagation.free_motion import fastest_at
 from kinolab.propagation.machine_calls import advance
@@ -51,7 +61,7 @@ def explore(  # type: ignore[no-untyped-def]
         steps = held_for(search, tree, leads, parent, min_steps, max_steps, tried)
         for i in range(now.shape[0]):
             now[i] = tree.x[parent, i]
-        made, spare, new = 0, float(tree.spare[parent]), False
+        made, spare, new = 0, np.float64(tree.spare[parent]), False
         speed = fastest_at(search.machine, now, u, search.looks)
         for step in range(steps):
             room, speed = step_is_free(search, tree, now, u, after, spare, speed)
@@ -79,11 +89,12 @@ def explore(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def start_in_a_cell(search, cells):  # type: ignore[no-untyped-def]
-    """Leave nothing in the cells but the start, which is node 0."""
+def start_in_a_cell(search, tree, cells):  # type: ignore[no-untyped-def]
+    """Leave nothing in the tree and its cells but the start."""
     question = search.question
     clear_cells(cells)
-    put(cells, key_of(cells, question.goal, question.start, math.inf), 0, 1.0)
+    node = plant(search, tree)
+    put(cells, key_of(cells, question.goal, question.start, math.inf), node, 1.0)
 
 
 @kernel

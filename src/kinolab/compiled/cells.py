@@ -177,7 +177,7 @@ def choose(cells, random):  # type: ignore[no-untyped-def]
     node = cells.newest[found]
     while cells.older[node] != EMPTY and uniform(random) < AGE:
         node = cells.older[node]
-    return found, node
+    return found, np.int64(node)
 
 
 @kernel

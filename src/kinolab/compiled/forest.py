@@ -216,7 +216,9 @@ def nearest(forest, query, start, best, slack=SLACK):  # type: ignore[no-untyped
             found, least = descend(forest, level, query, found, least, slack)
         elif full[level]:
             own = names[LEAF:]
-            found, least = look(blocks[1], own, LEAF, query, period, squares, found, least)
+            found, least = look(
+                blocks[1], own, np.int64(LEAF), query, period, squares, found, least
+            )
     return found, least
 
 
@@ -271,5 +273,7 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
             bounds[nearer] = FAR
             leaf = leaves + group * WIDTH + nearer
             own = names[leaf * LEAF :]
-            found, least = look(blocks[leaf], own, LEAF, query, period, squares, found, least)
+            found, least = look(
+                blocks[leaf], own, np.int64(LEAF), query, period, squares, found, least
+            )
     return found, least

@@ -136,7 +136,7 @@ def flood(leads, question):  # type: ignore[no-untyped-def]
 
     Where these do not lead to the start, a gap is narrower than a cell: then through others, too.
     """
-    steps, queue, last = leads.steps, leads.queue, 0
+    steps, queue, last = leads.steps, leads.queue, np.int64(0)
     for k in range(question.ends.shape[0]):
         cell = cell_at(leads, question.ends[k])
         if steps[cell] != 0.0:
@@ -160,7 +160,7 @@ def spread(leads, last, cost, through):  # type: ignore[no-untyped-def]
     """
     steps, queue, first = leads.steps, leads.queue, 0
     while first < last:
-        cell = queue[first]
+        cell = np.int64(queue[first])
         first += 1
         i, j, k = places_of(leads, cell)
         for a in range(-1, 2):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from kinolab.compiled.forest import nearest
 from kinolab.compiled.question import draw_input, draw_state, excess, scaled
 from kinolab.compiled.random import below, uniform
@@ -74,7 +76,7 @@ def move(search, tree, parent, min_steps, longest, least):  # type: ignore[no-un
     now, after = tree.now, tree.after
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
-    made, share, spare = 0, math.inf, float(tree.spare[parent])
+    made, share, spare = 0, math.inf, np.float64(tree.spare[parent])
     speed = fastest_at(search.machine, now, tree.held, search.looks)
     while made < longest and share > INSIDE:
         room, speed = step_is_free(search, tree, now, tree.held, after, spare, speed)

@@ -18,6 +18,7 @@ GROWING, REACHED, FULL = 0, 1, 2  # how growth ends: it could go on, is in the g
 INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
 LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # why steps are refused, as ``Tree.tally`` counts them
 TRIED = 3  # where all steps are counted
+NONE = np.int64(-1)  # the parent of the start; no literal, for which all would be compiled anew
 ROUNDED = 1.0 - 1e-6  # so that single precision does not add any room
 
 
@@ -120,7 +121,15 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
     clear(tree.forest)
     tree.size[0] = 0
     tree.held[:] = 0.0
-    insert(search, tree, search.question.start, tree.held, -1, 0, 0.0)
+    insert(search, tree, search.question.start, tree.held, NONE, np.int64(0), 0.0)
+
+
+@kernel
+def plant(search, tree):  # type: ignore[no-untyped-def]
+    """Leave nothing but the start, which is returned, in a tree without neighbours."""
+    tree.size[0] = 0
+    tree.held[:] = 0.0
+    return insert_node(tree, search.question.start, tree.held, NONE, np.int64(0), 0.0)
 
 
 def rows_to(tree: Tree, node: int) -> Array:

@@ -17,7 +17,8 @@ import numpy as np
 from kinolab.kernel import allocating, kernel
 from kinolab.world.support import core_radius, core_support, dot
 
-TRIANGLE = -1  # stands for a kind of shape; its corners are the columns of ``turn``
+# numba would compile everything anew for a literal, here and where others are begun with one.
+TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
 TOLERANCE = 1e-9  # [m] between the bound and a distance that is attained
 MAX_ROUNDS = 64
 
