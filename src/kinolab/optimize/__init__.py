@@ -1,0 +1,1 @@
+"""Exact goals and short trajectories: optimisation after the search."""
