@@ -133,3 +133,22 @@ def test_from_a_straight_line_the_published_best_cost_is_reached_or_nearly(name:
     assert kinolab.verify(problem, fast).passed
     assert problem.goal_distance(fast.x[-1]) < EXACT
     assert fast.duration <= 1.03 * BEST[name] + problem.step
+
+
+GALLERY = ("rolling_disk_maze", "vehicle_parking")
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_a_plan_of_the_gallery_stays_true_when_it_is_repaired_and_shortened(name: str) -> None:
+    problem = kinolab.load(name)
+    plan = problem.solve(seed=1, time_limit=60.0)
+    given = plan.trajectory
+    assert given is not None
+    exact = repair(problem, given)
+    assert exact is not None
+    assert problem.goal_distance(exact.x[-1]) < EXACT
+    short = shorten(problem, exact, 2.0)
+    assert short.duration <= exact.duration
+    for trajectory in (exact, short):
+        certificate = kinolab.verify(problem, trajectory)
+        assert certificate.passed, [str(check) for check in certificate.failures]

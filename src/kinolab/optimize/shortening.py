@@ -15,6 +15,7 @@ from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
+FIRST = 0.8  # share of the time for the first try; later ones begin with what it found
 AT_ONCE = 0.7  # share of the step length below which there are fewer steps before it goes on
 ROUNDS = 20
 TRIES = 4  # numbers of steps that are tried at most
@@ -29,21 +30,21 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float) -> Traject
         trajectory: Exact or not; what is returned in its place is exact.
         seconds: Of this thread's time that may be spent.
     """
-    late = seconds_from_now(seconds)
-    best = trajectory
+    late, over = seconds_from_now(FIRST * seconds), seconds_from_now(seconds)
+    guess = None
     for room in ROOMS:
         task = Task(problem, room)
-        if not task.possible or not len(trajectory.u) or late():
+        if not task.possible or not len(trajectory.u) or over():
             break
-        knots = exact(task, knots_of(problem, best), late)
+        knots = exact(task, guess or knots_of(problem, trajectory), over)
         if knots is None:
             continue
-        found = _shorter(task, knots, late)
-        made = task.trajectory(found)
-        if made is not None and made.duration < best.duration and task.keeps_all(made):
-            best = made
-            break
-    return best
+        guess = _shorter(task, knots, late)
+        made = task.trajectory(guess)
+        shorter = made is not None and made.duration < trajectory.duration
+        if made is not None and shorter and task.keeps_all(made):
+            return made
+    return trajectory
 
 
 def _shorter(task: Task, knots: Knots, late: Callable[[], bool]) -> Knots:

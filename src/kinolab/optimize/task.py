@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -13,7 +14,7 @@ from kinolab.motion import GROWTH, DivergedError, growth, nudged, resimulate
 from kinolab.optimize.demands import Demands
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.obstacles import Obstacles
-from kinolab.optimize.samples import samples
+from kinolab.optimize.samples import Samples, samples
 from kinolab.optimize.step_map import METHODS, StepMap
 from kinolab.optimize.subproblem import Scaling
 from kinolab.optimize.transcription import Inequalities, Transcription
@@ -27,6 +28,7 @@ TRUE = 1e-9  # of a state's scale: largest error of one step of a continuous pro
 MOST_SUBSTEPS = 64
 DENSE = 0.25  # of the machine's size that it moves at most between two looks
 MOST_PIECES = 8  # looks per step
+SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
 LOOKS = 4  # times as many looks where a motion is judged
 
 
@@ -35,8 +37,8 @@ class Task:
 
     Args:
         problem: To solve.
-        room: What gaps keep in reserve, as a share of the machine's size; limits of states and
-            other margins keep a hundredth of it, as a share of what counts as large.
+        room: What gaps keep in reserve, as a share of the machine's size; limits of states
+            and other margins keep a SHARE of it, as a share of what counts as large.
     """
 
     def __init__(self, problem: Problem, room: float) -> None:
@@ -45,7 +47,7 @@ class Task:
         size = Obstacles(problem, 0.0).size
         self._obstacles = Obstacles(problem, room * size)
         self._bare = Obstacles(problem, 0.0)
-        reserve = 0.0 if self.discrete else 0.01 * room
+        reserve = 0.0 if self.discrete else SHARE * room
         self._demands = Demands(problem, reserve)
         self._reserve = reserve
 
@@ -59,11 +61,24 @@ class Task:
         problem = self.problem
         lower, upper = problem.model.control_bounds.T
         half = (upper - lower) / 2
-        inset = self._reserve * problem.scales
-        bounds = problem.bounds + np.column_stack([inset, -inset])
+        bounds = self._tightened()
         large = np.where(np.isfinite(half) & (half > 0), half, 1.0)
         limits = problem.model.control_bounds
         return Scaling(problem.scales, large, bounds, limits, (shortest, longest))
+
+    def _tightened(self) -> Array:
+        """Return the limits of states with a reserve, but not tighter than start and goal."""
+        problem = self.problem
+        inset, goal = self._reserve * problem.scales, problem.start.copy()
+        goal[list(problem.goal.indices)] = problem.goal.targets
+        lower, upper = problem.bounds.T
+        least, most = np.minimum(problem.start, goal), np.maximum(problem.start, goal)
+        return np.column_stack(
+            [
+                np.maximum(lower, np.minimum(lower + inset, least)),
+                np.minimum(upper, np.maximum(upper - inset, most)),
+            ]
+        )
 
     def within_limits(self, knots: Knots) -> Knots:
         """Return knots that begin at the start, clipped to the limits of states and inputs."""
@@ -98,17 +113,28 @@ class Task:
         problem, end = self.problem, trajectory.x[-1]
         if not problem.goal_excess(end) <= 1.0:
             return False
-        lower, upper = problem.bounds.T
-        inside = (trajectory.x >= lower - ROUNDING) & (trajectory.x <= upper + ROUNDING)
-        if not inside.all():
-            return False
         h = float(np.diff(trajectory.t).max(initial=0.0))
-        knots = Knots(trajectory.x, trajectory.u, h)
-        at = samples(knots, LOOKS * self._pieces(knots))
+        at = self._on_the_way(Knots(trajectory.x, trajectory.u, h))
+        lower, upper = problem.bounds.T
+        if not ((at.x >= lower - ROUNDING) & (at.x <= upper + ROUNDING)).all():
+            return False
         margins = Demands(problem, 0.0).margins(at.x, at.u)
         if not margins.min(initial=0.0) >= -ROUNDING:
             return False
         return self._bare.least(at.x) > 0.0 and self._repeatable(trajectory)
+
+    def _on_the_way(self, knots: Knots) -> Samples:
+        """Return states of the motion between knots, not of the straight lines between them.
+
+        A discrete motion is those lines.
+        """
+        at = samples(knots, LOOKS * self._pieces(knots))
+        if self.discrete:
+            return at
+        step, x = self._map(knots), at.x.copy()
+        for share in np.unique(at.share):
+            x[at.share == share] = step.after(knots.x, knots.u, float(share) * knots.h)
+        return replace(at, x=x)
 
     def _repeatable(self, trajectory: Trajectory) -> bool:
         """Say whether errors do not grow too much to follow the motion without feedback."""
