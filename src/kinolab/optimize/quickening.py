@@ -51,7 +51,7 @@ def quicken(
     """
     weights = Weights(time=1 / knots.duration, effort=effort, stay=effort, penalty=PENALTY)
     radius = FIRST
-    local = transcription.local(knots, LARGEST)
+    local = transcription.local(knots, radius)
     while radius > LEAST and not late():
         change = solve(local, scaling, weights, radius, ROUGH)
         if change is None:
@@ -65,8 +65,8 @@ def quicken(
         closed = descend(transcription, tried, held, closing(), iterations=CLOSING, late=late)
         gained = before - cost(closed.knots, scaling, weights)
         if closed.exact and gained > KEPT * change.promised:
-            knots, local = closed.knots, transcription.local(closed.knots, LARGEST)
-            radius = min(2 * radius, LARGEST)
+            knots, radius = closed.knots, min(2 * radius, LARGEST)
+            local = transcription.local(knots, radius)
         else:
             radius /= 3
     return knots

@@ -18,6 +18,7 @@ from kinolab.optimize.transcription import Transcription, cost
 ACCEPTED, GOOD = 0.1, 0.7  # shares of the promise: what is kept, and what lets the region grow
 SMALLEST = 1e-7  # trust region, as a share of what counts as large
 LARGEST = 4.0
+NARROW, WIDE, AMPLE = 0.02, 1.0, 10.0  # first region: its limits, and times what is missing
 STILL = 1e-4  # promise, as a share of the cost, that is not worth another subproblem
 EXACT = 1e-9  # sum of all that is missing, in scales, that counts as nothing
 
@@ -48,7 +49,6 @@ def descend(
     scaling: Scaling,
     weights: Weights,
     *,
-    radius: float = 1.0,
     iterations: int = 60,
     late: Callable[[], bool] = lambda: False,
 ) -> Descent:
@@ -59,17 +59,20 @@ def descend(
         knots: To begin with; within the limits of states and inputs.
         scaling: Of the variables.
         weights: Of what counts; without a weight of time only what is missing counts.
-        radius: Of the first trust region, as a share of what counts as large.
         iterations: Largest number of subproblems.
         late: Whether to stop.
     """
     missing = transcription.missing(knots)
     made, local = 0, None
+    if not math.isfinite(sum(missing)):
+        return Descent(knots, missing, made)
+    # What misses little needs no large change, and what is far away need not be looked at then.
+    radius = min(max(AMPLE * sum(missing), NARROW), WIDE)
     while made < iterations and not late():
         if sum(missing) <= EXACT and not (weights.time or weights.effort):
             break
         if local is None:
-            local = transcription.local(knots, LARGEST)
+            local = transcription.local(knots, radius)
         made += 1
         change = solve(local, scaling, weights, radius)
         if change is None:
