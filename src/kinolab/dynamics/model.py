@@ -111,6 +111,11 @@ class Model:
             if not isinstance(c, Coordinate)
         }
 
+    @property
+    def projects(self) -> bool:
+        """Whether steps end on constraints of position and unit quaternions: see ``project``."""
+        return bool(self._sizes["project"])
+
     @cached_property
     def speeds(self) -> NDArray[np.int64]:
         """Which entries of a state are velocities: rates, and speeds that are further states."""

@@ -20,6 +20,7 @@ from kinolab.compiled import AbstractCompiledPlanner
 from kinolab.compiled.planner import search_of
 from kinolab.errors import MissingPlannerError
 from kinolab.loading import build_problem
+from kinolab.optimize import repair
 from kinolab.planning import make_planner
 from kinolab.problem import Problem
 from kinolab.propagation.true_end import true_excess
@@ -110,6 +111,11 @@ def inside_obstacles(problem: Problem) -> Iterator[Array]:
         yield x
 
 
+def _optimisation() -> None:
+    problem = small_problem()
+    repair(problem, simulate(problem, DURATION))
+
+
 def _potential_fields() -> None:
     from kinolab.potential.eikonal import Grid, navigation
 
@@ -130,4 +136,5 @@ PARTS: dict[str, Callable[[], None]] = {
     "planners": _planners,
     "collision": _collision,
     "pictures": _pictures,
+    "optimisation": _optimisation,
 }

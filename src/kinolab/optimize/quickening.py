@@ -1,0 +1,72 @@
+"""A shorter duration for the same number of steps, from one exact trajectory to the next.
+
+Every step solves the subproblem that makes the motion faster and then closes what that opened, with
+the step length held. Without the second part a trust region that trusts the dynamics gets tiny (the
+Maratos effect); with it every trajectory on the way is one that may be kept.
+
+Source: Martinez, Pilotta, Inexact-restoration algorithm for constrained optimization, Journal of
+Optimization Theory and Applications 104(1), 2000.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from kinolab.optimize.knots import Knots
+from kinolab.optimize.sequence import LARGEST, descend
+from kinolab.optimize.subproblem import Scaling, Weights, solve
+from kinolab.optimize.transcription import Transcription, cost
+
+FIRST = 0.5  # trust region, as a share of what counts as large
+LEAST = 1e-3  # trust region below which nothing is gained
+KEPT = 0.1  # share of a promise that is worth a step
+WORTH = 1e-3  # share of the cost that is worth another step
+CLOSING = 8  # subproblems to close what a faster motion opened
+ROUGH = 1e-6  # accuracy of a change whose errors are closed afterwards
+PENALTY = 10.0  # of what is missing, against a cost of about 1
+
+
+def closing(penalty: float = PENALTY) -> Weights:
+    """Return the weights that change a trajectory as little as exactness allows."""
+    return Weights(time=0.0, effort=0.0, stay=1.0, penalty=penalty)
+
+
+def quicken(
+    transcription: Transcription,
+    knots: Knots,
+    scaling: Scaling,
+    *,
+    effort: float = 1e-3,
+    late: Callable[[], bool] = lambda: False,
+) -> Knots:
+    """Return exact knots of a shorter duration, or the same ones.
+
+    Args:
+        transcription: The equations.
+        knots: Exact ones.
+        scaling: With the range of the step length.
+        effort: Weight of the mean square input, where the duration given weighs 1.
+        late: Whether to stop.
+    """
+    weights = Weights(time=1 / knots.duration, effort=effort, stay=effort, penalty=PENALTY)
+    radius = FIRST
+    local = transcription.local(knots, radius)
+    while radius > LEAST and not late():
+        change = solve(local, scaling, weights, radius, ROUGH)
+        if change is None:
+            radius /= 3
+            continue
+        before = cost(knots, scaling, weights)
+        if change.promised < WORTH * before:
+            break
+        tried = knots.moved(change.dx, change.du, change.dh)
+        held = replace(scaling, h_bounds=(tried.h, tried.h))
+        closed = descend(transcription, tried, held, closing(), iterations=CLOSING, late=late)
+        gained = before - cost(closed.knots, scaling, weights)
+        if closed.exact and gained > KEPT * change.promised:
+            knots, radius = closed.knots, min(2 * radius, LARGEST)
+            local = transcription.local(knots, radius)
+        else:
+            radius /= 3
+    return knots

@@ -1,0 +1,72 @@
+"""A planned motion made exact: its end is the goal's centre, and every knot follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from kinolab.optimize.knots import Knots, resampled
+from kinolab.optimize.quickening import closing
+from kinolab.optimize.sequence import EXACT, descend
+from kinolab.optimize.task import Task
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+
+ROOMS = (2e-3, 1e-2, 5e-2)  # of the machine's size, tried one after the other
+UNEVEN = 1e-9  # [s] by which steps that count as even may differ
+FEWEST = 8  # steps that leave inputs enough freedom
+
+
+def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
+    """Return a trajectory as knots with even steps, none longer than the problem's."""
+    steps, h = len(trajectory.u), problem.step
+    spans = np.diff(trajectory.t)
+    even = np.abs(spans - spans[0]).max() <= UNEVEN and spans[0] <= h + UNEVEN
+    if even:
+        return Knots(trajectory.x, trajectory.u, float(spans[0]))
+    count = max(steps, FEWEST, math.ceil(trajectory.duration / h - UNEVEN))
+    attitudes = tuple(problem.model.attitudes.values())
+    return resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
+
+
+def exact(task: Task, knots: Knots, late: Callable[[], bool], iterations: int = 40) -> Knots | None:
+    """Return knots near given ones from which nothing is missing; None where none are found.
+
+    The steps of a discrete problem keep their length.
+    """
+    knots = task.within_limits(knots)
+    longest = knots.h if task.discrete else max(task.problem.step, knots.h)
+    shortest = knots.h if task.discrete else 0.5 * knots.h
+    descent = descend(
+        task.transcription(knots), knots, task.scaling(shortest, longest), closing(),
+        iterations=iterations, late=late,
+    )  # fmt: skip
+    return descent.knots if sum(descent.missing) <= 100 * EXACT else None
+
+
+def repair(
+    problem: Problem, trajectory: Trajectory, late: Callable[[], bool] = lambda: False
+) -> Trajectory | None:
+    """Return a motion near a given one that ends in the goal's centre, or None.
+
+    It keeps all limits, requirements and gaps as far as samples show; whether it truly does is for
+    the verifier to say.
+
+    Args:
+        problem: That the trajectory solves, more or less.
+        trajectory: To begin with; its start is replaced by the problem's.
+        late: Whether to give up.
+    """
+    for room in ROOMS:
+        task = Task(problem, room)
+        if late() or not task.possible or not len(trajectory.u):
+            return None
+        knots = exact(task, knots_of(problem, trajectory), late)
+        if knots is None:
+            continue
+        made = task.trajectory(knots)
+        if made is not None and task.keeps_all(made):
+            return made
+    return None

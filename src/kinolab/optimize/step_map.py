@@ -1,0 +1,287 @@
+"""One knot to the next, and the exact derivative of that: what joins the knots of a trajectory.
+
+The derivative is carried along with the integrator's own stages, so that it belongs to the map that
+is used and not to the differential equation that the map approximates.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model
+from kinolab.kernel import allocating, kernel
+from kinolab.propagation.machine_calls import call_at, call_under
+from kinolab.records import Record
+
+Array: TypeAlias = NDArray[np.float64]
+
+METHODS = ("euler", "rk4")  # whose steps can be differentiated here
+NUDGE = 1e-6  # of a state, for the derivative of the projection onto constraints
+SMALL = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
+
+
+class MapCode(NamedTuple):
+    """A machine's step for compiled code."""
+
+    f: int
+    jacobian: int
+    project: int
+    p: Array
+    stages: int  # 1 for Euler's step, 4 for the classical Runge-Kutta step
+    substeps: int
+    projects: int  # whether a step ends on constraints and unit quaternions
+    attitudes: NDArray[np.int64]  # where quaternions begin
+
+
+class StepMap:
+    """The states after steps of any length, and their derivatives.
+
+    Args:
+        model: The machine.
+        method: One of METHODS.
+        substeps: Of which each step is made.
+    """
+
+    def __init__(self, model: Model, method: str, substeps: int) -> None:
+        self._model = model  # owns the code
+        self._code = Record(
+            MapCode(
+                f=model.address("f"),
+                jacobian=model.address("jacobian"),
+                project=model.address("project"),
+                p=np.append(model.parameter_vector(), 0.0),
+                stages=4 if method == "rk4" else 1,
+                substeps=substeps,
+                projects=int(model.projects),
+                attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
+            )
+        )
+
+    def after(self, x: Array, u: Array, h: float) -> Array:
+        """Return where every step leads, shape (N, nx); NaN where it fails.
+
+        Args:
+            x: States at the beginning of each step, shape (N, nx).
+            u: Inputs, shape (N, nu).
+            h: Length of all steps in [s].
+        """
+        return self.linearised(x, u, h, derive=False)[0]
+
+    def linearised(
+        self, x: Array, u: Array, h: float, *, derive: bool = True
+    ) -> tuple[Array, Array]:
+        """Return where every step leads and the derivatives of that.
+
+        Returns:
+            States, shape (N, nx), and derivatives with respect to x, u and h, shape
+            (N, nx, nx + nu + 1).
+        """
+        count, nx, nu = len(u), self._model.nx, self._model.nu
+        after = np.empty((count, nx))
+        tangents = np.empty((count if derive else 1, nx, nx + nu + 1))
+        before, held = np.ascontiguousarray(x[:count]), np.ascontiguousarray(u)
+        linearise(self._code, before, held, h, int(derive), after, tangents)
+        return after, tangents
+
+
+@allocating
+def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untyped-def]
+    """Fill ``after`` and ``tangents`` of all steps; NaN where one fails."""
+    nx, nu = x.shape[1], u.shape[1]
+    wide = nx + nu + 1
+    at, k, dk, total = np.empty(nx), np.empty(nx), np.empty((nx, wide)), np.empty(nx)
+    jacobian, dat = np.empty((nx + nu, nx)), np.empty((nx, wide))
+    dtotal, side = np.empty((nx, wide)), np.empty((2, nx))
+    projection = np.empty((nx, nx))
+    for n in range(x.shape[0]):
+        state, tangent = after[n], tangents[n if derive else 0]
+        tangent[:] = 0.0
+        for i in range(nx):
+            state[i] = x[n, i]
+            tangent[i, i] = 1.0
+        for _ in range(code.substeps):
+            if code.stages == 1:
+                failed = euler(code, u[n], h, derive, state, tangent, k, dk, jacobian)
+            else:
+                failed = runge_kutta(
+                    code, u[n], h, derive, state, tangent, at, dat, k, dk, total, dtotal, jacobian
+                )
+            if code.projects:
+                land(code, derive, state, tangent, side, projection, dk)
+            if failed:
+                state[:] = math.nan
+                tangent[:] = 0.0
+                break
+
+
+@kernel
+def slope(code, x, dx, u, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
+    """Set k to f(x, u), and dk to its derivative where x has the derivative dx; 0 if it worked."""
+    nx, nu = x.shape[0], u.shape[0]
+    p = code.p.ctypes.data
+    status = call_under(code.f, x.ctypes.data, u.ctypes.data, p, k.ctypes.data)
+    if not derive:
+        return status
+    status |= call_under(code.jacobian, x.ctypes.data, u.ctypes.data, p, jacobian.ctypes.data)
+    wide = dx.shape[1]
+    for i in range(nx):
+        for c in range(wide):
+            dk[i, c] = 0.0
+        for j in range(nx):
+            entry = jacobian[j, i]
+            if entry != 0.0:
+                for c in range(wide):
+                    dk[i, c] += entry * dx[j, c]
+        for j in range(nu):
+            dk[i, nx + j] += jacobian[nx + j, i]
+    return status
+
+
+@kernel
+def euler(code, u, h, derive, x, dx, k, dk, jacobian):  # type: ignore[no-untyped-def]
+    """Make a substep x + h f(x), on SO(3) along the geodesic, in place."""
+    nx, wide = dx.shape
+    share = 1.0 / code.substeps
+    h = h * share
+    failed = slope(code, x, dx, u, derive, k, dk, jacobian)
+    first, turns = 0, code.attitudes.shape[0]
+    i = 0
+    while i < nx:
+        if first < turns and i == code.attitudes[first]:
+            turn(i, h, share, derive, x, dx, k, dk)
+            first, i = first + 1, i + 4
+            continue
+        x[i] += h * k[i]
+        if derive:
+            for c in range(wide):
+                dx[i, c] += h * dk[i, c]
+            dx[i, wide - 1] += share * k[i]
+        i += 1
+    return failed
+
+
+@kernel
+def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
+    """Move a quaternion along the great circle of its derivative: q cos a + h q_dot sin(a)/a.
+
+    Here a = h |q_dot|; all coefficients are functions of a^2, which is smooth at rest too.
+    """
+    wide = dx.shape[1]
+    square = 0.0
+    for i in range(first, first + 4):
+        square += k[i] * k[i]
+    a2 = h * h * square
+    a = math.sqrt(a2)
+    cosine = math.cos(a)
+    if a2 < SMALL:
+        sinc, bend = 1.0 - a2 / 6.0 + a2 * a2 / 120.0, -1.0 / 6.0 + a2 / 60.0
+    else:
+        sinc = math.sin(a) / a
+        bend = (cosine - sinc) / (2.0 * a2)  # of sinc with respect to a^2
+    if derive:
+        for c in range(wide):
+            da2 = 0.0
+            for i in range(first, first + 4):
+                da2 += 2.0 * h * h * k[i] * dk[i, c]
+            dh = 0.0
+            if c == wide - 1:
+                dh = share
+                da2 += 2.0 * h * share * square
+            for i in range(first, first + 4):
+                dx[i, c] = (
+                    cosine * dx[i, c] - 0.5 * sinc * da2 * x[i]
+                    + h * sinc * dk[i, c] + (dh * sinc + h * bend * da2) * k[i]
+                )  # fmt: skip
+    for i in range(first, first + 4):
+        x[i] = cosine * x[i] + h * sinc * k[i]
+
+
+@kernel
+def runge_kutta(code, u, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobian):  # type: ignore[no-untyped-def]
+    """Make a substep of the classical Runge-Kutta method in place."""
+    share = 1.0 / code.substeps
+    h, failed = h * share, 0
+    copy(x, dx, derive, total, dtotal)
+    for stage in range(4):
+        ahead = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+        weight = 1.0 / 6.0 if stage in (0, 3) else 1.0 / 3.0
+        copy(x, dx, derive, at, dat)
+        if stage > 0:
+            add(ahead * h, ahead * share, k, dk, derive, at, dat)
+        failed |= slope(code, at, dat, u, derive, k, dk, jacobian)
+        add(weight * h, weight * share, k, dk, derive, total, dtotal)
+    copy(total, dtotal, derive, x, dx)
+    return failed
+
+
+@kernel
+def copy(x, dx, derive, target, dtarget):  # type: ignore[no-untyped-def]
+    """Copy a state and its derivative."""
+    for i in range(x.shape[0]):
+        target[i] = x[i]
+        if derive:
+            for c in range(dx.shape[1]):
+                dtarget[i, c] = dx[i, c]
+
+
+@kernel
+def add(h, share, k, dk, derive, x, dx):  # type: ignore[no-untyped-def]
+    """Add h k to a state, where ``share`` is the derivative of h with respect to the step."""
+    wide = dx.shape[1]
+    for i in range(x.shape[0]):
+        x[i] += h * k[i]
+        if derive:
+            for c in range(wide):
+                dx[i, c] += h * dk[i, c]
+            dx[i, wide - 1] += share * k[i]
+
+
+@kernel
+def projected(code, x, target):  # type: ignore[no-untyped-def]
+    """Move a state onto the constraints, in two Newton steps as the integrators do."""
+    p = code.p.ctypes.data
+    call_at(code.project, x.ctypes.data, p, target.ctypes.data)
+    for i in range(x.shape[0]):
+        x[i] = target[i]
+    call_at(code.project, x.ctypes.data, p, target.ctypes.data)
+
+
+@kernel
+def land(code, derive, x, dx, side, projection, product):  # type: ignore[no-untyped-def]
+    """Project a state in place, and its derivative with it."""
+    nx, wide = dx.shape
+    if derive:
+        projection_at(code, x, side, projection)
+        for i in range(nx):
+            for c in range(wide):
+                product[i, c] = 0.0
+            for j in range(nx):
+                for c in range(wide):
+                    product[i, c] += projection[i, j] * dx[j, c]
+        copy(x, product, 1, x, dx)
+    for i in range(nx):
+        side[0, i] = x[i]
+    projected(code, side[0], side[1])
+    for i in range(nx):
+        x[i] = side[1, i]
+
+
+@kernel
+def projection_at(code, x, side, projection):  # type: ignore[no-untyped-def]
+    """Write the derivative (nx, nx) of the projection, by central differences."""
+    nx = x.shape[0]
+    for j in range(nx):
+        h = NUDGE * max(1.0, abs(x[j]))
+        for i in range(nx):
+            projection[i, j] = 0.0
+        for sign in (1.0, -1.0):
+            for i in range(nx):
+                side[0, i] = x[i]
+            side[0, j] += sign * h
+            projected(code, side[0], side[1])
+            for i in range(nx):
+                projection[i, j] += sign * side[1, i] / (2.0 * h)

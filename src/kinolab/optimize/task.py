@@ -1,0 +1,179 @@
+"""How a problem is put to the optimiser, and how its answers become trajectories again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.motion import GROWTH, DivergedError, growth, nudged, resimulate
+from kinolab.optimize.demands import Demands
+from kinolab.optimize.knots import Knots
+from kinolab.optimize.obstacles import Obstacles
+from kinolab.optimize.samples import Samples, samples
+from kinolab.optimize.step_map import METHODS, StepMap
+from kinolab.optimize.subproblem import Scaling
+from kinolab.optimize.transcription import Inequalities, Transcription
+from kinolab.problem import ROUNDING, Problem
+from kinolab.propagation.machine_calls import motion_under
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+TRUE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
+MOST_SUBSTEPS = 64
+DENSE = 0.25  # of the machine's size that it moves at most between two looks
+MOST_PIECES = 8  # looks per step
+SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
+LOOKS = 4  # times as many looks where a motion is judged
+
+
+class Task:
+    """One problem for the optimiser.
+
+    Args:
+        problem: To solve.
+        room: What gaps keep in reserve, as a share of the machine's size; limits of states
+            and other margins keep a SHARE of it, as a share of what counts as large.
+    """
+
+    def __init__(self, problem: Problem, room: float) -> None:
+        self.problem, self.room = problem, room
+        self.discrete = problem.scenario.integration.truth == "discrete"
+        size = Obstacles(problem, 0.0).size
+        self._obstacles = Obstacles(problem, room * size)
+        self._bare = Obstacles(problem, 0.0)
+        reserve = 0.0 if self.discrete else SHARE * room
+        self._demands = Demands(problem, reserve)
+        self._reserve = reserve
+
+    @property
+    def possible(self) -> bool:
+        """Whether the problem's own steps can be differentiated."""
+        return not self.discrete or self.problem.scenario.integration.method in METHODS
+
+    def scaling(self, shortest: float, longest: float) -> Scaling:
+        """Return the scaling of all variables, with a range of the step length in [s]."""
+        problem = self.problem
+        lower, upper = problem.model.control_bounds.T
+        half = (upper - lower) / 2
+        bounds = self._tightened()
+        large = np.where(np.isfinite(half) & (half > 0), half, 1.0)
+        limits = problem.model.control_bounds
+        return Scaling(problem.scales, large, bounds, limits, (shortest, longest))
+
+    def _tightened(self) -> Array:
+        """Return the limits of states with a reserve, but not tighter than start and goal."""
+        problem = self.problem
+        inset, goal = self._reserve * problem.scales, problem.start.copy()
+        goal[list(problem.goal.indices)] = problem.goal.targets
+        lower, upper = problem.bounds.T
+        least, most = np.minimum(problem.start, goal), np.maximum(problem.start, goal)
+        return np.column_stack(
+            [
+                np.maximum(lower, np.minimum(lower + inset, least)),
+                np.minimum(upper, np.maximum(upper - inset, most)),
+            ]
+        )
+
+    def within_limits(self, knots: Knots) -> Knots:
+        """Return knots that begin at the start, clipped to the limits of states and inputs."""
+        scaling = self.scaling(knots.h, knots.h)
+        x = np.clip(knots.x, *scaling.x_bounds.T)
+        x[0] = self.problem.start
+        return Knots(x, np.clip(knots.u, *scaling.u_bounds.T), knots.h)
+
+    def transcription(self, knots: Knots) -> Transcription:
+        """Return the equations for knots near a guess."""
+        parts: list[Inequalities] = [self._demands, self._obstacles]
+        pieces = self._pieces(knots)
+        return Transcription(self.problem, self._map(knots), knots.x[-1], parts, pieces)
+
+    def trajectory(self, knots: Knots) -> Trajectory | None:
+        """Return the true motion under the inputs of knots; None where it cannot be followed."""
+        problem, model = self.problem, self.problem.model
+        u = np.clip(knots.u, *model.control_bounds.T)
+        t = knots.h * np.arange(len(u) + 1.0)
+        if self.discrete:
+            x = motion_under(problem, u)
+            if not np.isfinite(x).all():
+                return None
+            return Trajectory(t, x, u, model.state_names, model.control_names)
+        try:
+            return resimulate(problem, t, u)
+        except DivergedError:
+            return None
+
+    def keeps_all(self, trajectory: Trajectory) -> bool:
+        """Say whether a true motion ends in the goal and breaks nothing, as far as samples show."""
+        problem, end = self.problem, trajectory.x[-1]
+        if not problem.goal_excess(end) <= 1.0:
+            return False
+        h = float(np.diff(trajectory.t).max(initial=0.0))
+        at = self._on_the_way(Knots(trajectory.x, trajectory.u, h))
+        lower, upper = problem.bounds.T
+        if not ((at.x >= lower - ROUNDING) & (at.x <= upper + ROUNDING)).all():
+            return False
+        margins = Demands(problem, 0.0).margins(at.x, at.u)
+        if not margins.min(initial=0.0) >= -ROUNDING:
+            return False
+        return self._bare.least(at.x) > 0.0 and self._repeatable(trajectory)
+
+    def _on_the_way(self, knots: Knots) -> Samples:
+        """Return states of the motion between knots, not of the straight lines between them.
+
+        A discrete motion is those lines.
+        """
+        at = samples(knots, LOOKS * self._pieces(knots))
+        if self.discrete:
+            return at
+        step, x = self._map(knots), at.x.copy()
+        for share in np.unique(at.share):
+            x[at.share == share] = step.after(knots.x, knots.u, float(share) * knots.h)
+        return replace(at, x=x)
+
+    def _repeatable(self, trajectory: Trajectory) -> bool:
+        """Say whether errors do not grow too much to follow the motion without feedback."""
+        problem = self.problem
+        start = nudged(problem, problem.start)
+        h = float(trajectory.t[1]) if len(trajectory.u) else 1.0
+        x = np.vstack([start, np.empty((len(trajectory.u), len(start)))])
+        step = self._map(Knots(trajectory.x, trajectory.u, h))
+        for k in range(len(trajectory.u)):
+            span = float(trajectory.t[k + 1] - trajectory.t[k])
+            x[k + 1] = step.after(x[k : k + 1], trajectory.u[k : k + 1], span)[0]
+        return growth(problem, trajectory.x, x) <= GROWTH
+
+    def _map(self, knots: Knots) -> StepMap:
+        settings, model = self.problem.scenario.integration, self.problem.model
+        if self.discrete:
+            return StepMap(model, settings.method, settings.substeps)
+        substeps = 1
+        while substeps < MOST_SUBSTEPS:
+            coarse, fine = (
+                StepMap(model, "rk4", n).after(knots.x, knots.u, knots.h)
+                for n in (substeps, 2 * substeps)
+            )
+            error = np.abs((coarse - fine) / self.problem.scales).max(initial=0.0)
+            if error <= TRUE:
+                break
+            substeps *= 2
+        return StepMap(model, "rk4", substeps)
+
+    def _pieces(self, knots: Knots) -> int:
+        """Return how many looks per step show everything of importance."""
+        model = self.problem.model
+        speed = np.max(model.point_speed(knots.x[:-1], knots.u), initial=0.0)
+        if self.problem.cables:
+            speed = np.max(model.cable_speed(knots.x[:-1], knots.u), initial=speed)
+        if not self._size:
+            return 1
+        return min(max(1, math.ceil(float(speed) * knots.h / (DENSE * self._size))), MOST_PIECES)
+
+    @cached_property
+    def _size(self) -> float:
+        return self._bare.size
