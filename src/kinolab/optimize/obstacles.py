@@ -74,6 +74,9 @@ class Obstacles:
     Args:
         problem: Whose machine and world.
         room: What every gap keeps in reserve, in [m].
+
+    Attributes:
+        size: Of the machine: between half its smallest shape and half its largest one, in [m].
     """
 
     def __init__(self, problem: Problem, room: float) -> None:
@@ -99,10 +102,10 @@ class Obstacles:
             )
         )
         self._room = room
-        self.size = max(
-            (float(np.linalg.norm(sizes(s)[1])) for body in bodies for s in body.shapes),
-            default=0.0,
-        )
+        radii = [float(np.linalg.norm(sizes(s)[1])) for body in bodies for s in body.shapes]
+        self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
+        lengths = problem.scales[: model.nq][~problem.circular[: model.nq]]
+        self._large, self._farthest = float(lengths.max(initial=1.0)), max(radii, default=0.0)
         self._any = bool(problem.world.obstacles or problem.world.ground or pairs)
 
     def violation(self, at: Samples) -> float:
@@ -113,21 +116,22 @@ class Obstacles:
         return float(np.maximum(self._room - value, 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> Rows:
-        """Return the gaps that are no longer than the machine is large; a change may use them up.
+        """Return the gaps that a change may use up, none longer than half the largest shape.
 
         Args:
             at: Where to look.
             reach: Largest change of any variable, as a share of what counts as large.
         """
         nu = at.u.shape[1]
-        which, value, slope = self._gaps(at.x, self._room + min(1.0, reach) * self.size)
+        longest = self._room + min(reach * self._large, self._farthest)
+        which, value, slope = self._gaps(at.x, longest)
         return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
 
     def least(self, x: Array) -> float:
         """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""
         if not self._any:
             return math.inf
-        return float(np.min(self._gaps(x, self.size, derive=False)[1], initial=math.inf))
+        return float(np.min(self._gaps(x, self._farthest, derive=False)[1], initial=math.inf))
 
     def _gaps(
         self, x: Array, reach: float, *, derive: bool = True

@@ -24,6 +24,7 @@ KEPT = 0.1  # share of a promise that is worth a step
 WORTH = 1e-3  # share of the cost that is worth another step
 CLOSING = 8  # subproblems to close what a faster motion opened
 ROUGH = 1e-6  # accuracy of a change whose errors are closed afterwards
+NEAR = 1e-8  # sum of all that is missing, in scales, on the way to a final repair
 PENALTY = 10.0  # of what is missing, against a cost of about 1
 
 
@@ -62,9 +63,11 @@ def quicken(
             break
         tried = knots.moved(change.dx, change.du, change.dh)
         held = replace(scaling, h_bounds=(tried.h, tried.h))
-        closed = descend(transcription, tried, held, closing(), iterations=CLOSING, late=late)
+        closed = descend(
+            transcription, tried, held, closing(), iterations=CLOSING, enough=NEAR, late=late
+        )
         gained = before - cost(closed.knots, scaling, weights)
-        if closed.exact and gained > KEPT * change.promised:
+        if sum(closed.missing) <= NEAR and gained > KEPT * change.promised:
             knots, radius = closed.knots, min(2 * radius, LARGEST)
             local = transcription.local(knots, radius)
         else:

@@ -37,11 +37,6 @@ class Descent:
     missing: tuple[float, float, float]
     iterations: int
 
-    @property
-    def exact(self) -> bool:
-        """Whether nothing is missing."""
-        return sum(self.missing) <= EXACT
-
 
 def descend(
     transcription: Transcription,
@@ -50,6 +45,7 @@ def descend(
     weights: Weights,
     *,
     iterations: int = 60,
+    enough: float = EXACT,
     late: Callable[[], bool] = lambda: False,
 ) -> Descent:
     """Improve knots until nothing is missing and no more is gained.
@@ -60,6 +56,7 @@ def descend(
         scaling: Of the variables.
         weights: Of what counts; without a weight of time only what is missing counts.
         iterations: Largest number of subproblems.
+        enough: Sum of all that is missing, in scales, that counts as nothing.
         late: Whether to stop.
     """
     missing = transcription.missing(knots)
@@ -69,7 +66,7 @@ def descend(
     # What misses little needs no large change, and what is far away need not be looked at then.
     radius = min(max(AMPLE * sum(missing), NARROW), WIDE)
     while made < iterations and not late():
-        if sum(missing) <= EXACT and not (weights.time or weights.effort):
+        if sum(missing) <= enough and not (weights.time or weights.effort):
             break
         if local is None:
             local = transcription.local(knots, radius)
@@ -89,17 +86,18 @@ def descend(
         ratio = gained / change.promised if change.promised > 0 else -math.inf
         if ratio > ACCEPTED:
             knots, missing, local = candidate, found, None
-        if change.promised <= STILL * before and sum(missing) <= EXACT:
+        if change.promised <= STILL * before and sum(missing) <= enough:
             break
-        radius = _radius(radius, ratio)
+        radius = _radius(radius, ratio, change.length)
         if radius < SMALLEST:
             break
     return Descent(knots, missing, made)
 
 
-def _radius(radius: float, ratio: float) -> float:
+def _radius(radius: float, ratio: float, length: float) -> float:
+    """Return the next region: larger where it was in the way, smaller where it was not needed."""
     if ratio > GOOD:
-        return min(2 * radius, LARGEST)
+        return min(max(2 * length, NARROW), LARGEST)
     return radius if ratio > ACCEPTED else radius / 4
 
 

@@ -86,12 +86,16 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """The solution: what changes, and by how much the model says that the merit falls."""
+    """The solution: what changes, and by how much the model says that the merit falls.
+
+    ``length`` is the largest change of any variable, as a share of what counts as large.
+    """
 
     dx: Array
     du: Array
     dh: float
     promised: float
+    length: float
     iterations: int
 
 
@@ -134,7 +138,10 @@ def solve(
     dh = float(z[columns.h]) * knots.h
     model = float(c @ z + 0.5 * z @ (P @ z))
     missing = rows.violation + float(np.abs(local.miss).sum()) + open_defects
-    return Change(dx, du, dh, weights.penalty * missing - model, int(solver.result.info.iter))
+    promised = weights.penalty * missing - model
+    length = max(float(np.abs(z[part]).max(initial=0.0)) for part in (columns.x, columns.u))
+    length = max(length, abs(float(z[columns.h])))
+    return Change(dx, du, dh, promised, length, int(solver.result.info.iter))
 
 
 class _Columns:
