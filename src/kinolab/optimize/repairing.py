@@ -47,7 +47,10 @@ def exact(task: Task, knots: Knots, late: Callable[[], bool], iterations: int = 
 
 
 def repair(
-    problem: Problem, trajectory: Trajectory, late: Callable[[], bool] = lambda: False
+    problem: Problem,
+    trajectory: Trajectory,
+    late: Callable[[], bool] = lambda: False,
+    iterations: int = 40,
 ) -> Trajectory | None:
     """Return a motion near a given one that ends in the goal's centre, or None.
 
@@ -58,15 +61,18 @@ def repair(
         problem: That the trajectory solves, more or less.
         trajectory: To begin with; its start is replaced by the problem's.
         late: Whether to give up.
+        iterations: Largest number of subproblems, for each of a few reserves of room.
     """
     for room in ROOMS:
         task = Task(problem, room)
         if late() or not task.possible or not len(trajectory.u):
             return None
-        knots = exact(task, knots_of(problem, trajectory), late)
+        knots = exact(task, knots_of(problem, trajectory), late, iterations)
         if knots is None:
             continue
         made = task.trajectory(knots)
-        if made is not None and task.keeps_all(made):
+        if made is None or not task.repeatable(made):
+            return None  # more room does not help
+        if task.keeps_all(made):
             return made
     return None

@@ -20,7 +20,8 @@ SMALLEST = 1e-7  # trust region, as a share of what counts as large
 LARGEST = 4.0
 NARROW, WIDE, AMPLE = 0.02, 1.0, 10.0  # first region: its limits, and times what is missing
 STILL = 1e-4  # promise, as a share of the cost, that is not worth another subproblem
-EXACT = 1e-9  # sum of all that is missing, in scales, that counts as nothing
+EXACT = 1e-11  # sum of all that is missing, in scales, that counts as nothing
+NEARLY = 1e-8  # of the same: a subproblem that does not halve it is the last one
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +81,15 @@ def descend(
         before = cost(knots, scaling, weights)
         merit = before + weights.penalty * sum(missing)
         candidate = knots.moved(change.dx, change.du, change.dh)
-        found = transcription.missing(candidate)
+        so_far, found = sum(missing), transcription.missing(candidate)
         now = cost(candidate, scaling, weights) + weights.penalty * sum(found)
         gained = merit - now if math.isfinite(now) else -math.inf
         ratio = gained / change.promised if change.promised > 0 else -math.inf
         if ratio > ACCEPTED:
             knots, missing, local = candidate, found, None
         if change.promised <= STILL * before and sum(missing) <= enough:
+            break
+        if sum(found) > 0.5 * so_far and so_far < NEARLY and not weights.time:
             break
         radius = _radius(radius, ratio, change.length)
         if radius < SMALLEST:

@@ -19,6 +19,7 @@ from kinolab.optimize.step_map import METHODS, StepMap
 from kinolab.optimize.subproblem import Scaling
 from kinolab.optimize.transcription import Inequalities, Transcription
 from kinolab.problem import ROUNDING, Problem
+from kinolab.propagation import Propagator
 from kinolab.propagation.machine_calls import motion_under
 from kinolab.trajectory import Trajectory
 
@@ -29,6 +30,8 @@ MOST_SUBSTEPS = 64
 DENSE = 0.25  # of the machine's size that it moves at most between two looks
 MOST_PIECES = 8  # looks per step
 SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
+GROWN = 1e-6  # of what counts as large: what is left of equations, after it has grown
+TOUCHING = 2e-5  # [m] of a gap below which the verifier may call it none
 LOOKS = 4  # times as many looks where a motion is judged
 
 
@@ -39,15 +42,16 @@ class Task:
         problem: To solve.
         room: What gaps keep in reserve, as a share of the machine's size; limits of states
             and other margins keep a SHARE of it, as a share of what counts as large.
+        block: Steps of the problem from knot to knot, under the same inputs.
     """
 
-    def __init__(self, problem: Problem, room: float) -> None:
-        self.problem, self.room = problem, room
+    def __init__(self, problem: Problem, room: float, block: int = 1) -> None:
+        self.problem, self.room, self.block = problem, room, block
         self.discrete = problem.scenario.integration.truth == "discrete"
         size = Obstacles(problem, 0.0).size
         self._obstacles = Obstacles(problem, room * size)
         self._bare = Obstacles(problem, 0.0)
-        reserve = 0.0 if self.discrete else SHARE * room
+        reserve = GROWN if self.discrete else SHARE * room
         self._demands = Demands(problem, reserve)
         self._reserve = reserve
 
@@ -93,6 +97,15 @@ class Task:
         pieces = self._pieces(knots)
         return Transcription(self.problem, self._map(knots), knots.x[-1], parts, pieces)
 
+    def step_by_step(self, knots: Knots) -> Knots:
+        """Return the same motion with a knot after every step of a block."""
+        steps, h = Task(self.problem, self.room)._map(knots), knots.h / self.block
+        parts = [knots.x[:-1]]
+        while len(parts) < self.block:
+            parts.append(steps.after(parts[-1], knots.u, h))
+        x = np.stack(parts, axis=1).reshape(-1, knots.x.shape[1])
+        return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, self.block, axis=0), h)
+
     def trajectory(self, knots: Knots) -> Trajectory | None:
         """Return the true motion under the inputs of knots; None where it cannot be followed."""
         problem, model = self.problem, self.problem.model
@@ -121,7 +134,18 @@ class Task:
         margins = Demands(problem, 0.0).margins(at.x, at.u)
         if not margins.min(initial=0.0) >= -ROUNDING:
             return False
-        return self._bare.least(at.x) > 0.0 and self._repeatable(trajectory)
+        near = self._bare.least(at.x)
+        return near > TOUCHING and self.repeatable(trajectory) and self._stays_free(trajectory)
+
+    def _stays_free(self, trajectory: Trajectory) -> bool:
+        """Say whether every step is free between its ends too, as planners judge it."""
+        judge, spans = self._judge, np.diff(trajectory.t).tolist()
+        steps = zip(trajectory.x.tolist(), trajectory.u.tolist(), spans, strict=False)
+        return all(judge.touches_nothing(x, u, span) for x, u, span in steps)
+
+    @cached_property
+    def _judge(self) -> Propagator:
+        return Propagator(self.problem)
 
     def _on_the_way(self, knots: Knots) -> Samples:
         """Return states of the motion between knots, not of the straight lines between them.
@@ -136,7 +160,7 @@ class Task:
             x[at.share == share] = step.after(knots.x, knots.u, float(share) * knots.h)
         return replace(at, x=x)
 
-    def _repeatable(self, trajectory: Trajectory) -> bool:
+    def repeatable(self, trajectory: Trajectory) -> bool:
         """Say whether errors do not grow too much to follow the motion without feedback."""
         problem = self.problem
         start = nudged(problem, problem.start)
@@ -151,7 +175,7 @@ class Task:
     def _map(self, knots: Knots) -> StepMap:
         settings, model = self.problem.scenario.integration, self.problem.model
         if self.discrete:
-            return StepMap(model, settings.method, settings.substeps)
+            return StepMap(model, settings.method, settings.substeps * self.block)
         substeps = 1
         while substeps < MOST_SUBSTEPS:
             coarse, fine = (

@@ -68,6 +68,21 @@ class Propagator:
         reached = list(calls.next)
         return reached, self._free_on_the_way(duration)
 
+    def touches_nothing(
+        self, x: Sequence[float], u: Sequence[float], duration: float
+    ) -> bool:
+        """Say whether a step stays inside the workspace and touches nothing; limits do not count.
+
+        Args:
+            x: State, shape (nx,).
+            u: Inputs held, shape (nu,).
+            duration: In [s].
+        """
+        calls = self._calls
+        calls.x[:], calls.u[:] = x, u
+        failed = calls.step(duration)
+        return not failed and self._sweep.free_within(duration, CAUTION * calls.fastest())
+
     def is_free(self, x: Sequence[float]) -> bool:
         """Say whether a state is within its limits and touches nothing."""
         self._calls.next[:] = x

@@ -1,0 +1,214 @@
+"""Ways through the free configurations, whatever the machine can follow of them: RRT-Connect.
+
+Source: Kuffner, LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA
+2000; Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007 (the
+shortcuts).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.attitude import turned_at_random, unit
+from kinolab.problem import Problem
+from kinolab.stopping import Stop, look, never
+from kinolab.world.geometry import placement, sizes
+
+Array: TypeAlias = NDArray[np.float64]
+
+BRANCHES = 600  # of both trees together, after which there may be no way
+SHORTCUTS = 60
+APART = 0.25  # of the smallest shape: how far a point moves between two looks
+FEW, MOST = 4, 4096  # looks at a straight way
+
+
+class FreeWays:
+    """Ways for one machine in one world.
+
+    Args:
+        problem: Whose they are.
+        generator: Of the random numbers.
+        stop: Says that looking must end, by a StoppedError.
+    """
+
+    def __init__(
+        self, problem: Problem, generator: np.random.Generator, stop: Stop = never
+    ) -> None:
+        self._problem, self._generator, self._stop = problem, generator, stop
+        self._checker = problem.checker()
+        self._attitudes = tuple(problem.model.attitudes.values())
+        self._circles = np.flatnonzero(problem.circular[: problem.model.nq])
+        self._weights = problem.weights[: problem.model.nq]
+        shapes = [shape for body in problem.bodies for shape in body.shapes]
+        radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
+        self._apart = APART * min(radii, default=1.0)
+        self._reach = max(
+            (np.linalg.norm(placement(shape)[:, 3]) + radius for shape, radius in zip(shapes, radii)),
+            default=0.0,
+        )
+
+    def find(self, start: Array, end: Array, turning: float = 1.0) -> Array | None:
+        """Return a free way between two states, shape (m, nx); None where none was found.
+
+        All but the coordinates changes evenly along it. Angles may come out by whole turns from the
+        end that was asked for.
+
+        Args:
+            start: Where to begin, shape (nx,).
+            end: Where to end, shape (nx,).
+            turning: How far angles and attitudes are drawn from those between start and end, as a
+                share of half a turn.
+
+        Raises:
+            StoppedError: If looking for it took too long.
+        """
+        trees = [_Tree(start), _Tree(end)]
+        for k in range(BRANCHES):
+            look(self._stop)
+            here, there = trees[k % 2], trees[1 - k % 2]
+            aim = there.x[0] if k < 2 else self._anywhere(start, end, turning)
+            reached = self._grown(here, aim)
+            met = None if reached is None else self._grown(there, reached)
+            if met is not None and self._apart_by(met, reached[None])[0] == 0.0:
+                ways = [here.way(), there.way()]
+                way = np.vstack([ways[k % 2], ways[1 - k % 2][::-1]])
+                return self._shorter(self._unwound(way))
+        return None
+
+    def is_free(self, begin: Array, end: Array) -> bool:
+        """Say whether the straight way between two states is free."""
+        line = self._line(begin, end)
+        return self._free(line) == len(line)
+
+    def _anywhere(self, start: Array, end: Array, turning: float) -> Array:
+        nq, generator = self._problem.model.nq, self._generator
+        lower, upper = self._problem.sampling_bounds[:nq].T
+        x = start + generator.random() * (self._nearest(start, end) - start)
+        lines = np.setdiff1d(np.arange(nq), self._turned)
+        x[lines] = generator.uniform(lower[lines], upper[lines])
+        x[self._circles] += turning * generator.uniform(-np.pi, np.pi, len(self._circles))
+        for first in self._attitudes:
+            own = slice(first, first + 4)
+            x[own] = turned_at_random(unit(x[own]), turning * np.pi, generator)
+        return x
+
+    @cached_property
+    def _turned(self) -> NDArray[np.int64]:
+        """Coordinates that are angles on circles or parts of attitudes."""
+        parts = [np.arange(first, first + 4) for first in self._attitudes]
+        return np.concatenate([self._circles, *parts])
+
+    def _grown(self, tree: _Tree, aim: Array) -> Array | None:
+        """Grow a tree straight towards a state as far as it is free; return its new leaf."""
+        parent = int(self._apart_by(aim, tree.x).argmin())
+        line = self._line(tree.x[parent], aim)
+        free = self._free(line)
+        if free < 2:
+            return None
+        leaf = aim if free == len(line) else line[free - 1]
+        tree.add(leaf, parent)
+        return leaf
+
+    def _apart_by(self, x: Array, others: Array) -> Array:
+        """Return weighted distances of configurations (m, nx) from one (nx,), shape (m,)."""
+        nq = len(self._weights)
+        difference = others[:, :nq] - x[:nq]
+        wrapped = difference[:, self._circles]
+        difference[:, self._circles] = (wrapped + np.pi) % (2 * np.pi) - np.pi
+        for first in self._attitudes:
+            own = slice(first, first + 4)
+            other = others[:, own] + x[own]
+            nearer = np.linalg.norm(other, axis=1) < np.linalg.norm(difference[:, own], axis=1)
+            difference[nearer, own] = other[nearer]
+        distances: Array = np.linalg.norm(difference * self._weights, axis=1)
+        return distances
+
+    def _line(self, begin: Array, end: Array) -> Array:
+        """Return states on the shortest straight way, so many that no point moves far between."""
+        few = self._between(begin, end, FEW)
+        poses = self._problem.frames(few).reshape(len(few), -1, 3, 4)
+        moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
+        turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
+        length = float((moved + self._reach * turned).sum(axis=0).max(initial=0.0))
+        return self._between(begin, end, min(max(FEW, int(length / self._apart)), MOST))
+
+    def _between(self, begin: Array, end: Array, count: int) -> Array:
+        share = np.linspace(0.0, 1.0, count + 1)[:, None]
+        x = begin + share * (self._nearest(begin, end) - begin)
+        for first in self._attitudes:
+            own = slice(first, first + 4)
+            x[:, own] /= np.linalg.norm(x[:, own], axis=1, keepdims=True)
+        return x
+
+    def _nearest(self, begin: Array, end: Array) -> Array:
+        """Return the same configuration with angles and quaternions nearest to another one."""
+        near, circles = end.copy(), self._circles
+        turns = np.round((end[circles] - begin[circles]) / (2 * np.pi))
+        near[circles] -= 2 * np.pi * turns
+        for first in self._attitudes:
+            own = slice(first, first + 4)
+            near[own] = unit(end[own] if begin[own] @ end[own] >= 0 else -end[own])
+        return near
+
+    def _free(self, line: Array) -> int:
+        """Return how many of some states are free before one is not."""
+        problem = self._problem
+        frames = problem.model.frames(line)
+        ends = problem.model.cables(line) if problem.cables else None
+        first = self._checker.first_collision(frames, ends)
+        free = len(line) if first is None else first
+        for axis, (lower, upper) in problem.world.bounds.items():
+            place = frames.reshape(len(line), -1, 3, 4)[:, :, "xyz".index(axis), 3]
+            outside = ((place < lower) | (place > upper)).any(axis=1)
+            free = min(free, int(outside.argmax()) if outside.any() else free)
+        return free
+
+    def _unwound(self, way: Array) -> Array:
+        """Return a way without jumps of angles and quaternions."""
+        states = [way[0]]
+        for x in way[1:]:
+            states.append(self._nearest(states[-1], x))
+        return np.array(states)
+
+    def _shorter(self, way: Array) -> Array:
+        """Return a way with some of its corners cut off."""
+        for _ in range(SHORTCUTS):
+            look(self._stop)
+            lengths = [self._apart_by(a, b[None])[0] for a, b in zip(way[:-1], way[1:])]
+            along = np.concatenate([[0.0], np.cumsum(lengths)])
+            a, b = np.sort(self._generator.uniform(0.0, along[-1], 2))
+            i, j = int(np.searchsorted(along, a)), int(np.searchsorted(along, b))
+            if not 0 < i < j < len(way):
+                continue
+            begin, end = _at(way, along, a), _at(way, along, b)
+            line = self._line(begin, end)
+            if self._free(line) == len(line):
+                way = self._unwound(np.vstack([way[:i], begin, end, way[j:]]))
+        return way
+
+
+class _Tree:
+    """A tree of configurations; its last leaf is what it was grown to last."""
+
+    def __init__(self, root: Array) -> None:
+        self.x, self._parents = root[None].copy(), [-1]
+
+    def add(self, x: Array, parent: int) -> None:
+        self.x = np.vstack([self.x, x])
+        self._parents.append(parent)
+
+    def way(self) -> Array:
+        """Return the states from the root to the last leaf."""
+        nodes = [len(self.x) - 1]
+        while self._parents[nodes[-1]] >= 0:
+            nodes.append(self._parents[nodes[-1]])
+        way: Array = self.x[nodes[::-1]]
+        return way
+
+
+def _at(way: Array, along: Array, length: float) -> Array:
+    return np.array([np.interp(length, along, column) for column in way.T])

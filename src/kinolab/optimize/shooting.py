@@ -1,0 +1,92 @@
+"""From a guess that breaks everything to a motion that breaks nothing: direct multiple shooting.
+
+First with few knots, between which the inputs are held for several steps of the problem; then with
+a knot after every step. Where a motion would make errors grow too much to be repeated, a faster one
+is looked for in between.
+
+Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
+IFAC 1984.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from kinolab.optimize.knots import Knots, resampled
+from kinolab.optimize.quickening import closing, quicken
+from kinolab.optimize.repairing import repair
+from kinolab.optimize.sequence import descend
+from kinolab.optimize.task import Task
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+
+ROOM = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
+CLOSED = 1e-6  # sum of all that is missing, in scales, from which on knots may become many
+FINE = 12  # subproblems with many knots, where little is missing
+FASTER = 0.25  # times the duration of a motion that makes errors grow: how short it may get
+
+
+def shoot(
+    problem: Problem,
+    guess: Knots,
+    block: int,
+    iterations: int,
+    late: Callable[[], bool] = lambda: False,
+) -> Trajectory | None:
+    """Return a motion from the start exactly into the goal's centre, or None.
+
+    Args:
+        problem: To solve.
+        guess: To begin with.
+        block: Steps of the problem from knot to knot.
+        iterations: Largest number of subproblems with few knots.
+        late: Whether to give up.
+    """
+    task = Task(problem, ROOM, block)
+    knots = _closed(task, guess, iterations, late)
+    if knots is None:
+        return None
+    motion = _step_by_step(task, knots)
+    if task.repeatable(motion):
+        return repair(problem, motion, late, FINE)
+    faster = _faster(task, knots, late)
+    return faster and repair(problem, faster, late, FINE)
+
+
+def _closed(
+    task: Task, guess: Knots, iterations: int, late: Callable[[], bool]
+) -> Knots | None:
+    """Return knots of the same step length from which hardly anything is missing, or None."""
+    knots = task.within_limits(guess)
+    descent = descend(
+        task.transcription(knots), knots, task.scaling(knots.h, knots.h), closing(),
+        iterations=iterations, enough=CLOSED / 10, late=late,
+    )  # fmt: skip
+    return descent.knots if sum(descent.missing) <= CLOSED else None
+
+
+def _step_by_step(task: Task, knots: Knots) -> Trajectory:
+    fine, model = task.step_by_step(knots), task.problem.model
+    t = fine.h * np.arange(len(fine.u) + 1.0)
+    return Trajectory(t, fine.x, fine.u, model.state_names, model.control_names)
+
+
+def _faster(task: Task, knots: Knots, late: Callable[[], bool]) -> Trajectory | None:
+    """Return a faster motion in whole steps of the problem, with fewer of them per knot; or None."""
+    exact = _closed(task, knots, FINE, late)
+    if exact is None:
+        return None
+    scaling = task.scaling(FASTER * knots.h, knots.h)
+    fast = quicken(task.transcription(exact), exact, scaling, late=late)
+    h = task.problem.step
+    block = max(1, math.floor(fast.h / h))
+    steps = math.ceil(fast.duration / (block * h))
+    t = fast.h * np.arange(len(fast.u) + 1.0)
+    attitudes = tuple(task.problem.model.attitudes.values())
+    guess = resampled(t, fast.x, fast.u, steps, attitudes)
+    finer = Task(task.problem, ROOM, block)
+    found = _closed(finer, Knots(guess.x, guess.u, block * h), FINE, late)
+    return None if found is None else _step_by_step(finer, found)
