@@ -4,21 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import ClassVar, final
+from functools import cached_property
+from typing import ClassVar, TypeAlias, final
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
+from kinolab.optimize.shots import Shots
+from kinolab.optimize.task import Task
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import Problem
-from kinolab.search import with_default
+from kinolab.search import Budget, with_default
+from kinolab.stopping import StoppedError
 
+Array: TypeAlias = NDArray[np.float64]
+
+KNOTS = 80  # of a guess
+FIRST = 4000  # iterations of the trees before the first guess: some milliseconds
+SHARE = 20.0  # iterations of the trees for every step of a guess
 MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Auto(AbstractCompiledPlanner):
-    """A portfolio: rounds of kpiece_fast and of rrt_fast in turn, each longer than the one before.
+    """A portfolio: rounds of kpiece_fast and of rrt_fast in turn, and guesses of shooting beside them.
 
     The first solves nearly everything that we measure; the second is not led astray by cells.
 
@@ -32,10 +44,49 @@ class Auto(AbstractCompiledPlanner):
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
     last_step_every: int = with_default(1000, AbstractCompiledPlanner, "last_step_every")
 
+    def asides(self, problem: Problem, seed: int, budget: Budget) -> Sequence[Aside]:
+        """Return guesses, where a problem's steps can be differentiated."""
+        possible = Task(problem, 0.0).possible
+        return [_Guesses(problem, seed, budget)] if possible else []
+
     def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
         """Return what grows the tree."""
         shared = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         return _Rounds([member(**shared).growth(problem, search) for member in MEMBERS])
+
+
+class _Guesses:
+    """Guesses that are optimised while the trees grow.
+
+    Args:
+        problem: What to plan.
+        seed: Of the random numbers.
+        budget: Of the search.
+
+    Attributes:
+        due: Iterations of the trees until the next guess.
+    """
+
+    def __init__(self, problem: Problem, seed: int, budget: Budget) -> None:
+        self.due: float = FIRST
+        self._problem, self._seed, self._budget = problem, seed, budget
+
+    @cached_property
+    def _shots(self) -> Shots:
+        with self._budget.preparing():
+            return Shots(self._problem, KNOTS, self._seed, lambda: self._budget.late)
+
+    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:  # noqa: ARG002
+        """Return inputs into the goal, where a guess was due and led there."""
+        self.due -= iterations
+        if self.due > 0:
+            return None
+        try:
+            shot = self._shots.next()
+        except StoppedError:
+            return None
+        self.due = SHARE * shot.steps
+        return None if shot.motion is None else shot.motion.u
 
 
 class _Rounds(AbstractGrowth):

@@ -4,6 +4,6 @@ The machine comes as addresses of its functions and the problem as arrays: what 
 compiled once and kept on disk, whatever is planned for. Nothing is allocated per iteration.
 """
 
-from kinolab.compiled.planner import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.compiled.planner import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
 
-__all__ = ["AbstractCompiledPlanner", "AbstractGrowth", "Search"]
+__all__ = ["AbstractCompiledPlanner", "AbstractGrowth", "Aside", "Search"]

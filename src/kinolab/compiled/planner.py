@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
 from kinolab.tree_search import AbstractTreeSearch
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from kinolab.steering.last_step import LastStep
 
@@ -120,6 +120,10 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
         """Return what grows a tree."""
 
+    def asides(self, problem: Problem, seed: int, budget: Budget) -> Sequence[Aside]:  # noqa: ARG002
+        """Return other searches that have their turn now and then while the tree grows."""
+        return ()
+
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region, and on while it improves."""
         tree = self.growth(problem, search_of(problem, self.goal_zoom, seed))
@@ -129,14 +133,14 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         nearest, u, solved = math.inf, np.zeros((0, problem.model.nu)), False
         length = left = float(self.restart_after or math.inf)
         misses, restarts, pieces = 0, 0, Pieces(budget)
-        arrivals = Arrivals(problem, self, seed, budget)
+        asides = Asides([Arrivals(problem, self, seed, budget), *self.asides(problem, seed, budget)])
         own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
         improvement = Improvement(problem, budget.clock)
-        while not improvement.over and (iterations := pieces.next(min(left, arrivals.due))):
+        while not improvement.over and (iterations := pieces.next(min(left, asides.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
             left -= made
-            found = arrivals.after(made, tree)
+            found = asides.after(made, tree)
             if ended == REACHED:
                 found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
             if found is not None and improvement.wants(len(found)):
@@ -196,6 +200,36 @@ class Improvement:
             self._until = self._clock() + self._seconds
         self._steps = steps
         self._pointless = self.over or not tree.shorten(steps)
+
+
+class Aside(Protocol):
+    """A search beside the tree.
+
+    Attributes:
+        due: Iterations of the tree until its next turn.
+    """
+
+    due: float
+
+    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
+        """Return inputs from the start into the goal, where a turn was due and found some."""
+
+
+class Asides:
+    """Several searches beside a tree."""
+
+    def __init__(self, members: Sequence[Aside]) -> None:
+        self._members = members
+
+    @property
+    def due(self) -> float:
+        """Iterations of the tree until the next turn of any."""
+        return min(member.due for member in self._members)
+
+    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
+        """Return what any of them found; each one counts all iterations."""
+        found = [member.after(iterations, tree) for member in self._members]
+        return next((inputs for inputs in found if inputs is not None), None)
 
 
 class Arrivals:

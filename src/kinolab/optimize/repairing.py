@@ -14,7 +14,7 @@ from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
-ROOMS = (2e-3, 1e-2, 5e-2)  # of the machine's size, tried one after the other
+ROOMS = (1e-2, 5e-2, 2e-3)  # of the machine's size, tried one after the other
 UNEVEN = 1e-9  # [s] by which steps that count as even may differ
 FEWEST = 8  # steps that leave inputs enough freedom
 
@@ -31,14 +31,22 @@ def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     return resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
 
 
-def exact(task: Task, knots: Knots, late: Callable[[], bool], iterations: int = 40) -> Knots | None:
+def exact(
+    task: Task,
+    knots: Knots,
+    late: Callable[[], bool],
+    iterations: int = 40,
+    *,
+    held: bool = False,
+) -> Knots | None:
     """Return knots near given ones from which nothing is missing; None where none are found.
 
-    The steps of a discrete problem keep their length.
+    Steps keep their length where that is ``held`` and in discrete problems.
     """
     knots = task.within_limits(knots)
-    longest = knots.h if task.discrete else max(task.problem.step, knots.h)
-    shortest = knots.h if task.discrete else 0.5 * knots.h
+    held = held or task.discrete
+    longest = knots.h if held else max(task.problem.step, knots.h)
+    shortest = knots.h if held else 0.5 * knots.h
     descent = descend(
         task.transcription(knots), knots, task.scaling(shortest, longest), closing(),
         iterations=iterations, late=late,
@@ -51,6 +59,8 @@ def repair(
     trajectory: Trajectory,
     late: Callable[[], bool] = lambda: False,
     iterations: int = 40,
+    *,
+    held: bool = False,
 ) -> Trajectory | None:
     """Return a motion near a given one that ends in the goal's centre, or None.
 
@@ -62,12 +72,13 @@ def repair(
         trajectory: To begin with; its start is replaced by the problem's.
         late: Whether to give up.
         iterations: Largest number of subproblems, for each of a few reserves of room.
+        held: Whether steps keep their length.
     """
     for room in ROOMS:
         task = Task(problem, room)
         if late() or not task.possible or not len(trajectory.u):
             return None
-        knots = exact(task, knots_of(problem, trajectory), late, iterations)
+        knots = exact(task, knots_of(problem, trajectory), late, iterations, held=held)
         if knots is None:
             continue
         made = task.trajectory(knots)

@@ -51,9 +51,9 @@ def shoot(
         return None
     motion = _step_by_step(task, knots)
     if task.repeatable(motion):
-        return repair(problem, motion, late, FINE)
+        return repair(problem, motion, late, FINE, held=True)
     faster = _faster(task, knots, late)
-    return faster and repair(problem, faster, late, FINE)
+    return faster and repair(problem, faster, late, FINE, held=True)
 
 
 def _closed(

@@ -1,4 +1,7 @@
-"""A motion made shorter: faster with the same number of steps, then as fast with fewer of them."""
+"""A motion made shorter: faster with the same number of steps, then as fast with fewer of them.
+
+It is made faster with few knots first, where most is gained in little time.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,16 @@ from collections.abc import Callable
 import numpy as np
 
 from kinolab.optimize.knots import Knots, resampled
-from kinolab.optimize.quickening import quicken
-from kinolab.optimize.repairing import FEWEST, ROOMS, exact, knots_of
-from kinolab.optimize.sequence import seconds_from_now
+from kinolab.optimize.quickening import NEAR, closing, quicken
+from kinolab.optimize.repairing import FEWEST, exact, knots_of
+from kinolab.optimize.sequence import descend, seconds_from_now
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
+ROOMS = (7e-2, 2e-2, 4e-2, 2e-3)  # of the machine's size, tried one after the other
+FEW = 50  # knots, more or less, of the first motion that is made faster
+SHORTEST = 0.1  # times its duration: how short it may get
 FIRST = 0.8  # share of the time for the first try; later ones begin with what it found
 AT_ONCE = 0.7  # share of the step length below which there are fewer steps before it goes on
 ROUNDS = 20
@@ -31,20 +37,60 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float) -> Traject
         seconds: Of this thread's time that may be spent.
     """
     late, over = seconds_from_now(FIRST * seconds), seconds_from_now(seconds)
-    guess = None
+    if not Task(problem, 0.0).possible or not len(trajectory.u):
+        return trajectory
+    guess, best = _with_few_knots(problem, trajectory, late), trajectory
     for room in ROOMS:
-        task = Task(problem, room)
-        if not task.possible or not len(trajectory.u) or over():
+        if over():
             break
-        knots = exact(task, guess or knots_of(problem, trajectory), over)
+        task = Task(problem, room)
+        knots = guess and _in_steps(task, guess, len(trajectory.u), over)
+        knots = knots or exact(task, knots_of(problem, trajectory), over)
         if knots is None:
             continue
+        first = _better(task, knots, best)
         guess = _shorter(task, knots, late)
-        made = task.trajectory(guess)
-        shorter = made is not None and made.duration < trajectory.duration
-        if made is not None and shorter and task.keeps_all(made):
-            return made
-    return trajectory
+        best = _better(task, guess, first)
+        if first is not trajectory or best is not trajectory:
+            break
+    return best
+
+
+def _better(task: Task, knots: Knots, best: Trajectory) -> Trajectory:
+    """Return the true motion under the inputs of knots where it is shorter and keeps everything."""
+    if not knots.duration < best.duration:
+        return best
+    made = task.trajectory(knots)
+    return made if made is not None and task.keeps_all(made) else best
+
+
+def _with_few_knots(
+    problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
+) -> Knots | None:
+    """Return a fast motion under inputs that are held for several steps each, step by step."""
+    block = round(len(trajectory.u) / FEW)
+    while block > 1 and not late():
+        task = Task(problem, ROOMS[1], block)
+        knots = _closed(task, trajectory, late)
+        if knots is not None:
+            scaling = task.scaling(SHORTEST * knots.h, knots.h)
+            fast = quicken(task.transcription(knots), knots, scaling, late=late)
+            return task.step_by_step(fast)
+        block //= 2
+    return None
+
+
+def _closed(task: Task, trajectory: Trajectory, late: Callable[[], bool]) -> Knots | None:
+    """Return exact knots with as many steps in between as the task has; None where it fails."""
+    count = math.ceil(len(trajectory.u) / task.block)
+    attitudes = tuple(task.problem.model.attitudes.values())
+    few = resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
+    knots = task.within_limits(few)
+    descent = descend(
+        task.transcription(knots), knots, task.scaling(0.9 * knots.h, 1.1 * knots.h), closing(),
+        iterations=15, enough=NEAR, late=late,
+    )  # fmt: skip
+    return descent.knots if sum(descent.missing) <= NEAR else None
 
 
 def _shorter(task: Task, knots: Knots, late: Callable[[], bool]) -> Knots:
@@ -70,7 +116,12 @@ def _with_fewer_steps(task: Task, fast: Knots, slow: Knots, late: Callable[[], b
         if fewest > 0.8 * len(fast.u):
             return fast
         return _in(task, fast, fewest, late) or fast
-    count, most = fewest, len(slow.u)
+    return _in_steps(task, fast, len(slow.u), late) or slow
+
+
+def _in_steps(task: Task, fast: Knots, most: int, late: Callable[[], bool]) -> Knots | None:
+    """Return a motion in steps of the problem's length, fewer than a number of them; or None."""
+    count = max(math.ceil(fast.duration / task.problem.step - 1e-6), FEWEST)
     for attempt in range(TRIES):
         if count >= most or late():
             break
@@ -78,7 +129,7 @@ def _with_fewer_steps(task: Task, fast: Knots, slow: Knots, late: Callable[[], b
         if found is not None:
             return found
         count += max(1, math.ceil(0.02 * 2**attempt * count))
-    return slow
+    return None
 
 
 def _in(task: Task, fast: Knots, count: int, late: Callable[[], bool]) -> Knots | None:

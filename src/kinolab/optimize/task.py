@@ -27,7 +27,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 TRUE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
 MOST_SUBSTEPS = 64
-DENSE = 0.25  # of the machine's size that it moves at most between two looks
+DENSE = 0.12  # of the machine's size that it moves at most between two looks
 MOST_PIECES = 8  # looks per step
 SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
 GROWN = 1e-6  # of what counts as large: what is left of equations, after it has grown

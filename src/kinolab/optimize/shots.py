@@ -1,0 +1,91 @@
+"""One guess after another, each shot at the goal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.optimize.free_ways import FreeWays
+from kinolab.optimize.guesses import Guesses
+from kinolab.optimize.shooting import shoot
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+LONGER = (2.0, 3.0, 1.4, 4.0, 2.5, 6.0)  # times the quickest motion, one after the other
+JITTER = 0.2  # of the logarithm of that
+CALM, WILD, WINDING = 0.1, 1.0, math.nan  # how far a way turns, as a share of half a turn
+ODDS = {CALM: 0.5, WILD: 0.25, WINDING: 0.25}
+PATIENCE = (20, 30)  # subproblems for each of the first guesses, and for later ones
+FEWEST = 10  # steps of a guess
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """What came of a guess.
+
+    Attributes:
+        motion: From the start exactly into the goal's centre; None where none came of it.
+        steps: How many steps of the problem the guess was long.
+    """
+
+    motion: Trajectory | None
+    steps: int
+
+
+class Shots:
+    """Guesses that differ in how long they take, how they turn and which way they go.
+
+    Args:
+        problem: To solve.
+        knots: How many knots a guess has, more or less.
+        seed: Of the random numbers.
+        late: Whether to give up.
+    """
+
+    def __init__(
+        self, problem: Problem, knots: int, seed: int, late: Callable[[], bool]
+    ) -> None:
+        self._problem, self._knots, self._late = problem, knots, late
+        self._generator = np.random.default_rng([seed, 1])
+        self._guesses = Guesses(problem, self._generator)
+        self._ways = FreeWays(problem, self._generator, late)
+        self._count = 0
+
+    def next(self) -> Shot:
+        """Return what comes of the next guess.
+
+        Raises:
+            StoppedError: If it is too late to look for ways.
+        """
+        problem, guesses, k = self._problem, self._guesses, self._count
+        self._count += 1
+        longer = LONGER[k % len(LONGER)] * math.exp(self._generator.uniform(-JITTER, JITTER))
+        way = self._way()
+        quickest = guesses.quickest(way) + guesses.starting
+        count = max(math.ceil(longer * quickest / problem.step), FEWEST)
+        block = max(1, round(count / self._knots))
+        steps = math.ceil(count / block)
+        guess = guesses.knots(way, steps, block * problem.step)
+        motion = shoot(problem, guess, block, PATIENCE[k >= len(LONGER)], self._late)
+        return Shot(motion, steps * block)
+
+    def _way(self) -> Array:
+        begin, end = self._guesses.straight()
+        turning = float(self._generator.choice(list(ODDS), p=list(ODDS.values())))
+        if turning == CALM or (turning == WILD and not self._straight_is_free):
+            way = self._ways.find(begin, end, turning)
+            if way is not None:
+                return way
+        return self._guesses.winding()
+
+    @cached_property
+    def _straight_is_free(self) -> bool:
+        return self._ways.is_free(*self._guesses.straight())
