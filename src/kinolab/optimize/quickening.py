@@ -14,8 +14,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from kinolab.optimize.knots import Knots
+from kinolab.optimize.scaling import Scaling, Weights
 from kinolab.optimize.sequence import LARGEST, descend
-from kinolab.optimize.subproblem import Scaling, Weights, solve
+from kinolab.optimize.subproblem import solve
 from kinolab.optimize.transcription import Transcription, cost
 
 FIRST = 0.5  # trust region, as a share of what counts as large

@@ -12,7 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinolab.optimize.knots import Knots
-from kinolab.optimize.subproblem import Scaling, Weights, solve
+from kinolab.optimize.scaling import Scaling, Weights
+from kinolab.optimize.subproblem import solve
 from kinolab.optimize.transcription import Transcription, cost
 
 ACCEPTED, GOOD = 0.1, 0.7  # shares of the promise: what is kept, and what lets the region grow

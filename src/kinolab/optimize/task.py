@@ -15,8 +15,8 @@ from kinolab.optimize.demands import Demands
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.obstacles import Obstacles
 from kinolab.optimize.samples import Samples, samples
+from kinolab.optimize.scaling import Scaling
 from kinolab.optimize.step_map import METHODS, StepMap
-from kinolab.optimize.subproblem import Scaling
 from kinolab.optimize.transcription import Inequalities, Transcription
 from kinolab.problem import ROUNDING, Problem
 from kinolab.propagation.machine_calls import motion_under
