@@ -26,6 +26,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 TRUE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
 MOST_SUBSTEPS = 64
+DIRECTION = 1e-4  # of a scale: largest error of a derivative, which costs no exactness
+SPARSE = 4  # steps of which one is looked at for that
 DENSE = 0.25  # of the machine's size that it moves at most between two looks
 MOST_PIECES = 8  # looks per step
 SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
@@ -91,7 +93,7 @@ class Task:
         """Return the equations for knots near a guess."""
         parts: list[Inequalities] = [self._demands, self._obstacles]
         pieces = self._pieces(knots)
-        return Transcription(self.problem, self._map(knots), knots.x[-1], parts, pieces)
+        return Transcription(self.problem, self._derived(knots), knots.x[-1], parts, pieces)
 
     def trajectory(self, knots: Knots) -> Trajectory | None:
         """Return the true motion under the inputs of knots; None where it cannot be followed."""
@@ -149,20 +151,42 @@ class Task:
         return growth(problem, trajectory.x, x) <= GROWTH
 
     def _map(self, knots: Knots) -> StepMap:
+        return StepMap(self.problem.model, *self._steps_of(knots))
+
+    def _steps_of(self, knots: Knots) -> tuple[str, int]:
+        """Return the method and the number of substeps that are true enough."""
         settings, model = self.problem.scenario.integration, self.problem.model
         if self.discrete:
-            return StepMap(model, settings.method, settings.substeps)
-        substeps = 1
+            return settings.method, settings.substeps
+        substeps, coarse = 1, StepMap(model, "rk4", 1).after(knots.x, knots.u, knots.h)
         while substeps < MOST_SUBSTEPS:
-            coarse, fine = (
-                StepMap(model, "rk4", n).after(knots.x, knots.u, knots.h)
-                for n in (substeps, 2 * substeps)
-            )
-            error = np.abs((coarse - fine) / self.problem.scales).max(initial=0.0)
-            if error <= TRUE:
+            fine = StepMap(model, "rk4", 2 * substeps).after(knots.x, knots.u, knots.h)
+            if np.abs((coarse - fine) / self.problem.scales).max(initial=0.0) <= TRUE:
                 break
-            substeps *= 2
-        return StepMap(model, "rk4", substeps)
+            substeps, coarse = 2 * substeps, fine
+        return "rk4", substeps
+
+    def _derived(self, knots: Knots) -> StepMap:
+        """Return the map with derivatives that are good enough for a direction."""
+        method, substeps = self._steps_of(knots)
+        model = self.problem.model
+        if self.discrete:
+            return StepMap(model, method, substeps)
+        x, u = knots.x[:-1][::SPARSE], knots.u[::SPARSE]
+        few, coarse = 1, StepMap(model, method, 1).linearised(x, u, knots.h)[1]
+        while few < substeps:
+            fine = StepMap(model, method, 2 * few).linearised(x, u, knots.h)[1]
+            if self._wrong(coarse, fine) <= DIRECTION:
+                break
+            few, coarse = 2 * few, fine
+        return StepMap(model, method, substeps, few)
+
+    def _wrong(self, coarse: Array, fine: Array) -> float:
+        """Return the largest difference of derivatives, in what counts as large."""
+        scales = self.problem.scales
+        error = np.abs(coarse - fine) / scales[:, None]
+        error[:, :, : len(scales)] *= scales
+        return float(error.max(initial=0.0))
 
     def _pieces(self, knots: Knots) -> int:
         """Return how many looks per step show everything of importance."""
