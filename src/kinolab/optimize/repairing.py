@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kinolab.optimize.coarsening import closer
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.quickening import closing
 from kinolab.optimize.sequence import EXACT, descend
@@ -36,7 +37,7 @@ def exact(task: Task, knots: Knots, late: Callable[[], bool], iterations: int = 
 
     The steps of a discrete problem keep their length.
     """
-    knots = task.within_limits(knots)
+    knots = task.within_limits(closer(task, task.within_limits(knots), late))
     longest = knots.h if task.discrete else max(task.problem.step, knots.h)
     shortest = knots.h if task.discrete else 0.5 * knots.h
     descent = descend(

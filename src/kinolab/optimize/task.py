@@ -89,11 +89,20 @@ class Task:
         x[0] = self.problem.start
         return Knots(x, np.clip(knots.u, *scaling.u_bounds.T), knots.h)
 
-    def transcription(self, knots: Knots) -> Transcription:
-        """Return the equations for knots near a guess."""
+    def transcription(self, knots: Knots, times: int = 1) -> Transcription:
+        """Return the equations for knots near a guess, of so many of the problem's steps each."""
         parts: list[Inequalities] = [self._demands, self._obstacles]
         pieces = self._pieces(knots)
-        return Transcription(self.problem, self._derived(knots), knots.x[-1], parts, pieces)
+        return Transcription(self.problem, self._derived(knots, times), knots.x[-1], parts, pieces)
+
+    def refined(self, knots: Knots, times: int) -> Knots:
+        """Return the motion under the same inputs with so many times the steps."""
+        short = Knots(knots.x, knots.u, knots.h / times)
+        step, parts = self._map(short), [knots.x[:-1]]
+        for _ in range(times - 1):
+            parts.append(step.after(parts[-1], knots.u, short.h))
+        x = np.stack(parts, axis=1).reshape(-1, knots.x.shape[1])
+        return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, times, axis=0), short.h)
 
     def trajectory(self, knots: Knots) -> Trajectory | None:
         """Return the true motion under the inputs of knots; None where it cannot be followed."""
@@ -123,7 +132,7 @@ class Task:
         margins = Demands(problem, 0.0).margins(at.x, at.u)
         if not margins.min(initial=0.0) >= -ROUNDING:
             return False
-        return self._bare.least(at.x) > 0.0 and self._repeatable(trajectory)
+        return self._bare.free(at.x) and self._repeatable(trajectory)
 
     def _on_the_way(self, knots: Knots) -> Samples:
         """Return states of the motion between knots, not of the straight lines between them.
@@ -166,12 +175,12 @@ class Task:
             substeps, coarse = 2 * substeps, fine
         return "rk4", substeps
 
-    def _derived(self, knots: Knots) -> StepMap:
+    def _derived(self, knots: Knots, times: int) -> StepMap:
         """Return the map with derivatives that are good enough for a direction."""
         method, substeps = self._steps_of(knots)
         model = self.problem.model
         if self.discrete:
-            return StepMap(model, method, substeps)
+            return StepMap(model, method, times * substeps)
         x, u = knots.x[:-1][::SPARSE], knots.u[::SPARSE]
         few, coarse = 1, StepMap(model, method, 1).linearised(x, u, knots.h)[1]
         while few < substeps:
