@@ -26,7 +26,7 @@ from kinolab.optimize.scaling import Scaling, Weights
 Array: TypeAlias = NDArray[np.float64]
 
 CLOSED = 1e-9  # sum of defects below which none of them is left open
-BEST = 1e-5  # share of what the merit is at most, to which it is minimised
+BEST = 1e-8  # share of what the merit is at most, to which it is minimised
 STEADY = 1e-8  # regularisation; with less of it programs with many best points are given up
 DAMPING = 1e-8  # of a change, squared: makes the program strictly convex
 
