@@ -30,9 +30,10 @@ MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 @final
 @dataclass(frozen=True, kw_only=True)
 class Auto(AbstractCompiledPlanner):
-    """A portfolio: rounds of kpiece_fast and of rrt_fast in turn, and guesses of shooting beside them.
+    """A portfolio: rounds of kpiece_fast and of rrt_fast in turn, beside guesses of shooting.
 
-    The first solves nearly everything that we measure; the second is not led astray by cells.
+    The first solves nearly everything that we measure; the second is not led astray by cells;
+    guesses that are optimised solve what swings and flies.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """

@@ -53,7 +53,8 @@ def test_what_touches_has_no_gap_and_what_is_free_has_the_certified_one(name: st
     obstacles, checker = Obstacles(problem, 0.0), problem.checker()
     generator = np.random.default_rng(3)
     for x in generator.uniform(*problem.sampling_bounds.T, (60, problem.model.nx)):
-        gap = obstacles.least(x[None])
+        gap = float(obstacles.rows(at(problem, list(x)), 10.0).value.min(initial=np.inf))
+        assert obstacles.free(x[None]) == (gap > 1e-12)  # [m], rounding
         placement = problem.placement(x)
         assert checker.collides(*placement) == (gap <= 1e-5)
         clearance = checker.clearance(*placement)

@@ -47,6 +47,16 @@ def test_derivatives_are_those_of_the_machines_own_step(
     assert np.allclose(tangents[0], expected, rtol=1e-7, atol=1e-7)
 
 
+def test_derivatives_in_fewer_substeps_leave_the_step_as_it_is() -> None:
+    model = systems.get("pendulum").model()
+    x, u = np.full((3, model.nx), 0.1), np.zeros((3, model.nu))
+    fine, coarse = (StepMap(model, "rk4", n).linearised(x, u, 0.2) for n in (8, 2))
+    after, tangents = StepMap(model, "rk4", 8, derived=2).linearised(x, u, 0.2)
+    assert np.array_equal(after, fine[0])
+    assert np.array_equal(tangents, coarse[1])
+    assert not np.array_equal(coarse[0], fine[0])
+
+
 def test_a_step_that_fails_says_so() -> None:
     model = systems.get("quad2d_v0").model()
     after = StepMap(model, "rk4", 1).after(np.full((1, model.nx), np.nan), np.zeros((1, 2)), 0.1)

@@ -133,7 +133,9 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         nearest, u, solved = math.inf, np.zeros((0, problem.model.nu)), False
         length = left = float(self.restart_after or math.inf)
         misses, restarts, pieces = 0, 0, Pieces(budget)
-        asides = Asides([Arrivals(problem, self, seed, budget), *self.asides(problem, seed, budget)])
+        asides = Asides(
+            [Arrivals(problem, self, seed, budget), *self.asides(problem, seed, budget)]
+        )
         own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
         improvement = Improvement(problem, budget.clock)
         while not improvement.over and (iterations := pieces.next(min(left, asides.due))):

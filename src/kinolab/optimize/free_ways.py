@@ -8,6 +8,7 @@ shortcuts).
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -47,7 +48,10 @@ class FreeWays:
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
         self._apart = APART * min(radii, default=1.0)
         self._reach = max(
-            (np.linalg.norm(placement(shape)[:, 3]) + radius for shape, radius in zip(shapes, radii)),
+            (
+                np.linalg.norm(placement(shape)[:, 3]) + radius
+                for shape, radius in zip(shapes, radii, strict=True)
+            ),
             default=0.0,
         )
 
@@ -72,7 +76,9 @@ class FreeWays:
             here, there = trees[k % 2], trees[1 - k % 2]
             aim = there.x[0] if k < 2 else self._anywhere(start, end, turning)
             reached = self._grown(here, aim)
-            met = None if reached is None else self._grown(there, reached)
+            if reached is None:
+                continue
+            met = self._grown(there, reached)
             if met is not None and self._apart_by(met, reached[None])[0] == 0.0:
                 ways = [here.way(), there.way()]
                 way = np.vstack([ways[k % 2], ways[1 - k % 2][::-1]])
@@ -178,7 +184,7 @@ class FreeWays:
         """Return a way with some of its corners cut off."""
         for _ in range(SHORTCUTS):
             look(self._stop)
-            lengths = [self._apart_by(a, b[None])[0] for a, b in zip(way[:-1], way[1:])]
+            lengths = [self._apart_by(a, b[None])[0] for a, b in pairwise(way)]
             along = np.concatenate([[0.0], np.cumsum(lengths)])
             a, b = np.sort(self._generator.uniform(0.0, along[-1], 2))
             i, j = int(np.searchsorted(along, a)), int(np.searchsorted(along, b))

@@ -1,7 +1,7 @@
 """Motions to begin an optimisation with: ways through the configurations, spread over a time.
 
-Nothing about them need be true: they slide sideways, stand still in the air and arrive at once. What
-matters is how long they take and on which side of obstacles they pass.
+Nothing about them need be true: they slide sideways, stand still in the air and arrive at once.
+What matters is how long they take and on which side of obstacles they pass.
 """
 
 from __future__ import annotations
@@ -136,4 +136,4 @@ class Guesses:
             x[:, first : first + 4] = own / np.linalg.norm(own, axis=1, keepdims=True)
         lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
         u = generator.uniform(lower, upper, (SPEEDS, model.nu))
-        return np.array([model.f(a, b) for a, b in zip(x, u, strict=True)])
+        return np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])

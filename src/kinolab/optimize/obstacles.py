@@ -28,6 +28,7 @@ from kinolab.world.triangle_tree import TriangleTree, triangle_tree
 Array: TypeAlias = NDArray[np.float64]
 
 NUDGE = 1e-6  # of a coordinate
+TOUCHING = 1e-12  # [m] of gap that counts as none
 MOST = 64  # gaps of one pose that are kept
 QUEUE = 128  # boxes of triangles that wait at most
 TRIANGLES = 4  # that are kept of those near one shape
@@ -127,11 +128,9 @@ class Obstacles:
         which, value, slope = self._gaps(at.x, longest)
         return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
 
-    def least(self, x: Array) -> float:
-        """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""
-        if not self._any:
-            return math.inf
-        return float(np.min(self._gaps(x, self._farthest, derive=False)[1], initial=math.inf))
+    def free(self, x: Array) -> bool:
+        """Say whether nothing touches at several states (m, nx)."""
+        return not self._any or not len(self._gaps(x, TOUCHING, derive=False)[0])
 
     def _gaps(
         self, x: Array, reach: float, *, derive: bool = True

@@ -14,8 +14,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from kinolab.optimize.knots import Knots
+from kinolab.optimize.scaling import Scaling, Weights
 from kinolab.optimize.sequence import LARGEST, descend
-from kinolab.optimize.subproblem import Scaling, Weights, solve
+from kinolab.optimize.subproblem import solve
 from kinolab.optimize.transcription import Transcription, cost
 
 FIRST = 0.5  # trust region, as a share of what counts as large
@@ -23,6 +24,7 @@ LEAST = 1e-3  # trust region below which nothing is gained
 KEPT = 0.1  # share of a promise that is worth a step
 WORTH = 1e-3  # share of the cost that is worth another step
 CLOSING = 8  # subproblems to close what a faster motion opened
+HOPE = 0.7  # share that one of them may leave open, for the next one to be worth it
 ROUGH = 1e-6  # accuracy of a change whose errors are closed afterwards
 NEAR = 1e-8  # sum of all that is missing, in scales, on the way to a final repair
 PENALTY = 10.0  # of what is missing, against a cost of about 1
@@ -64,7 +66,14 @@ def quicken(
         tried = knots.moved(change.dx, change.du, change.dh)
         held = replace(scaling, h_bounds=(tried.h, tried.h))
         closed = descend(
-            transcription, tried, held, closing(), iterations=CLOSING, enough=NEAR, late=late
+            transcription,
+            tried,
+            held,
+            closing(),
+            iterations=CLOSING,
+            enough=NEAR,
+            worth=HOPE,
+            late=late,
         )
         gained = before - cost(closed.knots, scaling, weights)
         if sum(closed.missing) <= NEAR and gained > KEPT * change.promised:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kinolab.optimize.coarsening import closer
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.quickening import closing
 from kinolab.optimize.sequence import EXACT, descend
@@ -43,7 +44,7 @@ def exact(
 
     Steps keep their length where that is ``held`` and in discrete problems.
     """
-    knots = task.within_limits(knots)
+    knots = task.within_limits(closer(task, task.within_limits(knots), late))
     held = held or task.discrete
     longest = knots.h if held else max(task.problem.step, knots.h)
     shortest = knots.h if held else 0.5 * knots.h

@@ -11,8 +11,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from kinolab.optimize.closest import closest
 from kinolab.optimize.knots import Knots
-from kinolab.optimize.subproblem import Scaling, Weights, solve
+from kinolab.optimize.scaling import Scaling, Weights
+from kinolab.optimize.subproblem import solve
 from kinolab.optimize.transcription import Transcription, cost
 
 ACCEPTED, GOOD = 0.1, 0.7  # shares of the promise: what is kept, and what lets the region grow
@@ -20,6 +22,7 @@ SMALLEST = 1e-7  # trust region, as a share of what counts as large
 LARGEST = 4.0
 NARROW, WIDE, AMPLE = 0.02, 1.0, 10.0  # first region: its limits, and times what is missing
 STILL = 1e-4  # promise, as a share of the cost, that is not worth another subproblem
+NEARER = 0.3  # share of what was missing where it could not be closed at once, to try that again
 EXACT = 1e-11  # sum of all that is missing, in scales, that counts as nothing
 NEARLY = 1e-8  # of the same: a subproblem that does not halve it is the last one
 
@@ -47,6 +50,7 @@ def descend(
     *,
     iterations: int = 60,
     enough: float = EXACT,
+    worth: float = math.inf,
     late: Callable[[], bool] = lambda: False,
 ) -> Descent:
     """Improve knots until nothing is missing and no more is gained.
@@ -58,21 +62,28 @@ def descend(
         weights: Of what counts; without a weight of time only what is missing counts.
         iterations: Largest number of subproblems.
         enough: Sum of all that is missing, in scales, that counts as nothing.
+        worth: Share of what was missing above which a subproblem's rest ends the sequence.
         late: Whether to stop.
     """
     missing = transcription.missing(knots)
-    made, local = 0, None
+    made, local, refused = 0, None, math.inf
+    restoring = not (weights.time or weights.effort)  # only what is missing counts
     if not math.isfinite(sum(missing)):
         return Descent(knots, missing, made)
     # What misses little needs no large change, and what is far away need not be looked at then.
     radius = min(max(AMPLE * sum(missing), NARROW), WIDE)
     while made < iterations and not late():
-        if sum(missing) <= enough and not (weights.time or weights.effort):
+        if restoring and sum(missing) <= enough:
             break
         if local is None:
             local = transcription.local(knots, radius)
         made += 1
-        change = solve(local, scaling, weights, radius)
+        change = None
+        if restoring and sum(missing) <= NEARER * refused:
+            change = closest(local, scaling, weights, radius)
+            refused = refused if change is not None else sum(missing)
+        if change is None:
+            change = solve(local, scaling, weights, radius)
         if change is None:
             radius /= 4
             if radius < SMALLEST:
@@ -84,15 +95,15 @@ def descend(
         so_far, found = sum(missing), transcription.missing(candidate)
         now = cost(candidate, scaling, weights) + weights.penalty * sum(found)
         gained = merit - now if math.isfinite(now) else -math.inf
+        if sum(found) > max(worth * sum(missing), enough):
+            break
         ratio = gained / change.promised if change.promised > 0 else -math.inf
         if ratio > ACCEPTED:
             knots, missing, local = candidate, found, None
-        if change.promised <= STILL * before and sum(missing) <= enough:
-            break
-        if sum(found) > 0.5 * so_far and so_far < NEARLY and not weights.time:
-            break
+        done = change.promised <= STILL * before and sum(missing) <= enough
+        stuck = restoring and so_far < NEARLY and sum(found) > 0.5 * so_far
         radius = _radius(radius, ratio, change.length)
-        if radius < SMALLEST:
+        if done or stuck or radius < SMALLEST:
             break
     return Descent(knots, missing, made)
 

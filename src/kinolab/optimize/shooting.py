@@ -45,48 +45,47 @@ def shoot(
         iterations: Largest number of subproblems with few knots.
         late: Whether to give up.
     """
-    task = Task(problem, ROOM, block)
-    knots = _closed(task, guess, iterations, late)
+    task = Task(problem, ROOM)
+    knots = _closed(task, guess, block, iterations, late)
     if knots is None:
         return None
-    motion = _step_by_step(task, knots)
+    motion = _step_by_step(task, knots, block)
     if task.repeatable(motion):
         return repair(problem, motion, late, FINE, held=True)
-    faster = _faster(task, knots, late)
+    faster = _faster(task, knots, block, late)
     return faster and repair(problem, faster, late, FINE, held=True)
 
 
 def _closed(
-    task: Task, guess: Knots, iterations: int, late: Callable[[], bool]
+    task: Task, guess: Knots, block: int, iterations: int, late: Callable[[], bool]
 ) -> Knots | None:
     """Return knots of the same step length from which hardly anything is missing, or None."""
     knots = task.within_limits(guess)
     descent = descend(
-        task.transcription(knots), knots, task.scaling(knots.h, knots.h), closing(),
+        task.transcription(knots, block), knots, task.scaling(knots.h, knots.h), closing(),
         iterations=iterations, enough=CLOSED / 10, late=late,
     )  # fmt: skip
     return descent.knots if sum(descent.missing) <= CLOSED else None
 
 
-def _step_by_step(task: Task, knots: Knots) -> Trajectory:
-    fine, model = task.step_by_step(knots), task.problem.model
+def _step_by_step(task: Task, knots: Knots, block: int) -> Trajectory:
+    fine, model = task.refined(knots, block), task.problem.model
     t = fine.h * np.arange(len(fine.u) + 1.0)
     return Trajectory(t, fine.x, fine.u, model.state_names, model.control_names)
 
 
-def _faster(task: Task, knots: Knots, late: Callable[[], bool]) -> Trajectory | None:
-    """Return a faster motion in whole steps of the problem, with fewer of them per knot; or None."""
-    exact = _closed(task, knots, FINE, late)
+def _faster(task: Task, knots: Knots, block: int, late: Callable[[], bool]) -> Trajectory | None:
+    """Return a faster motion in whole steps of the problem, fewer per knot; or None."""
+    exact = _closed(task, knots, block, FINE, late)
     if exact is None:
         return None
     scaling = task.scaling(FASTER * knots.h, knots.h)
-    fast = quicken(task.transcription(exact), exact, scaling, late=late)
+    fast = quicken(task.transcription(exact, block), exact, scaling, late=late)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = math.ceil(fast.duration / (block * h))
     t = fast.h * np.arange(len(fast.u) + 1.0)
     attitudes = tuple(task.problem.model.attitudes.values())
     guess = resampled(t, fast.x, fast.u, steps, attitudes)
-    finer = Task(task.problem, ROOM, block)
-    found = _closed(finer, Knots(guess.x, guess.u, block * h), FINE, late)
-    return None if found is None else _step_by_step(finer, found)
+    found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE, late)
+    return None if found is None else _step_by_step(task, found, block)

@@ -68,26 +68,28 @@ def _with_few_knots(
     problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
 ) -> Knots | None:
     """Return a fast motion under inputs that are held for several steps each, step by step."""
-    block = round(len(trajectory.u) / FEW)
+    task, block = Task(problem, ROOMS[1]), round(len(trajectory.u) / FEW)
     while block > 1 and not late():
-        task = Task(problem, ROOMS[1], block)
-        knots = _closed(task, trajectory, late)
+        knots = _closed(task, trajectory, block, late)
         if knots is not None:
             scaling = task.scaling(SHORTEST * knots.h, knots.h)
-            fast = quicken(task.transcription(knots), knots, scaling, late=late)
-            return task.step_by_step(fast)
+            fast = quicken(task.transcription(knots, block), knots, scaling, late=late)
+            return task.refined(fast, block)
         block //= 2
     return None
 
 
-def _closed(task: Task, trajectory: Trajectory, late: Callable[[], bool]) -> Knots | None:
-    """Return exact knots with as many steps in between as the task has; None where it fails."""
-    count = math.ceil(len(trajectory.u) / task.block)
+def _closed(
+    task: Task, trajectory: Trajectory, block: int, late: Callable[[], bool]
+) -> Knots | None:
+    """Return exact knots of so many steps each, None where there are none near a motion."""
+    count = math.ceil(len(trajectory.u) / block)
     attitudes = tuple(task.problem.model.attitudes.values())
     few = resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
     knots = task.within_limits(few)
+    scaling = task.scaling(0.9 * knots.h, 1.1 * knots.h)
     descent = descend(
-        task.transcription(knots), knots, task.scaling(0.9 * knots.h, 1.1 * knots.h), closing(),
+        task.transcription(knots, block), knots, scaling, closing(),
         iterations=15, enough=NEAR, late=late,
     )  # fmt: skip
     return descent.knots if sum(descent.missing) <= NEAR else None

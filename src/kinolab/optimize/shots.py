@@ -50,9 +50,7 @@ class Shots:
         late: Whether to give up.
     """
 
-    def __init__(
-        self, problem: Problem, knots: int, seed: int, late: Callable[[], bool]
-    ) -> None:
+    def __init__(self, problem: Problem, knots: int, seed: int, late: Callable[[], bool]) -> None:
         self._problem, self._knots, self._late = problem, knots, late
         self._generator = np.random.default_rng([seed, 1])
         self._guesses = Guesses(problem, self._generator)

@@ -44,22 +44,15 @@ class StepMap:
         model: The machine.
         method: One of METHODS.
         substeps: Of which each step is made.
+        derived: Of which it is made for derivatives; fewer are faster and enough for a direction.
     """
 
-    def __init__(self, model: Model, method: str, substeps: int) -> None:
+    def __init__(
+        self, model: Model, method: str, substeps: int, derived: int | None = None
+    ) -> None:
         self._model = model  # owns the code
-        self._code = Record(
-            MapCode(
-                f=model.address("f"),
-                jacobian=model.address("jacobian"),
-                project=model.address("project"),
-                p=np.append(model.parameter_vector(), 0.0),
-                stages=4 if method == "rk4" else 1,
-                substeps=substeps,
-                projects=int(model.projects),
-                attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
-            )
-        )
+        self._code = _code(model, method, substeps)
+        self._coarse = _code(model, method, derived) if derived else self._code
 
     def after(self, x: Array, u: Array, h: float) -> Array:
         """Return where every step leads, shape (N, nx); NaN where it fails.
@@ -84,8 +77,26 @@ class StepMap:
         after = np.empty((count, nx))
         tangents = np.empty((count if derive else 1, nx, nx + nu + 1))
         before, held = np.ascontiguousarray(x[:count]), np.ascontiguousarray(u)
-        linearise(self._code, before, held, h, int(derive), after, tangents)
+        if derive:
+            linearise(self._coarse, before, held, h, 1, after, tangents)
+        if self._coarse is not self._code or not derive:
+            linearise(self._code, before, held, h, 0, after, tangents[:1].copy())
         return after, tangents
+
+
+def _code(model: Model, method: str, substeps: int) -> Record:
+    return Record(
+        MapCode(
+            f=model.address("f"),
+            jacobian=model.address("jacobian"),
+            project=model.address("project"),
+            p=np.append(model.parameter_vector(), 0.0),
+            stages=4 if method == "rk4" else 1,
+            substeps=substeps,
+            projects=int(model.projects),
+            attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
+        )
+    )
 
 
 @allocating

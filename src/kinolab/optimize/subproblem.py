@@ -11,92 +11,24 @@ CDC 2023.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from kinolab.optimize.box import Box, box, within
 from kinolab.optimize.knots import Knots
+from kinolab.optimize.local import Change, Local, change_of
 from kinolab.optimize.rows import Rows
+from kinolab.optimize.scaling import Scaling, Weights
 
 Array: TypeAlias = NDArray[np.float64]
 
 CLOSED = 1e-9  # sum of defects below which none of them is left open
+BEST = 1e-8  # share of what the merit is at most, to which it is minimised
+STEADY = 1e-8  # regularisation; with less of it programs with many best points are given up
 DAMPING = 1e-8  # of a change, squared: makes the program strictly convex
-
-
-@dataclass(frozen=True, eq=False)
-class Local:
-    """A trajectory's surroundings, linearised.
-
-    Attributes:
-        knots: Where.
-        defects: Where each step leads less the next knot, shape (N, nx).
-        tangents: Derivatives of where the steps lead, shape (N, nx, nx + nu + 1).
-        rows: Inequalities.
-        miss: What is missing in the goal, shape (m,), as shares of what counts as large.
-        dmiss: Its derivative with respect to the last state, shape (m, nx).
-    """
-
-    knots: Knots
-    defects: Array
-    tangents: Array
-    rows: Rows
-    miss: Array
-    dmiss: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Scaling:
-    """What counts as large, and what is allowed.
-
-    Attributes:
-        x: Shape (nx,).
-        u: Shape (nu,).
-        x_bounds: Lower and upper limits, shape (nx, 2).
-        u_bounds: Shape (nu, 2).
-        h_bounds: Shortest and longest step in [s].
-    """
-
-    x: Array
-    u: Array
-    x_bounds: Array
-    u_bounds: Array
-    h_bounds: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Weights:
-    """What a trajectory costs.
-
-    Attributes:
-        time: Of its duration, per [s].
-        effort: Of the mean square of its inputs, as shares of their limits.
-        stay: Of the mean square change of states and inputs, as shares of what counts as large.
-        penalty: Of what is missing: defects, goal and inequalities.
-    """
-
-    time: float
-    effort: float
-    stay: float
-    penalty: float
-
-
-@dataclass(frozen=True, eq=False)
-class Change:
-    """The solution: what changes, and by how much the model says that the merit falls.
-
-    ``length`` is the largest change of any variable, as a share of what counts as large.
-    """
-
-    dx: Array
-    du: Array
-    dh: float
-    promised: float
-    length: float
-    iterations: int
 
 
 def solve(
@@ -113,18 +45,23 @@ def solve(
     """
     import piqp  # late: nothing else needs it
 
-    knots, rows = local.knots, local.rows
+    knots, limits = local.knots, box(local.knots, scaling, radius)
+    rows = within(local.rows, scaling, limits)
     nx, nu, steps = knots.x.shape[1], knots.u.shape[1], len(knots.u)
     columns = _Columns(nx, nu, steps, rows, len(local.miss))
-    open_defects = float(np.abs(local.defects / scaling.x).sum())
+    open_defects = local.open_defects(scaling)
+    missing = local.missing(scaling)
     A, b = _equalities(local, scaling, columns)
     G, low = _inequalities(rows, scaling, columns)
     P, c = _cost(knots, scaling, weights, columns, open_defects)
-    lower, upper = _box(knots, scaling, columns, radius, open_defects)
+    lower, upper = _limits(limits, columns, open_defects)
     solver = piqp.SparseSolver()
     settings = solver.settings
     settings.eps_abs, settings.eps_rel = accuracy, accuracy
     settings.max_iter = 60
+    settings.reg_lower_limit = STEADY
+    worst = weights.penalty * missing + weights.time * knots.duration
+    settings.eps_duality_gap_abs = max(BEST * worst, accuracy)
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
     if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
@@ -133,15 +70,9 @@ def solve(
     if not np.isfinite(z).all():
         return None
     z = np.clip(z, lower, upper)
-    dx = z[columns.x] * scaling.x
-    du = z[columns.u] * scaling.u
-    dh = float(z[columns.h]) * knots.h
-    model = float(c @ z + 0.5 * z @ (P @ z))
-    missing = rows.violation + float(np.abs(local.miss).sum()) + open_defects
-    promised = weights.penalty * missing - model
-    length = max(float(np.abs(z[part]).max(initial=0.0)) for part in (columns.x, columns.u))
-    length = max(length, abs(float(z[columns.h])))
-    return Change(dx, du, dh, promised, length, int(solver.result.info.iter))
+    promised = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
+    shares = z[columns.x], z[columns.u], float(z[columns.h])
+    return change_of(knots, scaling, shares, promised, int(solver.result.info.iter))
 
 
 class _Columns:
@@ -231,20 +162,11 @@ def _cost(
     return sparse.diags(square, format="csc"), linear
 
 
-def _box(
-    knots: Knots, scaling: Scaling, at: _Columns, radius: float, open_defects: float
-) -> tuple[Array, Array]:
-    """Return limits of all variables: the problem's own and those of the trust region."""
-    lower, upper = np.full(at.size, -radius), np.full(at.size, radius)
-    for place, values, bounds, large in (
-        (at.x[1:], knots.x[1:], scaling.x_bounds, scaling.x),
-        (at.u, knots.u, scaling.u_bounds, scaling.u),
-    ):
-        lower[place] = np.maximum(-radius, np.minimum((bounds[:, 0] - values) / large, 0.0))
-        upper[place] = np.minimum(radius, np.maximum((bounds[:, 1] - values) / large, 0.0))
-    shortest, longest = scaling.h_bounds
-    lower[at.h] = max(min(shortest / knots.h - 1.0, 0.0), -radius)
-    upper[at.h] = min(max(longest / knots.h - 1.0, 0.0), radius)
+def _limits(limits: Box, at: _Columns, open_defects: float) -> tuple[Array, Array]:
+    """Return the limits of all variables."""
+    lower, upper = np.empty(at.size), np.empty(at.size)
+    for place, (least, most) in ((at.x, limits.x), (at.u, limits.u), (at.h, limits.h)):
+        lower[place], upper[place] = least, most
     for part in (at.slack, at.over, at.under):
         lower[part], upper[part] = 0.0, np.inf
     lower[at.left], upper[at.left] = 0.0, float(open_defects > CLOSED)

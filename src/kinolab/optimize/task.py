@@ -15,8 +15,8 @@ from kinolab.optimize.demands import Demands
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.obstacles import Obstacles
 from kinolab.optimize.samples import Samples, samples
+from kinolab.optimize.scaling import Scaling
 from kinolab.optimize.step_map import METHODS, StepMap
-from kinolab.optimize.subproblem import Scaling
 from kinolab.optimize.transcription import Inequalities, Transcription
 from kinolab.problem import ROUNDING, Problem
 from kinolab.propagation import Propagator
@@ -27,11 +27,12 @@ Array: TypeAlias = NDArray[np.float64]
 
 TRUE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
 MOST_SUBSTEPS = 64
+DIRECTION = 1e-4  # of a scale: largest error of a derivative, which costs no exactness
+SPARSE = 4  # steps of which one is looked at for that
 DENSE = 0.12  # of the machine's size that it moves at most between two looks
 MOST_PIECES = 8  # looks per step
 SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
 GROWN = 1e-6  # of what counts as large: what is left of equations, after it has grown
-TOUCHING = 2e-5  # [m] of a gap below which the verifier may call it none
 LOOKS = 4  # times as many looks where a motion is judged
 
 
@@ -42,11 +43,10 @@ class Task:
         problem: To solve.
         room: What gaps keep in reserve, as a share of the machine's size; limits of states
             and other margins keep a SHARE of it, as a share of what counts as large.
-        block: Steps of the problem from knot to knot, under the same inputs.
     """
 
-    def __init__(self, problem: Problem, room: float, block: int = 1) -> None:
-        self.problem, self.room, self.block = problem, room, block
+    def __init__(self, problem: Problem, room: float) -> None:
+        self.problem, self.room = problem, room
         self.discrete = problem.scenario.integration.truth == "discrete"
         size = Obstacles(problem, 0.0).size
         self._obstacles = Obstacles(problem, room * size)
@@ -91,20 +91,20 @@ class Task:
         x[0] = self.problem.start
         return Knots(x, np.clip(knots.u, *scaling.u_bounds.T), knots.h)
 
-    def transcription(self, knots: Knots) -> Transcription:
-        """Return the equations for knots near a guess."""
+    def transcription(self, knots: Knots, times: int = 1) -> Transcription:
+        """Return the equations for knots near a guess, of so many of the problem's steps each."""
         parts: list[Inequalities] = [self._demands, self._obstacles]
         pieces = self._pieces(knots)
-        return Transcription(self.problem, self._map(knots), knots.x[-1], parts, pieces)
+        return Transcription(self.problem, self._derived(knots, times), knots.x[-1], parts, pieces)
 
-    def step_by_step(self, knots: Knots) -> Knots:
-        """Return the same motion with a knot after every step of a block."""
-        steps, h = Task(self.problem, self.room)._map(knots), knots.h / self.block
-        parts = [knots.x[:-1]]
-        while len(parts) < self.block:
-            parts.append(steps.after(parts[-1], knots.u, h))
+    def refined(self, knots: Knots, times: int) -> Knots:
+        """Return the motion under the same inputs with so many times the steps."""
+        short = Knots(knots.x, knots.u, knots.h / times)
+        step, parts = self._map(short), [knots.x[:-1]]
+        for _ in range(times - 1):
+            parts.append(step.after(parts[-1], knots.u, short.h))
         x = np.stack(parts, axis=1).reshape(-1, knots.x.shape[1])
-        return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, self.block, axis=0), h)
+        return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, times, axis=0), short.h)
 
     def trajectory(self, knots: Knots) -> Trajectory | None:
         """Return the true motion under the inputs of knots; None where it cannot be followed."""
@@ -134,8 +134,8 @@ class Task:
         margins = Demands(problem, 0.0).margins(at.x, at.u)
         if not margins.min(initial=0.0) >= -ROUNDING:
             return False
-        near = self._bare.least(at.x)
-        return near > TOUCHING and self.repeatable(trajectory) and self._stays_free(trajectory)
+        free = self._bare.free(at.x) and self._stays_free(trajectory)
+        return free and self.repeatable(trajectory)
 
     def _stays_free(self, trajectory: Trajectory) -> bool:
         """Say whether every step is free between its ends too, as planners judge it."""
@@ -173,20 +173,42 @@ class Task:
         return growth(problem, trajectory.x, x) <= GROWTH
 
     def _map(self, knots: Knots) -> StepMap:
+        return StepMap(self.problem.model, *self._steps_of(knots))
+
+    def _steps_of(self, knots: Knots) -> tuple[str, int]:
+        """Return the method and the number of substeps that are true enough."""
         settings, model = self.problem.scenario.integration, self.problem.model
         if self.discrete:
-            return StepMap(model, settings.method, settings.substeps * self.block)
-        substeps = 1
+            return settings.method, settings.substeps
+        substeps, coarse = 1, StepMap(model, "rk4", 1).after(knots.x, knots.u, knots.h)
         while substeps < MOST_SUBSTEPS:
-            coarse, fine = (
-                StepMap(model, "rk4", n).after(knots.x, knots.u, knots.h)
-                for n in (substeps, 2 * substeps)
-            )
-            error = np.abs((coarse - fine) / self.problem.scales).max(initial=0.0)
-            if error <= TRUE:
+            fine = StepMap(model, "rk4", 2 * substeps).after(knots.x, knots.u, knots.h)
+            if np.abs((coarse - fine) / self.problem.scales).max(initial=0.0) <= TRUE:
                 break
-            substeps *= 2
-        return StepMap(model, "rk4", substeps)
+            substeps, coarse = 2 * substeps, fine
+        return "rk4", substeps
+
+    def _derived(self, knots: Knots, times: int) -> StepMap:
+        """Return the map with derivatives that are good enough for a direction."""
+        method, substeps = self._steps_of(knots)
+        model = self.problem.model
+        if self.discrete:
+            return StepMap(model, method, times * substeps)
+        x, u = knots.x[:-1][::SPARSE], knots.u[::SPARSE]
+        few, coarse = 1, StepMap(model, method, 1).linearised(x, u, knots.h)[1]
+        while few < substeps:
+            fine = StepMap(model, method, 2 * few).linearised(x, u, knots.h)[1]
+            if self._wrong(coarse, fine) <= DIRECTION:
+                break
+            few, coarse = 2 * few, fine
+        return StepMap(model, method, substeps, few)
+
+    def _wrong(self, coarse: Array, fine: Array) -> float:
+        """Return the largest difference of derivatives, in what counts as large."""
+        scales = self.problem.scales
+        error = np.abs(coarse - fine) / scales[:, None]
+        error[:, :, : len(scales)] *= scales
+        return float(error.max(initial=0.0))
 
     def _pieces(self, knots: Knots) -> int:
         """Return how many looks per step show everything of importance."""

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from kinolab.optimize.ends import Ends
 from kinolab.optimize.knots import Knots
+from kinolab.optimize.local import Local
 from kinolab.optimize.rows import Rows, together
 from kinolab.optimize.samples import Samples, samples
+from kinolab.optimize.scaling import Scaling, Weights
 from kinolab.optimize.step_map import StepMap
-from kinolab.optimize.subproblem import Local, Scaling, Weights
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]

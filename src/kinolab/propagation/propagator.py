@@ -68,9 +68,7 @@ class Propagator:
         reached = list(calls.next)
         return reached, self._free_on_the_way(duration)
 
-    def touches_nothing(
-        self, x: Sequence[float], u: Sequence[float], duration: float
-    ) -> bool:
+    def touches_nothing(self, x: Sequence[float], u: Sequence[float], duration: float) -> bool:
         """Say whether a step stays inside the workspace and touches nothing; limits do not count.
 
         Args:
