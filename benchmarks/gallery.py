@@ -55,7 +55,7 @@ LEGEND = """\
   `plan check` confirmed from their files alone.
 - *search*: time of the search alone; a run without a verified plan counts as the limit, and ≥
   marks a figure in which one does.
-- *plan*: duration of the motion that was found.
+- *plan*: duration of the motion that was found, as the search gave it.
 - *other exits*: exit codes of the rest, and how often; a negative one is a signal."""
 OPTIMISED_LEGEND = """\
 - *optimised*: duration after repair and shortening; *share*: of that of the plan it began with.
@@ -192,7 +192,7 @@ def plan(processes: Processes, case: Case, seed: int, options: argparse.Namespac
     limit = options.time_limit
     arguments = [
         *(case.scenario, "--seed", str(seed), "--time-limit", str(limit), "--out", str(folder)),
-        *("--no-animation", "--no-diagnosis", "--quiet", "--json"),
+        *("--no-optimize", "--no-animation", "--no-diagnosis", "--quiet", "--json"),
         *(["--planner", options.planner] if options.planner else []),
     ]
     for setting in TUNED.get((case.planner, case.scenario), ()):

@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kinolab.optimize.allowance import Spent, seconds_of_this_thread
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.quickening import quicken
 from kinolab.optimize.repairing import FEWEST, ROOMS, exact, knots_of
-from kinolab.optimize.sequence import seconds_from_now
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -22,15 +22,25 @@ TRIES = 4  # numbers of steps that are tried at most
 GAIN = 1e-3  # share of the duration that is worth another round
 
 
-def shorten(problem: Problem, trajectory: Trajectory, seconds: float) -> Trajectory:
+def shorten(problem: Problem, trajectory: Trajectory, seconds: float | Spent) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
     Args:
         problem: That the trajectory solves.
         trajectory: Exact or not; what is returned in its place is exact.
-        seconds: Of this thread's time that may be spent.
+        seconds: Of this thread's time that may be spent; or what tells the share that is spent of
+            whatever is allowed, and is asked before each subproblem.
     """
-    late, over = seconds_from_now(FIRST * seconds), seconds_from_now(seconds)
+    if isinstance(seconds, int | float):
+        seconds = seconds_of_this_thread(seconds).part()
+    spent: Spent = seconds
+
+    def late() -> bool:
+        return spent() >= FIRST
+
+    def over() -> bool:
+        return spent() >= 1.0
+
     guess = None
     for room in ROOMS:
         task = Task(problem, room)
