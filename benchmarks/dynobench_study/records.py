@@ -17,7 +17,7 @@ EXACT = ("repair", "shorten")  # what makes motions that end where they must
 
 @dataclass(frozen=True)
 class Improvement:
-    """A motion that is better than all before.
+    """A verified motion on the way to the best one.
 
     Attributes:
         seconds: Since the search began, set-up apart.
@@ -80,8 +80,8 @@ class Run:
 
     @property
     def final(self) -> Improvement | None:
-        """The best motion."""
-        return self.improvements[-1] if self.improvements else None
+        """The best motion, which is the one that was judged: the shortest."""
+        return min(self.improvements, key=lambda one: one.duration, default=None)
 
     def __str__(self) -> str:
         verdict = f"authors {self.accepted}, strict {self.strict}"

@@ -11,25 +11,23 @@ import time
 from dataclasses import asdict, replace
 from pathlib import Path
 
-import kinolab
-
 from .judgement import judge
 from .records import Run
-from .search import search
+from .search import load, search
 from .strict import strictly
 
 
 def run(file: Path, name: str, seed: int, limit: float, planner: str | None) -> Run:
     """Search for a motion and judge it."""
     begun = time.perf_counter()
-    problem = kinolab.load(file)
+    problem = load(file, limit)
     problem.check_endpoints()
     loaded = time.perf_counter() - begun
     strict = strictly(problem)
-    found = search(problem, strict, planner, seed, limit)
-    made = Run(name, seed, loaded + found.setup, tuple(found.improvements))
+    found = search(problem, planner, seed, limit)
+    made = Run(name, seed, loaded + found.setup, found.improvements, complaint=found.complaint)
     if found.trajectory is None:
-        return replace(made, complaint="no motion was found")
+        return made
     return replace(made, **vars(judge(file, problem, strict, found.trajectory)))
 
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kinolab
-from benchmarks.dynobench_study import records, tables, wheel
+from benchmarks.dynobench_study import measuring, records, tables, wheel, worker
 from benchmarks.dynobench_study.clearance import clearance
 from benchmarks.dynobench_study.judgement import centre, official
 from benchmarks.dynobench_study.problems import all_problems, chosen, machine_of
@@ -132,6 +133,54 @@ def test_the_table_is_printed_from_the_results_alone(tmp_path: Path) -> None:
     )
     assert "1 runs are missing." in done.stdout
     assert f"| {NAME} | 1/1 | 1/1 | 1.00 | 19.00 | 3.00 | 0.0300 |" in done.stdout
+
+
+@dataclass(frozen=True)
+class Ended:
+    code: int | None
+    stdout: str = ""
+    stderr: str = ""
+
+
+class Pretended:
+    """Processes that end as they are told to."""
+
+    def __init__(self, *ended: Ended) -> None:
+        self._ended, self.closed = iter(ended), False
+
+    def run(self, command: Sequence[str], limit: float) -> Ended:
+        assert command[-4:] == [str(Path("envs") / f"{NAME}.yaml"), NAME, "1", str(LIMIT)]
+        assert limit == LIMIT + measuring.GRACE
+        return next(self._ended)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_what_hangs_or_crashes_is_a_run_without_a_motion() -> None:
+    whole = json.dumps(asdict(run()))
+    ends = Ended(0, f"FCL says something\n{whole}\n"), Ended(None), Ended(-11, "{", "a\nfault")
+    processes, tasks = Pretended(*ends), [measuring.Task(NAME, 1)] * 3
+    found = list(measuring.measure(processes, Path("envs"), tasks, LIMIT, None, jobs=1))
+    assert sorted(one.complaint for one in found) == ["", "exit -11 fault", "killed after 140 s"]
+    assert [one for one in found if not one.complaint] == [run()]
+    assert sum(one.counts for one in found) == 1
+    assert processes.closed
+
+
+@needs_wheel
+def test_a_run_finds_a_motion_and_has_it_judged_by_both() -> None:
+    """In 3 s for both; the last motion, the shortest, is the one that is judged."""
+    found = worker.run(environment(NAME), NAME, 1, 3.0, None)
+    assert found.improvements[0].made_by == "search"
+    assert found.final is not None
+    assert found.final.duration <= found.improvements[0].duration
+    assert found.accepted
+    assert found.goal is not None
+    assert found.goal >= found.official["goal"] - 1e-12
+    assert found.strict == (found.goal <= 1e-3)
+    assert found.clearance is not None
+    assert 0 < found.clearance <= -found.official["collision"] + 1e-6
 
 
 @needs_wheel
