@@ -243,6 +243,20 @@ def test_what_is_exact_is_within_a_thousandth_by_the_authors_distance(machine: s
     assert 2 < exact.sum() < len(x)
 
 
+@needs_wheel
+def test_small_turns_that_the_benchmark_overlooks_count_here() -> None:
+    """It takes the angle as nothing where its cosine is above 1 - 1e-5: 4.47 mrad."""
+    name = "quadrotor_v0/window"
+    problem = kinolab.load(environment(name))
+    halves = np.array([4.4e-3, 4.6e-3])
+    x = np.tile(centre(problem), (2, 1))
+    x[:, 3], x[:, 6] = np.sin(halves), np.cos(halves)
+    y = np.tile(centre(problem), (2, 1))
+    theirs = ask("distances", "quad3d_v0", environment(name), x=x, y=y)["distance"]
+    assert theirs == pytest.approx([0.0, 0.5 * halves[1]], abs=1e-9)
+    assert [miss(problem, state) for state in x] == pytest.approx(0.5 * halves, rel=1e-9)
+
+
 def parked(folder: Path, u: list[list[float]]) -> tuple[Problem, Trajectory]:
     """Return a motion of the car with its trailer near a box."""
     problem = kinolab.load(written(folder))
