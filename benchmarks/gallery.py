@@ -213,7 +213,10 @@ def optimised(processes: Processes, run: Run, folder: Path, options: argparse.Na
         return run
     command = [sys.executable, str(OPTIMISER), str(folder), str(options.optimise)]
     ended = processes.run(command, options.optimise + GRACE)
-    return replace(run, **report_in(ended.stdout)) if ended.code == SOLVED else run
+    if ended.code == SOLVED:
+        return replace(run, **report_in(ended.stdout))
+    last = ended.stderr.strip().rpartition("\n")[2]
+    return replace(run, complaint=f"not optimised: {last or 'it took too long'}")
 
 
 def result(case: Case, seed: int, ended: Ended, check_code: int | None, wall: float) -> Run:
@@ -250,7 +253,7 @@ def table(cases: Iterable[Case], runs: Sequence[Run], limit: float) -> str:
         runs: What was run.
         limit: Of the search, in [s], which a run without a verified plan counts as.
     """
-    further = any(run.optimised is not None for run in runs)
+    further = any(run.optimised is not None or (run.solved and run.complaint) for run in runs)
     headings = [*HEADINGS, *(OPTIMISED if further else ())]
     rows = [headings, ["---"] * len(headings)]
     for case in cases:

@@ -13,18 +13,17 @@ from pathlib import Path
 
 import kinolab
 from kinolab.optimize import repair, shorten
-from kinolab.optimize.sequence import seconds_from_now
 from kinolab.runs import read_run
 
 
 def main(folder: str, seconds: str) -> int:
     """Take so much time of this thread; return 1 where the optimiser gives nothing that is true."""
-    run, begun = read_run(Path(folder)), time.thread_time()
-    exact = repair(run.problem, run.trajectory, seconds_from_now(float(seconds)))
+    run, end = read_run(Path(folder)), time.thread_time() + float(seconds)
+    exact = repair(run.problem, run.trajectory, lambda: time.thread_time() > end)
     if exact is None:
         print("the plan could not be made exact", file=sys.stderr)
         return 1
-    made = shorten(run.problem, exact, float(seconds) - (time.thread_time() - begun))
+    made = shorten(run.problem, exact, end - time.thread_time())
     certificate = kinolab.verify(run.problem, made)
     if not certificate.passed:
         print("\n".join(map(str, certificate.failures)), file=sys.stderr)
