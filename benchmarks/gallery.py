@@ -1,7 +1,7 @@
 """Every built-in scenario, planned from the command line with several seeds.
 
     python benchmarks/gallery.py [NAME ...] [--seeds N] [--planner NAME] [--time-limit SECONDS]
-                                 [--jobs N] [--json FILE] [--keep DIR]
+                                 [--jobs N] [--optimise SECONDS] [--json FILE] [--keep DIR]
 
 Prints a Markdown table. Every plan is searched for in a process of its own, as users do, and what
 it wrote is then judged by ``plan check`` in another one. The search is timed by kinolab itself,
@@ -25,7 +25,7 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from statistics import median
@@ -44,17 +44,23 @@ TUNED = {  # settings of OMPL's RRT that were found by hand; other planners run 
 ENTER = "from kinolab.cli import main; main()"
 GRACE = 120.0  # [s] for imports, compilation and verification, beyond the limit of the search
 SOLVED = 0  # the exit code
+OPTIMISER = Path(__file__).with_name("gallery_optimised.py")
 HEADINGS = (
     *("scenario", "system", "planner", "solved", "checked", "search, median [s]"),
     *("search, worst [s]", "plan, median [s]", "other exits"),
 )
+OPTIMISED = ("optimised, median [s]", "share of the plan", "from the goal, worst", "not optimised")
 LEGEND = """\
 - *solved*: runs that ended with a verified plan, exit code 0; *checked*: how many of these
   `plan check` confirmed from their files alone.
 - *search*: time of the search alone; a run without a verified plan counts as the limit, and ≥
   marks a figure in which one does.
-- *plan*: duration of the motion that was found.
+- *plan*: duration of the motion that was found, as the search gave it.
 - *other exits*: exit codes of the rest, and how often; a negative one is a signal."""
+OPTIMISED_LEGEND = """\
+- *optimised*: duration after repair and shortening; *share*: of that of the plan it began with.
+  Both are medians of the runs whose optimised motion was verified. *from the goal*: norm of all
+  errors at its end, in SI units; *not optimised*: solved runs that left no such motion."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,9 @@ class Run:
         iterations: Number of extensions.
         duration: Of the motion in [s].
         complaint: What the run said where it gave no verified plan.
+        optimised: Duration in [s] of what the optimiser made of it; None where it was not asked or
+            nothing came out that the verifier accepts, as is the next one.
+        goal_distance: Norm of all errors at its end, in SI units.
     """
 
     scenario: str
@@ -91,6 +100,8 @@ class Run:
     iterations: int | None
     duration: float | None
     complaint: str
+    optimised: float | None = None
+    goal_distance: float | None = None
 
     @property
     def solved(self) -> bool:
@@ -181,7 +192,7 @@ def plan(processes: Processes, case: Case, seed: int, options: argparse.Namespac
     limit = options.time_limit
     arguments = [
         *(case.scenario, "--seed", str(seed), "--time-limit", str(limit), "--out", str(folder)),
-        *("--no-animation", "--no-diagnosis", "--quiet", "--json"),
+        *("--no-optimize", "--no-animation", "--no-diagnosis", "--quiet", "--json"),
         *(["--planner", options.planner] if options.planner else []),
     ]
     for setting in TUNED.get((case.planner, case.scenario), ()):
@@ -192,7 +203,20 @@ def plan(processes: Processes, case: Case, seed: int, options: argparse.Namespac
     check_code = None
     if ended.code == SOLVED:
         check_code = processes.run([sys.executable, "-c", ENTER, "check", str(folder)], GRACE).code
-    return result(case, seed, ended, check_code, wall)
+    run = result(case, seed, ended, check_code, wall)
+    return optimised(processes, run, folder, options) if run.solved else run
+
+
+def optimised(processes: Processes, run: Run, folder: Path, options: argparse.Namespace) -> Run:
+    """Return a run with what the optimiser makes of its plan within its time, if it is to."""
+    if not getattr(options, "optimise", 0.0):
+        return run
+    command = [sys.executable, str(OPTIMISER), str(folder), str(options.optimise)]
+    ended = processes.run(command, options.optimise + GRACE)
+    if ended.code == SOLVED:
+        return replace(run, **report_in(ended.stdout))
+    last = ended.stderr.strip().rpartition("\n")[2]
+    return replace(run, complaint=f"not optimised: {last or 'it took too long'}")
 
 
 def result(case: Case, seed: int, ended: Ended, check_code: int | None, wall: float) -> Run:
@@ -229,11 +253,14 @@ def table(cases: Iterable[Case], runs: Sequence[Run], limit: float) -> str:
         runs: What was run.
         limit: Of the search, in [s], which a run without a verified plan counts as.
     """
-    rows = [HEADINGS, ["---"] * len(HEADINGS)]
+    further = any(run.optimised is not None or (run.solved and run.complaint) for run in runs)
+    headings = [*HEADINGS, *(OPTIMISED if further else ())]
+    rows = [headings, ["---"] * len(headings)]
     for case in cases:
         own = [run for run in runs if run.scenario == case.scenario]
         if own:
-            rows.append([case.scenario, case.system, case.planner, *cells(own, limit)])
+            known = [*cells(own, limit), *(optimised_cells(own) if further else ())]
+            rows.append([case.scenario, case.system, case.planner, *known])
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -249,6 +276,25 @@ def cells(runs: Sequence[Run], limit: float) -> list[str]:
         f"{median(durations):.1f}" if durations else "–",
         other_exits(runs),
     ]
+
+
+def optimised_cells(runs: Sequence[Run]) -> list[str]:
+    """Return what the optimiser made of one scenario's runs as text."""
+    own = [run for run in runs if run.optimised is not None]
+    left = f"{sum(run.solved for run in runs) - len(own)}"
+    if not own:
+        return ["–", "–", "–", left]
+    return [
+        f"{median(run.optimised for run in own):.1f}",
+        f"{median(shares(own)):.0%}",
+        f"{max(run.goal_distance for run in own):.1e}",
+        left,
+    ]
+
+
+def shares(runs: Iterable[Run]) -> list[float]:
+    """Return durations after optimisation as shares of those before it."""
+    return [run.optimised / run.duration for run in runs if run.optimised and run.duration]
 
 
 def search_times(runs: Sequence[Run], limit: float) -> tuple[str, str]:
@@ -302,6 +348,9 @@ def circumstances(options: argparse.Namespace, runs: Sequence[Run], planned: int
     yield f"Search limit {options.time_limit:g} s, {seeds}."
     if options.jobs > 1:
         yield f"Times were taken with {options.jobs} runs side by side."
+    if found := shares(runs):
+        yield f"{options.optimise:g} s of optimisation each leave {median(found):.0%} of the"
+        yield f"duration, in the median of {len(found)} plans."
     killed = sum(run.exit_code is None for run in runs)
     if killed:
         longest = options.time_limit + GRACE
@@ -357,6 +406,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--planner", metavar="NAME", help="planner, instead of the scenario's")
     parser.add_argument("--time-limit", type=float, default=120.0, metavar="SECONDS")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="runs side by side")
+    parser.add_argument(
+        "--optimise", type=float, default=0.0, metavar="SECONDS", help="of each plan; default: none"
+    )
     parser.add_argument("--json", metavar="FILE", help="write every run to a file")
     parser.add_argument("--keep", metavar="DIR", help="keep the folders of the runs in DIR")
     options = parser.parse_args()
@@ -365,6 +417,8 @@ def arguments() -> argparse.Namespace:
         parser.error(f"no scenario is called {', '.join(sorted(unknown))}")
     if min(options.seeds, options.jobs) < 1 or options.time_limit <= 0:
         parser.error("--seeds, --jobs and --time-limit must be positive")
+    if options.optimise < 0:
+        parser.error("--optimise must not be negative")
     return options
 
 
@@ -389,7 +443,8 @@ def main() -> int:
         options.keep = options.keep or folder
         runs = run_all(cases, options)
     text = " ".join(circumstances(options, runs, planned))
-    print(f"{describe()}\n\n{text}\n\n{table(cases, runs, options.time_limit)}\n\n{LEGEND}")
+    legend = f"{LEGEND}\n{OPTIMISED_LEGEND}" if options.optimise else LEGEND
+    print(f"{describe()}\n\n{text}\n\n{table(cases, runs, options.time_limit)}\n\n{legend}")
     if options.json:
         write_json(options.json, options, runs, text)
     return 0 if len(runs) == planned else 130

@@ -105,7 +105,9 @@ def measure(planner: str, solves: int, warm_up: int) -> Growth:
     marks = []
     for count in (warm_up, *shares(solves)):
         for _ in range(count):
-            found = problem.solve(planner=planner, seed=next(seeds), max_iterations=ITERATIONS)
+            found = problem.solve(
+                planner=planner, seed=next(seeds), max_iterations=ITERATIONS, optimize=False
+            )
             solved += bool(marks) and found.status == "solved"
         gc.collect()
         marks.append(resident())

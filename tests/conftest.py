@@ -51,7 +51,7 @@ def solved() -> Solver:
     @cache
     def solve(name: str) -> Solved:
         problem = kinolab.load(name)
-        return _solved(problem, problem.solve(time_limit=SLOWEST))
+        return _solved(problem, problem.solve(time_limit=SLOWEST, optimize=False))
 
     return solve
 
@@ -71,7 +71,9 @@ def short(table: Problem) -> Solved:
 @pytest.fixture(scope="session")
 def maze_run(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The maze, planned and drawn by the command line in a process of its own."""
-    return _finished(tmp_path_factory.mktemp("maze"), "rolling_disk_maze", "--json")
+    return _finished(
+        tmp_path_factory.mktemp("maze"), "rolling_disk_maze", "--json", "--no-optimize"
+    )
 
 
 @pytest.fixture(scope="session")

@@ -34,6 +34,7 @@ phi_dot = [-5.0, 5.0]
 [integration]
 step = 0.1
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """
@@ -56,6 +57,7 @@ tolerance = 0.1
 [integration]
 step = 0.1
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """
@@ -83,6 +85,7 @@ tolerance = 0.1
 [integration]
 step = 0.25
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """
@@ -99,6 +102,7 @@ tolerance = 0.1
 [integration]
 step = 0.05
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """
@@ -127,6 +131,7 @@ tolerance = 0.1
 [integration]
 step = 0.1
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """
@@ -148,6 +153,7 @@ tolerance = 0.2
 [integration]
 step = 0.2
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """
@@ -164,6 +170,7 @@ tolerance = 0.1
 [integration]
 step = 0.1
 [planner]
+improve = 0
 name = "prm"
 time_limit = 20.0
 """

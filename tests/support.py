@@ -48,6 +48,7 @@ tolerance = 0.5
 [planner]
 name = "rrt"
 time_limit = 20.0
+improve = 0
 """
 
 WALL = """

@@ -47,6 +47,7 @@ R = [0.0, 0.0, 1.0, 1.0]
 R = 0.3
 
 [planner]
+improve = 0
 time_limit = 20.0
 """
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import kinolab
 from benchmarks.versus import cpp, ours, tables
 from benchmarks.versus.ratios import ratio
 from benchmarks.versus.runs import (
@@ -31,12 +32,29 @@ from benchmarks.versus.runs import (
 from benchmarks.versus.verdict import Judge
 from kinolab.problem import Problem
 from kinolab.propagation.machine_calls import motion_under
+from kinolab.runs import write_run
 from tests.support import ROOT, environment
 
 SCRIPT = ROOT / "benchmarks" / "gallery.py"
 GALLERY = run_path(str(SCRIPT))
 CASE = GALLERY["Case"]("maze", "rolling_disk", "rrt")
 LIMIT = 100.0  # [s] of the search
+DRIVE = """
+schema = 1
+title = "A robot with limited acceleration drives straight ahead"
+system = { name = "unicycle2_v0" }
+world.bounds = { x = [-1, 2], y = [-1, 1] }
+[goal]
+x = 0.4
+y = 0.0
+theta = 0.0
+at_rest = true
+tolerance = 0.1
+[integration]
+method = "euler"
+step = 0.05
+truth = "discrete"
+"""
 SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
 
 
@@ -112,6 +130,39 @@ def test_killed_and_interrupted_runs_are_said() -> None:
     assert "1 of the runs took longer than 220 s and were killed" in text
     assert "Interrupted after 2 of 3 runs" in text
     assert row(*runs)[-1] == "killed (1)"
+
+
+def test_what_was_optimised_is_compared_with_the_plan_it_began_with() -> None:
+    """Medians are of those that are left, and what is not optimised is counted."""
+    short = {"duration": 20.0, "goal_distance": 1e-9}
+    runs = [run(optimised=8.0, **short), run(optimised=12.0, **{**short, "goal_distance": 2e-8})]
+    assert row(*runs, run())[6:] == ["10.0", "50%", "2.0e-08", "1"]
+    options = Namespace(time_limit=LIMIT, seeds=3, jobs=1, optimise=5.0)
+    text = " ".join(GALLERY["circumstances"](options, runs, 2))
+    assert "5 s of optimisation each leave 50% of the duration, in the median of 2 plans." in text
+    assert len(row(run(), run())) == 6
+
+
+def test_a_plan_is_optimised_from_the_files_of_its_run(tmp_path: Any) -> None:
+    """A double integrator's shortest time is that of full thrust and full brake, 2 sqrt(d / a)."""
+    problem = kinolab.load(write_drive(tmp_path))
+    found = problem.solve(seed=1, time_limit=20.0)
+    write_run(tmp_path / "run", problem, found)
+    given = run(duration=found.cost)
+    options = Namespace(optimise=5.0)
+    made = GALLERY["optimised"](GALLERY["Processes"](), given, tmp_path / "run", options)
+    shortest = 2 * np.sqrt(0.4 / 0.25)
+    assert shortest - problem.step <= made.optimised <= 1.01 * shortest + problem.step
+    assert made.goal_distance < 1e-6
+    absent = GALLERY["optimised"](GALLERY["Processes"](), given, tmp_path / "no", options)
+    assert "not optimised: " in str(absent)
+    assert row(absent)[6:] == ["–", "–", "–", "1"]
+
+
+def write_drive(folder: Any) -> Any:
+    file = folder / "drive.toml"
+    file.write_text(DRIVE, encoding="utf-8")
+    return file
 
 
 def test_a_scenario_that_was_not_reached_has_no_row() -> None:

@@ -51,6 +51,7 @@ tolerance = 0.5
 step = 0.05
 
 [planner]
+improve = 0
 name = "rrt"
 """
 

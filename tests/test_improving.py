@@ -36,8 +36,8 @@ def test_a_plan_is_never_longer_than_the_first_and_mostly_far_shorter(
     first = behind_a_wall(tmp_path, "planner.improve=0")
     later, shares = behind_a_wall(tmp_path), []
     for seed in range(1, 6):
-        one = first.solve(planner=name, seed=seed, max_iterations=30_000)
-        other = later.solve(planner=name, seed=seed, max_iterations=30_000)
+        one = first.solve(planner=name, seed=seed, max_iterations=30_000, optimize=False)
+        other = later.solve(planner=name, seed=seed, max_iterations=30_000, optimize=False)
         assert (one.status, other.status) == ("solved", "solved")  # the verifier agrees
         assert duration(other) <= duration(one)
         assert other.iterations == 30_000
@@ -49,7 +49,7 @@ def test_a_plan_is_never_longer_than_the_first_and_mostly_far_shorter(
 def test_more_iterations_never_make_a_plan_longer(name: str, tmp_path: Path) -> None:
     problem = behind_a_wall(tmp_path)
     durations = [
-        duration(problem.solve(planner=name, seed=3, max_iterations=most))
+        duration(problem.solve(planner=name, seed=3, max_iterations=most, optimize=False))
         for most in (5000, 10_000, 20_000, 40_000)
     ]
     assert durations == sorted(durations, reverse=True)
@@ -58,7 +58,9 @@ def test_more_iterations_never_make_a_plan_longer(name: str, tmp_path: Path) -> 
 @improving
 def test_the_same_iterations_give_the_same_bits(name: str, tmp_path: Path) -> None:
     problem = behind_a_wall(tmp_path)
-    one, other = (problem.solve(planner=name, seed=5, max_iterations=15_000) for _ in range(2))
+    one, other = (
+        problem.solve(planner=name, seed=5, max_iterations=15_000, optimize=False) for _ in range(2)
+    )
     assert bits(one) == bits(other)
 
 
@@ -68,29 +70,29 @@ def test_the_shortest_duration_is_nearly_found_and_never_beaten(name: str, tmp_p
     problem = problem_of(tmp_path, OPEN, ENDLESS)
     acceleration = 1.0 / (1.5 * 1.0 * 0.25)  # [m/s^2]
     shortest = 0.05 * math.ceil(math.sqrt(2 * 0.5 / acceleration) / 0.05)  # [s], whole steps
-    found = duration(problem.solve(planner=name, seed=1, max_iterations=50_000))
+    found = duration(problem.solve(planner=name, seed=1, max_iterations=50_000, optimize=False))
     assert shortest - 1e-9 <= found <= 1.25 * shortest
 
 
 @improving
 def test_a_search_improves_for_as_long_as_it_may(name: str, tmp_path: Path) -> None:
     problem = behind_a_wall(tmp_path, "planner.improve=0.4")
-    found = problem.solve(planner=name, seed=1, time_limit=20.0)
+    found = problem.solve(planner=name, seed=1, time_limit=20.0, optimize=False)
     assert found.status == "solved"
     assert 0.4 <= found.timings["search"] < 19.0  # [s] of 20; test_time_limits has it exactly
 
 
 @improving
 def test_improving_ends_at_the_time_limit(name: str, table: Problem) -> None:
-    found = table.solve(planner=name, seed=1, time_limit=0.5)
+    found = table.solve(planner=name, seed=1, time_limit=0.5, optimize=False)
     assert found.status == "solved"
     assert found.timings["search"] < 20.0  # [s]; test_time_limits has it exactly
 
 
 def test_without_improving_the_first_tree_is_that_of_rrt_fast(tmp_path: Path) -> None:
     problem = behind_a_wall(tmp_path, "planner.improve=0")
-    ours = problem.solve(planner="ao_rrt", seed=2, max_iterations=20_000)
-    theirs = problem.solve(planner="rrt_fast", seed=2, max_iterations=20_000)
+    ours = problem.solve(planner="ao_rrt", seed=2, max_iterations=20_000, optimize=False)
+    theirs = problem.solve(planner="rrt_fast", seed=2, max_iterations=20_000, optimize=False)
     assert bits(ours) == bits(theirs)
     assert ours.statistics["nodes"] == theirs.statistics["nodes"]
 

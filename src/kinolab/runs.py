@@ -248,6 +248,7 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
         "jobs": plan.jobs,
         "attempts": [asdict(attempt) for attempt in plan.attempts],
         "interrupted": plan.interrupted,
+        "improvements": [asdict(improvement) for improvement in plan.improvements],
         "timings": plan.timings,
         "statistics": plan.statistics,
         "verification": [

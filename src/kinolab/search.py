@@ -78,6 +78,8 @@ class Budget:
         max_iterations: None for no limit.
         progress: Called about four times a second with the iterations and the seconds so far.
         interrupted: Set from outside to end the search soon.
+        improve: Seconds after its first motion in which a planner may itself look for shorter ones;
+            None for those of the scenario.
         abandoned: Set from outside where nobody wants to know any more what was found.
         iterations: Made so far.
         started: When the time began to count, by the clock.
@@ -89,6 +91,7 @@ class Budget:
     max_iterations: int | None = None
     progress: Callable[[int, float], None] | None = None
     interrupted: bool = False
+    improve: float | None = None
     abandoned: bool = False
     iterations: int = 0
     started: float = math.nan  # now, where it is not given

@@ -18,6 +18,9 @@ tolerance = 0.01
 
 [integration]
 step = 0.05
+
+[planner]
+improve = 0
 """
 
 ROOM = """\
@@ -39,6 +42,9 @@ y = 0.5
 x = 1.0
 y = 0.3
 tolerance = 0.2
+
+[planner]
+improve = 0
 """
 
 ROBOT, COIN = 0.37, 0.05  # [m]: the widths of the robot, over its wheels, and of the coin

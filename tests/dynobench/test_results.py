@@ -15,7 +15,7 @@ from kinolab.dynobench import result_text
 from kinolab.runs import check_run, write_run
 from kinolab.trajectory import Trajectory
 from tests.dynobench.test_environments import PARK, centre, written
-from tests.dynobench.wheel import ask, environment, needs_wheel
+from tests.dynobench.wheel import depth, environment, measures, needs_wheel
 from tests.support import plan
 
 LIMITS = {"start": 1e-9, "goal": 0.03, "jump": 1e-9, "collision": 0.0, "actions": 1e-9}
@@ -25,10 +25,10 @@ def judged(name: str, text: str) -> dict[str, float]:
     """Return what the benchmark's code says of a result."""
     problem = kinolab.load(environment(name))
     result = yaml.safe_load(text)
-    arrays = {key: np.array(result[key]) for key in ("states", "actions", "times")}
-    ends = {"start": problem.start, "goal": centre(problem), "dt": problem.step}
-    verdict = ask("check", problem.system.name, environment(name), **arrays, **ends)
-    return {key: float(value) for key, value in verdict.items()}
+    x, u = np.array(result["states"]), np.array(result["actions"])
+    robot, file, ends = problem.system.name, environment(name), (problem.start, centre(problem))
+    collision = depth(robot, file, x)
+    return measures(robot, file, x, u, problem.step, *ends) | {"collision": collision}
 
 
 @needs_wheel

@@ -1,26 +1,26 @@
-"""The benchmark's own package, if it is installed: its files, and its answers to questions."""
+"""The benchmark's own package, if it is installed: its environments, and its answers."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from importlib.util import find_spec
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from benchmarks.dynobench_study.wheel import REASON, ask, depth, folder, measures, room
 
-SPEC = find_spec("dynobench")
-FOLDER = Path(str(SPEC.origin)).parent if SPEC else Path("absent")
-REASON = "dynobench==0.0.4 is not installed: it comes with [test] on CPython 3.11 for Linux x86-64"
-needs_wheel = pytest.mark.skipif(SPEC is None, reason=REASON)
+__all__ = [
+    "ENVIRONMENTS",
+    "MACHINES",
+    "ask",
+    "depth",
+    "environment",
+    "measures",
+    "needs_wheel",
+    "room",
+]
 
-SECONDS = 60.0  # of one question
-STUCK = 2.0  # [s] without an answer about the next state: FCL hangs
+FOLDER = folder() or Path("absent")
+needs_wheel = pytest.mark.skipif(not FOLDER.exists(), reason=REASON)
 
 MACHINES = {
     "unicycle1_v0": "unicycle1_v0/bugtrap_0",
@@ -48,51 +48,3 @@ ENVIRONMENTS = sorted(
 def environment(name: str) -> Path:
     """Return the file of an environment, such as ``car1_v0/kink_0``."""
     return FOLDER / "envs" / f"{name}.yaml"
-
-
-def ask(question: str, robot: str, file: Path, **given: Array | float) -> dict[str, Array]:
-    """Put a question to ``official.py`` and return the arrays of its answer."""
-    with TemporaryDirectory() as folder:
-        inputs, outputs = Path(folder, "in.npz"), Path(folder, "out.npz")
-        np.savez(inputs, **{name: np.asarray(value) for name, value in given.items()})
-        subprocess.run(
-            _command(question, robot, file, inputs, outputs),
-            stdout=subprocess.DEVNULL,
-            timeout=SECONDS,
-            check=True,
-        )
-        return dict(np.load(outputs))
-
-
-def _command(question: str, robot: str, file: Path, inputs: Path, outputs: Path) -> list[str]:
-    script = Path(__file__).with_name("official.py")
-    return [sys.executable, *map(str, (script, question, robot, file, inputs, outputs))]
-
-
-def room(robot: str, file: Path, states: Array) -> Array:
-    """Return the signed distance to obstacles in [m] of each state; NaN where FCL fails.
-
-    A process that is stuck is killed, and another one goes on with the next state.
-    """
-    found: list[float] = []
-    while len(found) < len(states):
-        found += _room_until_stuck(robot, file, states[len(found) :])
-    return np.array(found)
-
-
-def _room_until_stuck(robot: str, file: Path, states: Array) -> list[float]:
-    with TemporaryDirectory() as folder:
-        inputs, outputs = Path(folder, "in.npz"), Path(folder, "out.txt")
-        np.savez(inputs, x=states)
-        outputs.touch()
-        command = _command("room", robot, file, inputs, outputs)
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
-            while process.poll() is None:
-                before = outputs.stat().st_size
-                try:
-                    process.wait(STUCK)
-                except subprocess.TimeoutExpired:
-                    if outputs.stat().st_size == before:
-                        process.kill()
-        rows = [float(line) for line in outputs.read_text().splitlines()]
-    return rows if len(rows) == len(states) else [*rows, float("nan")]

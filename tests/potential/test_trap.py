@@ -20,7 +20,7 @@ PLAIN: dict[str, Any] = {"navigation": False, "escapes": 0}
 
 @pytest.fixture(scope="module")
 def trap() -> Problem:
-    return kinolab.load("diffdrive_trap")
+    return kinolab.load("diffdrive_trap", overrides=["planner.improve=0"])
 
 
 @pytest.fixture(scope="module")

@@ -77,6 +77,7 @@ def plan() -> None:
     help="Searches at once, each with a seed of its own; the first plan wins.",
 )
 @click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
+@click.option("--no-optimize", is_flag=True, help="Keep the first motion as it was found.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
@@ -92,6 +93,7 @@ def _scenario(
     roadmap: str | None,
     jobs: int,
     anytime: bool,
+    no_optimize: bool,
     overrides: tuple[str, ...],
     out: Path | None,
     as_json: bool,
@@ -118,7 +120,9 @@ def _scenario(
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
     with _compilation_told(progress):
-        found, report = _search(problem, folder, progress, jobs=jobs, anytime=anytime)
+        found, report = _search(
+            problem, folder, progress, jobs=jobs, anytime=anytime, optimize=not no_optimize
+        )
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
         if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
@@ -166,13 +170,20 @@ def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) ->
 
 
 def _search(
-    problem: Problem, folder: Path, progress: _Progress, *, jobs: int, anytime: bool
+    problem: Problem,
+    folder: Path,
+    progress: _Progress,
+    *,
+    jobs: int,
+    anytime: bool,
+    optimize: bool,
 ) -> tuple[Plan, dict[str, Any]]:
     """Search, and write what was found before it is drawn; return it with its report."""
     from kinolab.planning import solve
     from kinolab.runs import write_run
 
     section = problem.scenario.planner
+    optimising = optimize and section.improve > 0
 
     def report(iterations: int, elapsed: float) -> None:
         spent = f"{elapsed:.1f} of {section.time_limit:g} s"
@@ -183,10 +194,9 @@ def _search(
             return write_run(folder, problem, found)
 
     def improved(found: Plan) -> None:
-        if anytime:
+        if anytime or optimising:
             write(found)
-            after = next(a.after for a in found.attempts if a.seed == found.seed)
-            progress(f"seed {found.seed}: {found.cost:.2f} s of motion, after {after:.1f} s")
+            progress(_progress_of(found, anytime=anytime))
 
     seeds = f"seed {section.seed}"
     if jobs > 1:
@@ -197,6 +207,7 @@ def _search(
             problem,
             jobs=jobs,
             anytime=anytime,
+            optimize=optimize,
             progress=report,
             watch=lambda budget: INTERRUPTS.ask(budget.end),
             improved=improved,
@@ -208,6 +219,19 @@ def _search(
             if attempt.status == "failed":
                 progress(f"warning: seed {attempt.seed}: {attempt.detail}")
         return found, write(found)
+
+
+def _progress_of(found: Plan, *, anytime: bool) -> str:
+    """Word a plan that is better than all before."""
+    first, last = found.improvements[0], min(found.improvements, key=lambda one: one.duration)
+    if anytime:
+        return f"seed {last.seed}: {last.duration:.2f} s of motion, after {last.after:.1f} s"
+    if first is last:
+        return f"optimising {first.duration:.2f} s of motion"
+    return (
+        f"optimising: {first.duration:.2f} s -> {last.duration:.2f} s of motion, "
+        f"after {last.after:.1f} s"
+    )
 
 
 def _animate(problem: Problem, found: Plan, folder: Path) -> None:
@@ -238,7 +262,7 @@ def _summary(found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
         lines[0] += " Interrupted before the time was over."
     if found.trajectory is not None:
         lines.append(
-            f"  motion of {found.trajectory.duration:.2f} s, ending "
+            f"  motion of {found.trajectory.duration:.2f} s{_before(found)}, ending "
             f"{found.goal_distance:.3g} from the goal's centre, {found.iterations} iterations in "
             f"{found.timings['search']:.2f} s"
         )
@@ -250,6 +274,12 @@ def _summary(found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
         lines += [f"  {check}" for check in found.certificate.failures]
     lines += [f"  {sentence}" for sentence in why]
     return "\n".join([*lines, f"  written to {folder}"])
+
+
+def _before(found: Plan) -> str:
+    """Word the duration of the motion that a search gave, where it was made shorter."""
+    raw = found.statistics.get("raw_duration")
+    return f" (found with {raw:.2f} s)" if raw not in {None, found.cost} else ""
 
 
 def _ends(found: Plan) -> str:

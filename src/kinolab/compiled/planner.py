@@ -32,7 +32,7 @@ from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
 from kinolab.tree_search import AbstractTreeSearch
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from kinolab.steering.last_step import LastStep
 
@@ -137,7 +137,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             [Arrivals(problem, self, seed, budget), *self.asides(problem, seed, budget)]
         )
         own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
-        improvement = Improvement(problem, budget.clock)
+        improvement = Improvement(problem, budget)
         while not improvement.over and (iterations := pieces.next(min(left, asides.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
@@ -171,16 +171,17 @@ class Improvement:
     """How long a search goes on after its first motion into the goal, for shorter ones.
 
     Args:
-        problem: Says how long at most.
-        clock: Tells the time in [s].
+        problem: Says how long at most, unless the budget does.
+        budget: Of the search.
 
     Attributes:
         statistics: The duration of the first motion in [s], and how many were shorter.
     """
 
-    def __init__(self, problem: Problem, clock: Callable[[], float]) -> None:
-        self._seconds, self._step = problem.scenario.planner.improve, problem.step
-        self._clock = clock
+    def __init__(self, problem: Problem, budget: Budget) -> None:
+        own = budget.improve
+        self._seconds = problem.scenario.planner.improve if own is None else own
+        self._step, self._clock = problem.step, budget.clock
         self._until, self._steps, self._pointless = math.inf, ANY, False
         self.statistics: dict[str, float] = {}
 

@@ -7,7 +7,6 @@ Acikmese, Successive convexification, CDC 2016.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -113,9 +112,3 @@ def _radius(radius: float, ratio: float, length: float) -> float:
     if ratio > GOOD:
         return min(max(2 * length, NARROW), LARGEST)
     return radius if ratio > ACCEPTED else radius / 4
-
-
-def seconds_from_now(seconds: float) -> Callable[[], bool]:
-    """Return the question whether so much time of this thread has passed."""
-    end = time.thread_time() + seconds
-    return lambda: time.thread_time() > end

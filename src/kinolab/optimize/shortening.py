@@ -10,10 +10,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kinolab.optimize.allowance import Spent, seconds_of_this_thread
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.quickening import NEAR, closing, quicken
 from kinolab.optimize.repairing import FEWEST, exact, knots_of
-from kinolab.optimize.sequence import descend, seconds_from_now
+from kinolab.optimize.sequence import descend
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -28,15 +29,25 @@ TRIES = 4  # numbers of steps that are tried at most
 GAIN = 1e-3  # share of the duration that is worth another round
 
 
-def shorten(problem: Problem, trajectory: Trajectory, seconds: float) -> Trajectory:
+def shorten(problem: Problem, trajectory: Trajectory, seconds: float | Spent) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
     Args:
         problem: That the trajectory solves.
         trajectory: Exact or not; what is returned in its place is exact.
-        seconds: Of this thread's time that may be spent.
+        seconds: Of this thread's time that may be spent; or what tells the share that is spent of
+            whatever is allowed, and is asked before each subproblem.
     """
-    late, over = seconds_from_now(FIRST * seconds), seconds_from_now(seconds)
+    if isinstance(seconds, int | float):
+        seconds = seconds_of_this_thread(seconds).part()
+    spent: Spent = seconds
+
+    def late() -> bool:
+        return spent() >= FIRST
+
+    def over() -> bool:
+        return spent() >= 1.0
+
     if not Task(problem, 0.0).possible or not len(trajectory.u):
         return trajectory
     guess, best = _with_few_knots(problem, trajectory, late), trajectory

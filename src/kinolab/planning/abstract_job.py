@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from multiprocessing.connection import Connection
 
 from kinolab.planning.findings import Findings
-from kinolab.planning.messages import Failed, Found, Searching
+from kinolab.planning.messages import Better, Failed, Found, Searching
 from kinolab.planning.plan import Attempt
 from kinolab.planning.request import Request
 
@@ -46,6 +46,8 @@ class AbstractJob(ABC):
         match message:
             case Searching():
                 self.iterations, self.seconds = message.iterations, message.seconds
+            case Better():
+                self._findings.compare(message.plan)
             case Found():
                 self._finished += message.plan.iterations
                 self.iterations, self._seed = self._finished, next(self._seeds, None)
@@ -61,6 +63,11 @@ class AbstractJob(ABC):
     @abstractmethod
     def kill(self) -> None:
         """End it, whatever it is doing."""
+
+    def drop(self, reason: str) -> None:
+        """End it, and hear nothing more of what it has; ``reason`` says why."""
+        self.kill()
+        self._note("ended", reason)
 
     @abstractmethod
     def close(self, reason: str) -> None:

@@ -29,7 +29,7 @@ MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # the true motion may rea
 UNVERIFIED = "Interrupted before what was found had been verified."
 
 # In threads one motion at a time: judged at once, each would take as long as all.
-_judging = RLock()
+judging = RLock()
 
 
 def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
@@ -67,6 +67,25 @@ def attempt(
     return _Attempt(problem, searcher, seed, budget).plan(keep_approach)
 
 
+def motion(
+    problem: Problem, searcher: AbstractPlanner, seed: int, budget: Budget
+) -> Trajectory | None:
+    """Return the true motion of what a search found, which nobody has verified; None if nothing.
+
+    Args:
+        problem: What to solve.
+        searcher: The planner with its settings.
+        seed: Of the random numbers.
+        budget: When to stop.
+    """
+    further = _Attempt(problem, searcher, seed, budget)
+    try:
+        result = further.search()
+        return further.motion(result) if result.outcome is Outcome.SOLVED else None
+    except KinolabError:
+        return None
+
+
 @dataclass
 class _Attempt:
     """The stages of an attempt; each may be broken off, and what came before it is kept."""
@@ -79,8 +98,8 @@ class _Attempt:
 
     def plan(self, keep_approach: bool) -> Plan:
         """Go through all stages."""
-        result = self._search()
-        with _judging:
+        result = self.search()
+        with judging:
             if self.budget.abandoned:
                 return self._plan("interrupted", result, math.nan, message=UNVERIFIED)
             return self._motion_judged(result, keep_approach)
@@ -89,14 +108,15 @@ class _Attempt:
         if result.outcome in MISSED and not keep_approach:
             return self._plan(result.outcome.name.lower(), result, math.nan)
         try:
-            trajectory = self._motion(result)
+            trajectory = self.motion(result)
         except DivergedError as error:
             return self._plan("verification_failed", result, math.nan, message=str(error))
         if trajectory is None:
             return self._plan("interrupted", result, math.nan, message=UNVERIFIED)
         return self._judged(result, trajectory)
 
-    def _search(self) -> SearchResult:
+    def search(self) -> SearchResult:
+        """Search, or return that nothing was found in time."""
         with old_objects_left_alone():
             found = self._timed(
                 "search",
@@ -110,7 +130,7 @@ class _Attempt:
             return SearchResult(Outcome.INTERRUPTED, np.zeros(1), nothing, self.budget.iterations)
         return found
 
-    def _motion(self, result: SearchResult) -> Trajectory | None:
+    def motion(self, result: SearchResult) -> Trajectory | None:
         """Return the true motion, or the planner's own where the user does not wait for it."""
         true = self._timed("simulate", lambda: resimulate(self.problem, result.t, result.u))
         if true is not None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from kinolab.planning.plan import Attempt, Plan
+from kinolab.planning.plan import Attempt, Improvement, Plan
 
 CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
 
@@ -26,6 +26,7 @@ class Findings:
     improved: Callable[[Plan], None] | None = None
     best: Plan | None = None
     attempts: list[Attempt] = field(default_factory=list)
+    _improvements: set[Improvement] = field(default_factory=set)
 
     @property
     def all(self) -> tuple[Attempt, ...]:
@@ -35,6 +36,13 @@ class Findings:
     def add(self, found: Plan, after: float) -> None:
         """Count a search that is over, ``after`` seconds of searching."""
         self.attempts.append(ended(found, after))
+        self.compare(found)
+        if self.best is not None and found.seed == self.best.seed:
+            self.best = found  # with all that there is to say about it
+
+    def compare(self, found: Plan) -> None:
+        """Keep a plan if it is better than all before, and pass it on if it is verified."""
+        self._improvements.update(found.improvements)
         if self.best is None or rank(found) < rank(self.best):
             self.best = found
             if found.status == "solved" and self.improved:
@@ -47,7 +55,8 @@ class Findings:
         return replace(self._with_all(self.best), interrupted=interrupted)
 
     def _with_all(self, found: Plan) -> Plan:
-        return replace(found, jobs=self.jobs, attempts=self.all)
+        improvements = tuple(sorted(self._improvements))
+        return replace(found, jobs=self.jobs, attempts=self.all, improvements=improvements)
 
 
 def ended(found: Plan, after: float) -> Attempt:

@@ -123,17 +123,25 @@ class _Team:
         while self._running and not self._won and not ending.reached:
             ready = wait([job.connection for job in self._running], LOOK)
             for job in self._running:
-                if job.connection in ready and not self._won:
+                if job.connection in ready and not (self._won or job.over):
                     job.hear()
+                    self._let_win(job)
             if budget.interrupted:
                 ending.press(self._running)
             elif progress and (seconds := max(job.seconds for job in self._jobs)):
                 progress(sum(job.iterations for job in self._jobs), seconds)
 
+    def _let_win(self, winner: AbstractJob) -> None:
+        """End the others when one has a plan, which that one then improves alone."""
+        if not self._solved:
+            return
+        for job in self._running:
+            if job is not winner:
+                job.drop(self._reason)
+
     def close(self) -> None:
         """End what still runs."""
-        best = self._findings.best
-        reason = f"seed {best.seed} had won." if self._won and best else INTERRUPTED
+        reason = self._reason
         for job in self._jobs:
             job.kill()
         for job in self._jobs:
@@ -144,9 +152,21 @@ class _Team:
         return [job for job in self._jobs if not job.over]
 
     @property
-    def _won(self) -> bool:
+    def _reason(self) -> str:
+        best = self._findings.best
+        return f"seed {best.seed} had won." if self._solved and best else INTERRUPTED
+
+    @property
+    def _solved(self) -> bool:
+        """Whether one has a plan that is enough."""
         best = self._findings.best
         return not self._request.anytime and best is not None and best.status == "solved"
+
+    @property
+    def _won(self) -> bool:
+        """Whether that one has also come to its end."""
+        best = self._findings.best
+        return self._solved and any(best and a.seed == best.seed for a in self._findings.attempts)
 
 
 class _Ending:

@@ -17,6 +17,13 @@ class Searching:
 
 
 @dataclass(frozen=True)
+class Better:
+    """It has a verified plan, the best one so far with this seed, and goes on to improve it."""
+
+    plan: Plan
+
+
+@dataclass(frozen=True)
 class Found:
     """A search is over."""
 
@@ -32,4 +39,4 @@ class Failed:
     reason: str
 
 
-Message: TypeAlias = Searching | Found | Failed
+Message: TypeAlias = Searching | Better | Found | Failed

@@ -42,6 +42,27 @@ class Attempt:
     detail: str = ""
 
 
+@dataclass(frozen=True, order=True)
+class Improvement:
+    """A verified motion on the way to a plan.
+
+    Attributes:
+        after: Seconds from the beginning of the first search in its process or thread, without
+            what was compiled and loaded.
+        duration: Of the motion in [s]; one that ends exactly in the goal's centre may take longer
+            than the one that it was made of.
+        goal_distance: Norm of the goal errors at the end, in SI units.
+        by: What made it: ``search``, ``repair`` or ``shorten``.
+        seed: Of the search that it began with.
+    """
+
+    after: float
+    duration: float
+    goal_distance: float
+    by: str
+    seed: int
+
+
 @dataclass(frozen=True)
 class Plan:
     """What planning gave.
@@ -53,7 +74,7 @@ class Plan:
         certificate: The outcome of all checks, None where nothing was found.
         planner: Name of the planner.
         seed: Seed of its random numbers.
-        iterations: Number of extensions it tried.
+        iterations: Number of extensions it tried until its first motion.
         goal_distance: Norm of the goal errors at the end, in SI units.
         timings: Seconds per stage.
         statistics: What the planner counted.
@@ -62,6 +83,7 @@ class Plan:
         jobs: Number of searches at once.
         attempts: How every seed ended that was tried, this one's included.
         interrupted: Whether the user ended the search; a plan that was verified before is kept.
+        improvements: All motions that were verified, in the order of time.
     """
 
     status: str
@@ -78,6 +100,7 @@ class Plan:
     jobs: int = 1
     attempts: tuple[Attempt, ...] = ()
     interrupted: bool = False
+    improvements: tuple[Improvement, ...] = ()
 
     @property
     def exit_code(self) -> int:

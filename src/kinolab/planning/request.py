@@ -20,6 +20,7 @@ class Request:
         time_limit: Of all searches of one process or thread together, in [s].
         max_iterations: Of each search, None for no limit.
         anytime: Whether to go on with further seeds until the time is over.
+        optimize: Whether to make exact and shorten what is found.
     """
 
     planner: str | None
@@ -29,6 +30,7 @@ class Request:
     time_limit: float = 30.0
     max_iterations: int | None = None
     anytime: bool = False
+    optimize: bool = True
 
     def seeds(self) -> Iterator[int]:
         """Yield the seeds to try."""

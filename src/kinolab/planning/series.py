@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from kinolab.planning.attempt import attempt, make_planner
+from kinolab.planning.improving import Improving
 from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
 from kinolab.problem import Problem
@@ -18,6 +19,7 @@ def series(
     *,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
+    better: Callable[[Plan], None] | None = None,
 ) -> Iterator[tuple[Plan, float]]:
     """Yield the plan of each seed, and the seconds from the beginning of the first search.
 
@@ -28,9 +30,11 @@ def series(
         request: With which planner and seeds, and how long.
         progress: Called during a search with the iterations and seconds so far, of all searches.
         watch: Called with the budget before each search, so that it can be interrupted.
+        better: Called with each verified plan that is better than those before with its seed.
     """
     searcher = make_planner(problem, request.planner, request.settings)
     clock, solved = _Clock(progress), False
+    improving = Improving(problem, searcher, request, lambda: clock.elapsed, watch, better)
     budget: Budget | None = None
     for seed in request.seeds():
         left = request.time_limit - clock.elapsed
@@ -42,10 +46,15 @@ def series(
             watch(budget)
         if last is not None and last.interrupted:
             return  # that was meant for this one, which was not known yet
+        if request.optimize:
+            budget.improve = 0.0  # the time is better spent on making the first motion shorter
         found = attempt(problem, searcher, seed, budget, keep_approach=not solved)
         clock.add(budget)
+        found = improving.plan(found, budget)
         solved = solved or found.status == "solved"
         yield found, clock.elapsed
+        if found.interrupted:
+            return
 
 
 class _Clock:

@@ -25,12 +25,16 @@ def solve(
     max_iterations: int | None = None,
     jobs: int = 1,
     anytime: bool = False,
+    optimize: bool = True,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
     improved: Callable[[Plan], None] | None = None,
     **settings: Any,
 ) -> Plan:
-    """Search for a plan, re-simulate it and verify it.
+    """Search for a plan, re-simulate it, verify it, and make it exact and shorter.
+
+    The scenario says in ``[planner] improve`` how many seconds that last takes, from the first
+    verified plan on; with ``max_iterations`` a number of subproblems takes the place of time.
 
     Args:
         problem: What to solve.
@@ -42,6 +46,8 @@ def solve(
             compiled planner, else in processes. The first verified plan ends the others.
         anytime: Whether to plan on until the time limit, with further seeds, and keep the
             verified plan of the shortest duration.
+        optimize: Whether to make exact and shorten what is found, and search for more; without
+            it the plan is what the planner found, which may then use ``improve`` itself.
         progress: Called during the search with the iterations and seconds so far.
         watch: Called with the budget before each search, so that it can be interrupted.
         improved: Called with each verified plan that is better than those before.
@@ -64,6 +70,7 @@ def solve(
         time_limit=section.time_limit if time_limit is None else time_limit,
         max_iterations=max_iterations or section.max_iterations,
         anytime=anytime,
+        optimize=optimize,
     )
     findings = Findings(jobs, improved)
     if jobs > 1:
@@ -82,7 +89,8 @@ def solve(
         if watch:
             watch(budget)
 
-    for found, after in series(problem, request, progress=progress, watch=watched):
+    told = findings.compare
+    for found, after in series(problem, request, progress=progress, watch=watched, better=told):
         findings.add(found, after)
     best = findings.plan(interrupted=any(budget.interrupted for budget in budgets))
     assert best is not None, "a series makes at least one attempt"

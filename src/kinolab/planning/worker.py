@@ -16,7 +16,8 @@ from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 
 from kinolab.errors import KinolabError
-from kinolab.planning.messages import Failed, Found, Message, Searching
+from kinolab.planning.messages import Better, Failed, Found, Message, Searching
+from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
 from kinolab.planning.series import series
 from kinolab.problem import Problem
@@ -90,7 +91,10 @@ def _search(
     def report(iterations: int, seconds: float) -> None:
         tell(Searching(iterations, seconds))
 
-    for found, after in series(problem, request, progress=report, watch=heed):
+    def better(plan: Plan) -> None:
+        tell(Better(plan))
+
+    for found, after in series(problem, request, progress=report, watch=heed, better=better):
         tell(Found(found, after))
 
 

@@ -236,7 +236,7 @@ class PlannerSection(Section):
     seed: Annotated[Seed, Meaning("Seed of the random numbers.")] = 1
     improve: Annotated[
         Effort,
-        Meaning("How long an anytime planner goes on to make a found motion shorter.", "s"),
+        Meaning("How long a motion that was found is made exact and shorter; 0 for never.", "s"),
     ] = 2.0
 
     @property

@@ -1,0 +1,1 @@
+"""The problems of dynobench, judged twice: by the authors' own code, and more strictly."""

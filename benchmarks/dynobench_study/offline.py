@@ -1,0 +1,28 @@
+"""What a machine costs before the first search: ``python -m dynobench_study.offline FILE``.
+
+It prints the seconds of this thread from an environment to a problem whose equations of motion are
+derived and compiled; the folder of kept machines must be empty, and imports do not count. The
+loops that serve all machines alike are compiled once per installation, by ``plan warm-up``.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import kinolab
+import kinolab.dynobench  # it comes with the first environment
+import kinolab.loading
+from kinolab.propagation.machine_calls import motion_under
+
+
+def seconds(file: str) -> float:
+    """Return how long loading takes until the machine has made a step."""
+    begun = time.thread_time()
+    problem = kinolab.load(file)
+    motion_under(problem, problem.model.control_bounds.mean(axis=1)[None])
+    return time.thread_time() - begun
+
+
+if __name__ == "__main__":
+    print(seconds(sys.argv[1]))
