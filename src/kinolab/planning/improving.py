@@ -123,7 +123,7 @@ class Improving:
 
     def _verified_soon(self, best: Plan) -> bool:
         """Say whether to verify a motion before it is shortened: if that leaves time to do so."""
-        return best.status != "solved" or best.timings["verify"] <= QUICK * self._seconds
+        return best.status != "solved" or best.timings.get("verify", 0.0) <= QUICK * self._seconds
 
     def _shortened(
         self, keeper: Keeper, given: Trajectory, allowance: AbstractAllowance

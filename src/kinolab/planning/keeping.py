@@ -62,8 +62,8 @@ class Keeper:
             return None  # there is a plan already, and no need for another one
 
     def take(self, trajectory: Trajectory, by: str) -> bool:
-        """Verify a motion that is the first of its kind or better; return whether it is kept."""
-        if not self._of_interest(trajectory, by):
+        """Verify a motion that is the first exact one or better; return whether it is kept."""
+        if not self._of_interest(trajectory):
             return False
         certificate = None
         with judging:  # it may be a while until it is this thread's turn
@@ -101,11 +101,11 @@ class Keeper:
             improvements=tuple(self.improvements),
         )
 
-    def _of_interest(self, trajectory: Trajectory, by: str) -> bool:
+    def _of_interest(self, trajectory: Trajectory) -> bool:
         if self.best.status != "solved" or self.best.cost is None:
             return True
-        first = all(one.by != by for one in self.improvements)
-        return (by == "repair" and first) or trajectory.duration < self.best.cost
+        first_exact = all(one.by == "search" for one in self.improvements)
+        return first_exact or trajectory.duration < self.best.cost
 
     @property
     def _message(self) -> str:
