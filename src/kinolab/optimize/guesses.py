@@ -136,4 +136,5 @@ class Guesses:
             x[:, first : first + 4] = own / np.linalg.norm(own, axis=1, keepdims=True)
         lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
         u = generator.uniform(lower, upper, (SPEEDS, model.nu))
-        return np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])
+        slopes: Array = np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])
+        return slopes

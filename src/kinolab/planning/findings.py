@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from kinolab.planning.plan import Attempt, Improvement, Plan
 
+CENTRE = 1e-4  # SI units between the goal and a motion that ends in the middle of it
 CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
 
 
@@ -65,14 +66,15 @@ def ended(found: Plan, after: float) -> Attempt:
     return Attempt(found.seed, found.status, found.iterations, found.cost, distance, after)
 
 
-def rank(found: Plan) -> tuple[int, float]:
+def rank(found: Plan) -> tuple[int, float, float]:
     """Return what is smaller for a better plan.
 
-    Verified plans are compared by their duration, what misses the goal or was not verified by its
-    distance from it.
+    Verified plans that end in the middle of the goal come before those that end somewhere within
+    its tolerance; otherwise they are compared by their duration, what misses the goal or was not
+    verified by its distance from it.
     """
     if found.status == "solved":
-        return 0, found.cost or 0.0
+        return 0, float(found.goal_distance > CENTRE), found.cost or 0.0
     distance = found.goal_distance if math.isfinite(found.goal_distance) else math.inf
     near = (
         found.status in {"approximate", "local_minimum", "interrupted"}
@@ -80,4 +82,4 @@ def rank(found: Plan) -> tuple[int, float]:
     )
     kind = "nearest" if near else found.status
     place = CLASSES.index(kind) if kind in CLASSES else len(CLASSES)
-    return place, distance
+    return place, distance, 0.0

@@ -101,11 +101,13 @@ class Keeper:
             improvements=tuple(self.improvements),
         )
 
-    def _of_interest(self, trajectory: Trajectory) -> bool:
-        if self.best.status != "solved" or self.best.cost is None:
+    def _of_interest(self, trajectory: Trajectory, by: str) -> bool:
+        if self.best.status != "solved":
             return True
-        first_exact = all(one.by == "search" for one in self.improvements)
-        return first_exact or trajectory.duration < self.best.cost
+        first = all(one.by != by for one in self.improvements)
+        distance = self.problem.goal_distance(trajectory.x[-1])
+        found = replace(self.best, trajectory=trajectory, goal_distance=distance)
+        return (by == "repair" and first) or rank(found) < rank(self.best)
 
     @property
     def _message(self) -> str:
