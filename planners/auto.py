@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -69,13 +70,15 @@ class _Guesses:
     """
 
     def __init__(self, problem: Problem, seed: int, budget: Budget) -> None:
-        self.due: float = FIRST
+        again = math.isfinite(budget.below)  # then every other search begins with a guess
+        self.due: float = 1 if again and seed % 2 else FIRST
         self._problem, self._seed, self._budget = problem, seed, budget
 
     @cached_property
     def _shots(self) -> Shots:
         with self._budget.preparing():
-            return Shots(self._problem, KNOTS, self._seed, lambda: self._budget.late)
+            budget = self._budget
+            return Shots(self._problem, KNOTS, self._seed, lambda: budget.late, budget.below)
 
     def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:  # noqa: ARG002
         """Return inputs into the goal, where a guess was due and led there."""

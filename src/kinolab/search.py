@@ -80,6 +80,8 @@ class Budget:
         interrupted: Set from outside to end the search soon.
         improve: Seconds after its first motion in which a planner may itself look for shorter ones;
             None for those of the scenario.
+        below: Duration in [s]; there is a motion as short already, and a planner may leave out what
+            cannot be shorter.
         abandoned: Set from outside where nobody wants to know any more what was found.
         iterations: Made so far.
         started: When the time began to count, by the clock.
@@ -92,6 +94,7 @@ class Budget:
     progress: Callable[[int, float], None] | None = None
     interrupted: bool = False
     improve: float | None = None
+    below: float = math.inf
     abandoned: bool = False
     iterations: int = 0
     started: float = math.nan  # now, where it is not given

@@ -2,11 +2,12 @@
 
 Source: Kuffner, LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA
 2000; Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007 (the
-shortcuts).
+shortcuts); Gammell, Srinivasa, Barfoot, Informed RRT*, IROS 2014 (what is not worth a look).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 from typing import TypeAlias
@@ -21,7 +22,7 @@ from kinolab.world.geometry import placement, sizes
 
 Array: TypeAlias = NDArray[np.float64]
 
-BRANCHES = 600  # of both trees together, after which there may be no way
+DRAWS = 50  # of a configuration, for one that is on a way that is short enough
 SHORTCUTS = 60
 APART = 0.25  # of the smallest shape: how far a point moves between two looks
 FEW, MOST = 4, 4096  # looks at a straight way
@@ -55,7 +56,14 @@ class FreeWays:
             default=0.0,
         )
 
-    def find(self, start: Array, end: Array, turning: float = 1.0) -> Array | None:
+    def find(
+        self,
+        start: Array,
+        end: Array,
+        turning: float = 1.0,
+        within: Callable[[Array], bool] = lambda _: True,
+        branches: int = 600,
+    ) -> Array | None:
         """Return a free way between two states, shape (m, nx); None where none was found.
 
         All but the coordinates changes evenly along it. Angles may come out by whole turns from the
@@ -66,19 +74,21 @@ class FreeWays:
             end: Where to end, shape (nx,).
             turning: How far angles and attitudes are drawn from those between start and end, as a
                 share of half a turn.
+            within: Whether a way, shape (m, nx), is short enough.
+            branches: Of both trees together, after which there may be no way.
 
         Raises:
             StoppedError: If looking for it took too long.
         """
         trees = [_Tree(start), _Tree(end)]
-        for k in range(BRANCHES):
+        for k in range(branches):
             look(self._stop)
             here, there = trees[k % 2], trees[1 - k % 2]
-            aim = there.x[0] if k < 2 else self._anywhere(start, end, turning)
-            reached = self._grown(here, aim)
+            aim = there.x[0] if k < 2 else self._drawn(start, end, turning, within)
+            reached = self._grown(here, aim, there.x[0], within)
             if reached is None:
                 continue
-            met = self._grown(there, reached)
+            met = self._grown(there, reached, here.x[0], within)
             if met is not None and self._apart_by(met, reached[None])[0] == 0.0:
                 ways = [here.way(), there.way()]
                 way = np.vstack([ways[k % 2], ways[1 - k % 2][::-1]])
@@ -89,6 +99,16 @@ class FreeWays:
         """Say whether the straight way between two states is free."""
         line = self._line(begin, end)
         return self._free(line) == len(line)
+
+    def _drawn(
+        self, start: Array, end: Array, turning: float, within: Callable[[Array], bool]
+    ) -> Array:
+        """Return a configuration at random through which a way may be short enough."""
+        for _ in range(DRAWS):
+            x = self._anywhere(start, end, turning)
+            if within(np.stack([start, x, end])):
+                break
+        return x
 
     def _anywhere(self, start: Array, end: Array, turning: float) -> Array:
         nq, generator = self._problem.model.nq, self._generator
@@ -108,14 +128,21 @@ class FreeWays:
         parts = [np.arange(first, first + 4) for first in self._attitudes]
         return np.concatenate([self._circles, *parts])
 
-    def _grown(self, tree: _Tree, aim: Array) -> Array | None:
-        """Grow a tree straight towards a state as far as it is free; return its new leaf."""
+    def _grown(
+        self, tree: _Tree, aim: Array, end: Array, within: Callable[[Array], bool]
+    ) -> Array | None:
+        """Grow a tree straight towards a state as far as it is free; return its new leaf.
+
+        None where it is not free, or where a way through there to the end would be too long.
+        """
         parent = int(self._apart_by(aim, tree.x).argmin())
         line = self._line(tree.x[parent], aim)
         free = self._free(line)
         if free < 2:
             return None
         leaf = aim if free == len(line) else line[free - 1]
+        if not within(np.vstack([tree.way(parent), leaf, end])):
+            return None
         tree.add(leaf, parent)
         return leaf
 
@@ -207,9 +234,9 @@ class _Tree:
         self.x = np.vstack([self.x, x])
         self._parents.append(parent)
 
-    def way(self) -> Array:
-        """Return the states from the root to the last leaf."""
-        nodes = [len(self.x) - 1]
+    def way(self, leaf: int = -1) -> Array:
+        """Return the states from the root to a leaf, the last one if none is named."""
+        nodes = [leaf % len(self.x)]
         while self._parents[nodes[-1]] >= 0:
             nodes.append(self._parents[nodes[-1]])
         way: Array = self.x[nodes[::-1]]

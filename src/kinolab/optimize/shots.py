@@ -21,8 +21,11 @@ Array: TypeAlias = NDArray[np.float64]
 
 LONGER = (2.0, 3.0, 1.4, 4.0, 2.5, 6.0)  # times the quickest motion, one after the other
 JITTER = 0.2  # of the logarithm of that
-CALM, WILD, WINDING = 0.1, 1.0, math.nan  # how far a way turns, as a share of half a turn
-ODDS = {CALM: 0.5, WILD: 0.25, WINDING: 0.25}
+WINDING = math.nan
+TURNING = (0.1, 0.3, 1.0, WINDING)  # how far ways turn at random, as a share of half a turn
+ODDS = (0.4, 0.1, 0.25, 0.25)
+BRANCHES = (600, 2500)  # of trees for a way, and for one that is shorter than what there is
+SHORTER = (0.4, 1.0)  # times the duration of what there is: how quick a way must be at least
 PATIENCE = (20, 30)  # subproblems for each of the first guesses, and for later ones
 FEWEST = 10  # steps of a guess
 
@@ -48,14 +51,22 @@ class Shots:
         knots: How many knots a guess has, more or less.
         seed: Of the random numbers.
         late: Whether to give up.
+        below: Duration in [s] of a motion that there is already.
     """
 
-    def __init__(self, problem: Problem, knots: int, seed: int, late: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        knots: int,
+        seed: int,
+        late: Callable[[], bool],
+        below: float = math.inf,
+    ) -> None:
         self._problem, self._knots, self._late = problem, knots, late
         self._generator = np.random.default_rng([seed, 1])
         self._guesses = Guesses(problem, self._generator)
         self._ways = FreeWays(problem, self._generator, late)
-        self._count = 0
+        self._count, self._below, self._most = 0, below, math.inf
 
     def next(self) -> Shot:
         """Return what comes of the next guess.
@@ -66,6 +77,8 @@ class Shots:
         problem, guesses, k = self._problem, self._guesses, self._count
         self._count += 1
         longer = LONGER[k % len(LONGER)] * math.exp(self._generator.uniform(-JITTER, JITTER))
+        if math.isfinite(self._below):
+            self._most = self._below * self._generator.uniform(*SHORTER)
         way = self._way()
         quickest = guesses.quickest(way) + guesses.starting
         count = max(math.ceil(longer * quickest / problem.step), FEWEST)
@@ -77,12 +90,16 @@ class Shots:
 
     def _way(self) -> Array:
         begin, end = self._guesses.straight()
-        turning = float(self._generator.choice(list(ODDS), p=list(ODDS.values())))
-        if turning == CALM or (turning == WILD and not self._straight_is_free):
-            way = self._ways.find(begin, end, turning)
-            if way is not None:
+        turning = float(self._generator.choice(TURNING, p=ODDS))
+        if turning == TURNING[0] or not (self._straight_is_free or math.isnan(turning)):
+            branches = BRANCHES[math.isfinite(self._below)]
+            way = self._ways.find(begin, end, turning, self._short_enough, branches)
+            if way is not None and self._short_enough(way):
                 return way
         return self._guesses.winding()
+
+    def _short_enough(self, way: Array) -> bool:
+        return self._guesses.quickest(way) <= self._most
 
     @cached_property
     def _straight_is_free(self) -> bool:

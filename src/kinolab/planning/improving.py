@@ -146,7 +146,7 @@ class Improving:
         for k in count(1):
             if allowance.left < keeper.budget.prepared or allowance.over:
                 return k - 1
-            budget = Budget(allowance.left, improve=0.0)
+            budget = Budget(allowance.left, improve=0.0, below=self._shortest)
             if self.watch:
                 self.watch(budget)
             if keeper.stopped:

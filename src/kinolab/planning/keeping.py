@@ -101,13 +101,11 @@ class Keeper:
             improvements=tuple(self.improvements),
         )
 
-    def _of_interest(self, trajectory: Trajectory, by: str) -> bool:
-        if self.best.status != "solved":
-            return True
-        first = all(one.by != by for one in self.improvements)
+    def _of_interest(self, trajectory: Trajectory) -> bool:
+        """Say whether a motion would be the first exact one, or the best, if it were verified."""
         distance = self.problem.goal_distance(trajectory.x[-1])
         found = replace(self.best, trajectory=trajectory, goal_distance=distance)
-        return (by == "repair" and first) or rank(found) < rank(self.best)
+        return self.best.status != "solved" or rank(found) < rank(self.best)
 
     @property
     def _message(self) -> str:
