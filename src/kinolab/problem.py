@@ -132,6 +132,19 @@ class Problem:
                     yield name, float(value), float(lower), float(upper)
         yield from self._outside_world(self.frames(x))
 
+    def outside_limits(self, x: Array) -> NDArray[np.bool_]:
+        """Say of several states (m, nx) which have ``limit_violations``, shape (m,)."""
+        outside = _outside(x, self.bounds)
+        if np.isfinite(self.rate_bounds).any():
+            outside |= _outside(self.model.velocity(x), self.rate_bounds)
+        if self.world.bounds or self.keep_outs:
+            frames = self.model.frames(x).reshape(len(x), -1, 3, 4)
+            for axis, limits in self.world.bounds.items():
+                outside |= _outside(frames[:, :, "xyz".index(axis), 3], np.array([limits]))
+            for k in np.flatnonzero(~outside) if self.keep_outs else ():
+                outside[k] = any(True for _ in self._outside_world(frames[k].reshape(-1, 12)))
+        return outside
+
     def _outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
         """Yield the bodies whose origin is outside the workspace, and axes in forbidden cones."""
         for cone in self.keep_outs:
@@ -308,6 +321,13 @@ class Problem:
         from kinolab.bridge import Bridge
 
         return Bridge(self)
+
+
+def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
+    """Say which rows of values (m, n) are not within limits (n, 2), NaN included, shape (m,)."""
+    within = (values >= limits[:, 0] - ROUNDING) & (values <= limits[:, 1] + ROUNDING)
+    outside: NDArray[np.bool_] = ~within.all(axis=1)
+    return outside
 
 
 def _contact_sentence(contact: Any) -> str:

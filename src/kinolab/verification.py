@@ -307,12 +307,13 @@ def _limits(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
     """Check limits at no more than SPACING of motion in between."""
     worst, detail = 0.0, ""
     try:
-        for time, x in _states(problem, trajectory, motion):
-            for name, value, lower, upper in problem.limit_violations(x):
-                if max(value - upper, lower - value) > worst:
-                    worst = max(value - upper, lower - value)
-                    detail = f"at t = {time:.6g} s {name} is {value:.9g}, "
-                    detail += f"outside {lower:g} to {upper:g}"
+        for times, states, _ in _samples(problem, trajectory, motion):
+            for j in np.flatnonzero(problem.outside_limits(states)):
+                for name, value, lower, upper in problem.limit_violations(states[j]):
+                    if max(value - upper, lower - value) > worst:
+                        worst = max(value - upper, lower - value)
+                        detail = f"at t = {times[j]:.6g} s {name} is {value:.9g}, "
+                        detail += f"outside {lower:g} to {upper:g}"
     except _TooFastError as error:
         worst, detail = math.inf, str(error)
     return _check("limits", worst, EXCESS, detail)
@@ -426,15 +427,6 @@ def _samples(
         count = math.ceil(speed * (end - begin) / SPACING) + 1
         times = np.linspace(begin, end, count + 1)
         yield times, motion.between(k, times), trajectory.u[k]
-
-
-def _states(
-    problem: Problem, trajectory: Trajectory, motion: Motion
-) -> Iterator[tuple[float, Array]]:
-    """Yield (time, state) of all samples, each once."""
-    for times, states, _ in _samples(problem, trajectory, motion):
-        yield from zip(map(float, times[:-1]), states[:-1], strict=True)
-    yield float(motion.t[-1]), motion.x[-1]
 
 
 def _check(name: str, value: float, limit: float, detail: str) -> Check:

@@ -122,7 +122,8 @@ class Guesses:
     def _fastest(self) -> Array:
         """The largest rate of each coordinate in [1/s] that was seen, shape (nq,)."""
         rates = np.abs(self._slopes[:, : self._problem.model.nq]).max(axis=0)
-        return np.maximum(rates, 1e-9)
+        seen: Array = np.maximum(rates, 1e-9)
+        return seen
 
     @cached_property
     def _slopes(self) -> Array:
