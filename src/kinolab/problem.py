@@ -134,13 +134,13 @@ class Problem:
 
     def outside_limits(self, x: Array) -> NDArray[np.bool_]:
         """Say of several states (m, nx) which have ``limit_violations``, shape (m,)."""
-        outside = _outside(x, self.bounds)
+        outside: NDArray[np.bool_] = _outside(x, self.bounds)
         if np.isfinite(self.rate_bounds).any():
-            outside |= _outside(self.model.velocity(x), self.rate_bounds)
+            outside = outside | _outside(self.model.velocity(x), self.rate_bounds)
         if self.world.bounds or self.keep_outs:
             frames = self.model.frames(x).reshape(len(x), -1, 3, 4)
             for axis, limits in self.world.bounds.items():
-                outside |= _outside(frames[:, :, "xyz".index(axis), 3], np.array([limits]))
+                outside = outside | _outside(frames[:, :, "xyz".index(axis), 3], np.array([limits]))
             for k in np.flatnonzero(~outside) if self.keep_outs else ():
                 outside[k] = any(True for _ in self._outside_world(frames[k].reshape(-1, 12)))
         return outside

@@ -132,6 +132,12 @@ class Obstacles:
         """Say whether nothing touches at several states (m, nx)."""
         return not self._any or not len(self._gaps(x, TOUCHING, derive=False)[0])
 
+    def least(self, x: Array) -> float:
+        """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""
+        if not self._any:
+            return math.inf
+        return float(np.min(self._gaps(x, self._farthest, derive=False)[1], initial=math.inf))
+
     def _gaps(
         self, x: Array, reach: float, *, derive: bool = True
     ) -> tuple[NDArray[np.int64], Array, Array]:
