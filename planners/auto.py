@@ -78,7 +78,9 @@ class _Guesses:
     def _shots(self) -> Shots:
         with self._budget.preparing():
             budget = self._budget
-            return Shots(self._problem, KNOTS, self._seed, lambda: budget.late, budget.below)
+            shots = Shots(self._problem, KNOTS, self._seed, lambda: budget.late, budget.below)
+            shots.prepare()
+            return shots
 
     def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:  # noqa: ARG002
         """Return inputs into the goal, where a guess was due and led there."""

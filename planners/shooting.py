@@ -33,6 +33,7 @@ class Shooting(AbstractPlanner):
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Try one guess after another until one leads into the goal; each is an iteration."""
         shots = Shots(problem, self.knots, seed, lambda: budget.late, budget.below)
+        shots.prepare()
         budget.restart()  # code for this machine was compiled and loaded until here
         motion = None
         try:

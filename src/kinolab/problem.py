@@ -136,7 +136,7 @@ class Problem:
         """Say of several states (m, nx) which have ``limit_violations``, shape (m,)."""
         outside: NDArray[np.bool_] = _outside(x, self.bounds)
         if np.isfinite(self.rate_bounds).any():
-            outside = outside | _outside(self.model.velocity(x), self.rate_bounds)
+            outside = np.logical_or(outside, _outside(self.model.velocity(x), self.rate_bounds))
         if self.world.bounds or self.keep_outs:
             frames = self.model.frames(x).reshape(len(x), -1, 3, 4)
             for axis, limits in self.world.bounds.items():
@@ -326,7 +326,7 @@ class Problem:
 def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
     """Say which rows of values (m, n) are not within limits (n, 2), NaN included, shape (m,)."""
     within = (values >= limits[:, 0] - ROUNDING) & (values <= limits[:, 1] + ROUNDING)
-    outside: NDArray[np.bool_] = ~within.all(axis=1)
+    outside: NDArray[np.bool_] = np.logical_not(within).any(axis=1)
     return outside
 
 

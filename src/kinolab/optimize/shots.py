@@ -15,6 +15,7 @@ from kinolab.optimize.free_ways import FreeWays
 from kinolab.optimize.guesses import Guesses
 from kinolab.optimize.shooting import shoot
 from kinolab.problem import Problem
+from kinolab.stopping import never
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
@@ -67,6 +68,13 @@ class Shots:
         self._guesses = Guesses(problem, self._generator)
         self._ways = FreeWays(problem, self._generator, late)
         self._count, self._below, self._most = 0, below, math.inf
+
+    def prepare(self) -> None:
+        """Have everything compiled and loaded that a guess needs, by a short one."""
+        problem, way = self._problem, self._guesses.straight()
+        self._ways.is_free(*way)
+        guess = Guesses(problem, np.random.default_rng(0)).knots(way, FEWEST, problem.step)
+        shoot(problem, guess, 1, 1, never)
 
     def next(self) -> Shot:
         """Return what comes of the next guess.
