@@ -25,6 +25,7 @@ from kinolab.trajectory import Trajectory
 
 ROOM = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
 CLOSED = 1e-6  # sum of all that is missing, in scales, from which on knots may become many
+PACE = 0.15  # share of what is missing that goes in a few subproblems, or all hope does
 FINE = 12  # subproblems with many knots, where little is missing
 FASTER = 0.25  # times the duration of a motion that makes errors grow: how short it may get
 
@@ -63,7 +64,7 @@ def _closed(
     knots = task.within_limits(guess)
     descent = descend(
         task.transcription(knots, block), knots, task.scaling(knots.h, knots.h), closing(),
-        iterations=iterations, enough=CLOSED / 10, late=late,
+        iterations=iterations, enough=CLOSED / 10, pace=PACE, late=late,
     )  # fmt: skip
     return descent.knots if sum(descent.missing) <= CLOSED else None
 
