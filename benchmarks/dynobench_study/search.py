@@ -47,7 +47,10 @@ def search(problem: Problem, planner: str | None, seed: int, limit: float) -> Fo
     solved = plan.status == "solved"
     return Found(
         plan.trajectory if solved else None,
-        tuple(Improvement(one.after, one.duration, one.by) for one in plan.improvements),
+        tuple(
+            Improvement(one.after, one.duration, one.by, one.goal_distance)
+            for one in plan.improvements
+        ),
         plan.timings.get("prepare", 0.0),
         "" if solved else plan.message,
     )

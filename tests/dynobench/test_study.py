@@ -45,9 +45,9 @@ NAME = "unicycle1_v0/parallelpark_0"  # best published cost: 2.9 s, iDb-A* took 
 
 def run(seed: int = 1, seconds: float = 1.0, final: float = 3.0, **facts: object) -> Run:
     motions = (
-        Improvement(seconds / 2, 20.0, "search"),
-        Improvement(seconds, 19.0, "repair"),
-        Improvement(2 * seconds, final, "shorten"),
+        Improvement(seconds / 2, 18.0, "search", 0.02),
+        Improvement(seconds, 19.0, "repair", 1e-9),
+        Improvement(2 * seconds, final, "shorten", 1e-9),
     )
     known = {"improvements": motions, "faults": (), "clearance": 0.03, "official": GOOD}
     return Run(NAME, seed, **known | facts)  # type: ignore[arg-type]

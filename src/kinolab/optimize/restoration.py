@@ -30,6 +30,7 @@ def restored(
     lengths: tuple[float, float] | None = None,
     enough: float = EXACT,
     most: float = ROUNDED,
+    pace: float = 0.0,
 ) -> Knots | None:
     """Return knots near given ones from which nothing is missing; None where none are found.
 
@@ -42,11 +43,13 @@ def restored(
         lengths: Range of the step length in [s]; it is held where none is given.
         enough: Sum of all that is missing, in scales, that ends it.
         most: Sum that counts as nothing once it has ended.
+        pace: Share of what is missing that every few subproblems must get rid of.
     """
     knots = task.within_limits(knots)
     scaling = task.scaling(*(lengths or (knots.h, knots.h)))
     transcription = task.transcription(knots, times)
     descent = descend(
-        transcription, knots, scaling, closing(), iterations=iterations, enough=enough, late=late
-    )
+        transcription, knots, scaling, closing(),
+        iterations=iterations, enough=enough, pace=pace, late=late,
+    )  # fmt: skip
     return descent.knots if sum(descent.missing) <= most else None

@@ -22,6 +22,7 @@ LARGEST = 4.0
 NARROW, WIDE, AMPLE = 0.02, 1.0, 10.0  # first region: its limits, and times what is missing
 STILL = 1e-4  # promise, as a share of the cost, that is not worth another subproblem
 NEARER = 0.3  # share of what was missing where it could not be closed at once, to try that again
+FEW = 3  # subproblems after which the pace is looked at
 EXACT = 1e-11  # sum of all that is missing, in scales, that counts as nothing
 NEARLY = 1e-8  # of the same: a subproblem that does not halve it is the last one
 
@@ -50,6 +51,7 @@ def descend(
     iterations: int = 60,
     enough: float = EXACT,
     worth: float = math.inf,
+    pace: float = 0.0,
     late: Callable[[], bool] = lambda: False,
 ) -> Descent:
     """Improve knots until nothing is missing and no more is gained.
@@ -62,10 +64,12 @@ def descend(
         iterations: Largest number of subproblems.
         enough: Sum of all that is missing, in scales, that counts as nothing.
         worth: Share of what was missing above which a subproblem's rest ends the sequence.
+        pace: Share of what is missing that every few subproblems must get rid of.
         late: Whether to stop.
     """
     missing = transcription.missing(knots)
     made, local, refused = 0, None, math.inf
+    course = [sum(missing)]
     restoring = not (weights.time or weights.effort)  # only what is missing counts
     if not math.isfinite(sum(missing)):
         return Descent(knots, missing, made)
@@ -102,6 +106,8 @@ def descend(
         done = change.promised <= STILL * before and sum(missing) <= enough
         stuck = restoring and so_far < NEARLY and sum(found) > 0.5 * so_far
         radius = _radius(radius, ratio, change.length)
+        course.append(sum(missing))
+        stuck |= len(course) > FEW and course[-1] > (1 - pace) * course[-1 - FEW]
         if done or stuck or radius < SMALLEST:
             break
     return Descent(knots, missing, made)

@@ -25,6 +25,7 @@ from kinolab.trajectory import Trajectory
 
 ROOM = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
 CLOSED = 1e-6  # sum of all that is missing, in scales, from which on knots may become many
+PACE = 0.15  # share of what is missing that goes in a few subproblems, or all hope does
 FINE = 12  # subproblems with many knots, where little is missing
 FASTER = 0.25  # times the duration of a motion that makes errors grow: how short it may get
 
@@ -59,8 +60,9 @@ def _closed(
 ) -> Knots | None:
     """Return knots of the same step length from which hardly anything is missing, or None."""
     return restored(
-        task, guess, late, iterations=iterations, times=block, enough=CLOSED / 10, most=CLOSED
-    )
+        task, guess, late, iterations=iterations, times=block, enough=CLOSED / 10, most=CLOSED,
+        pace=PACE,
+    )  # fmt: skip
 
 
 def _step_by_step(task: Task, knots: Knots, block: int) -> Trajectory:

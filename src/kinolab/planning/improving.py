@@ -111,13 +111,13 @@ class Improving:
         exact = keeper.tried(partial(repair, self.problem, given, lambda: spent() >= 1.0))
         # A plan that is found late is made exact all the same, but no more than that.
         allowance.until = min(allowance.until, self.request.time_limit)
-        if exact is None:
-            return
-        at_once = isinstance(allowance, Subproblems) or self._verified_soon(keeper.best)
-        if at_once:
+        at_once = exact is not None and (
+            isinstance(allowance, Subproblems) or self._verified_soon(keeper.best)
+        )
+        if exact is not None and at_once:
             keeper.take(exact, "repair")
-        shortest = self._shortened(keeper, exact, allowance)
-        if shortest is exact and not at_once:
+        shortest = self._shortened(keeper, exact or given, allowance)
+        if exact is not None and shortest is exact and not at_once:
             keeper.take(exact, "repair")
         self._learn(keeper, given.duration / shortest.duration)
 
