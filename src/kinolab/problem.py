@@ -326,8 +326,7 @@ class Problem:
 def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
     """Say which rows of values (m, n) are not within limits (n, 2), NaN included, shape (m,)."""
     within = (values >= limits[:, 0] - ROUNDING) & (values <= limits[:, 1] + ROUNDING)
-    outside: NDArray[np.bool_] = np.logical_not(within).any(axis=1)
-    return outside
+    return np.asarray(np.logical_not(within).any(axis=1))
 
 
 def _contact_sentence(contact: Any) -> str:
