@@ -55,21 +55,17 @@ def test_every_planner_solves_the_table(name: str, table: Problem) -> None:
 
 @every_planner
 def test_the_same_seed_gives_the_same_bits(name: str, table: Problem) -> None:
-    first, second = (table.solve(planner=name, seed=7, max_iterations=5000) for _ in range(2))
-    assert bits(first) == bits(second)
-    assert first.iterations == second.iterations
-
-
-@every_planner
-def test_other_searches_in_between_do_not_matter(name: str, table: Problem) -> None:
-    first = table.solve(planner=name, seed=7, max_iterations=5000)
-    table.solve(planner=name, seed=8, max_iterations=100)
+    """At once, and after other searches."""
+    first, second = (table.solve(planner=name, seed=0, max_iterations=5000) for _ in range(2))
+    table.solve(planner=name, seed=8, max_iterations=at_most(name, 100))
     np.random.default_rng(0).normal(size=10)
-    assert bits(table.solve(planner=name, seed=7, max_iterations=5000)) == bits(first)
+    third = table.solve(planner=name, seed=0, max_iterations=5000)
+    assert bits(first) == bits(second) == bits(third)
+    assert first.iterations == second.iterations == third.iterations
 
 
 @every_planner
-@pytest.mark.parametrize("seed", [0, 2**31, 2**32 - 1, 2**32, 2**63 - 1])
+@pytest.mark.parametrize("seed", [2**32 - 1, 2**32, 2**63 - 1])
 def test_every_seed_that_a_scenario_may_have_is_repeatable(
     name: str, seed: int, table: Problem
 ) -> None:
@@ -89,7 +85,7 @@ def test_different_seeds_give_different_motions(name: str, table: Problem) -> No
 def test_two_processes_give_the_same_bits(tmp_path: Path) -> None:
     for hashing in ("1", "2"):
         options = ("--seed", "3", "--max-iterations", "1000", "--out", hashing)
-        silent = ("--no-animation", "--no-diagnosis")
+        silent = ("--no-animation", "--no-diagnosis", "--no-optimize")
         plan("rolling_disk_maze", *options, *silent, cwd=tmp_path, PYTHONHASHSEED=hashing)
     one, other = ((tmp_path / k / "trajectory.csv").read_bytes() for k in ("1", "2"))
     assert one == other
