@@ -145,7 +145,7 @@ def test_a_search_ends_at_its_time(name: str, hard: Problem) -> None:
 
 @every_planner
 def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> None:
-    limit = 0.3  # [s]
+    limit = 0.1  # [s]
     timed = hard.solve(planner=name, seed=2, time_limit=limit)
     while not timed.iterations:  # on a busy machine some have not begun by then
         limit *= 3
@@ -161,7 +161,7 @@ def test_an_approximate_plan_ends_nearer_to_the_goal_than_it_starts(
     name: str, hard: Problem
 ) -> None:
     """What does not come nearer is not found; Outcome says so."""
-    for seed in range(1, 11):
+    for seed in range(1, 6):
         found = hard.solve(planner=name, seed=seed, max_iterations=1)
         if found.status == "approximate":
             assert found.goal_distance < hard.goal_distance(hard.start)
