@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kinolab.optimize.free_ways import FreeWays
 from kinolab.optimize.guesses import Guesses
+from kinolab.optimize.knots import Knots
 from kinolab.optimize.shooting import shoot
 from kinolab.problem import Problem
 from kinolab.stopping import never
@@ -74,7 +75,7 @@ class Shots:
         problem, way = self._problem, self._guesses.straight()
         self._ways.is_free(*way)
         guess = Guesses(problem, np.random.default_rng(0)).knots(way, FEWEST, problem.step)
-        shoot(problem, guess, 1, 1, never)
+        self._shot(guess, 1, 1, never)
 
     def next(self) -> Shot:
         """Return what comes of the next guess.
@@ -93,8 +94,18 @@ class Shots:
         block = max(1, round(count / self._knots))
         steps = math.ceil(count / block)
         guess = guesses.knots(way, steps, block * problem.step)
-        motion = shoot(problem, guess, block, PATIENCE[k >= len(LONGER)], self._late)
-        return Shot(motion, steps * block)
+        patience = PATIENCE[k >= len(LONGER)]
+        return Shot(self._shot(guess, block, patience, self._late), steps * block)
+
+    def _shot(
+        self, guess: Knots, block: int, patience: int, late: Callable[[], bool]
+    ) -> Trajectory | None:
+        """Return what comes of a guess; None too where its steps are so long that they run away."""
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                return shoot(self._problem, guess, block, patience, late)
+        except FloatingPointError:
+            return None
 
     def _way(self) -> Array:
         begin, end = self._guesses.straight()
