@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import Problem
-from tests.support import OPEN, WALL, problem_of
+from tests.support import OPEN, WALL, Array, problem_of
 
 
 def endpoint_mistakes(problem: Problem) -> list[str]:
@@ -95,6 +96,40 @@ def test_a_limit_on_an_angle_means_the_circle_to_planner_and_verifier(tmp_path: 
     for seed in (1, 2, 3):
         found = problem.solve(seed=seed, max_iterations=20_000)
         assert found.status == "solved", found.certificate
+
+
+# --- limits of several states ---
+
+LIMITS = {
+    "cone": 'keep_out=[{ body = "coin", axis = "x", direction = [1, 0, 0], half_angle = 0.5 }]',
+    "rate": "bounds.x_dot=[-0.2, 0.2]",  # which follows from the coin's turn and roll
+}
+NAN = 3  # in every ten states, the first that holds one
+
+
+@pytest.mark.parametrize("name", ["submarine_corridor", "vehicle_parking", "two_cranes", *LIMITS])
+def test_limits_of_many_states_are_those_of_each(name: str, tmp_path: Path) -> None:
+    own = name in LIMITS
+    problem = problem_of(tmp_path, OPEN, LIMITS[name]) if own else kinolab.load(name)
+    x = around(problem, 300)
+    outside = problem.outside_limits(x)
+    assert outside.tolist() == [any(problem.limit_violations(state)) for state in x]
+    assert 0 < outside.sum() < len(x)  # both are there
+    assert outside[NAN::10].all()
+
+
+def around(problem: Problem, count: int) -> Array:
+    """Return random states within limits and some way beyond, one in ten with a NaN."""
+    random = np.random.default_rng(0)
+    lower, upper = np.clip(problem.sampling_bounds.T, -50.0, 50.0)
+    x: Array = random.uniform(lower, upper, (count, len(lower)))
+    for first in problem.model.attitudes.values():
+        x[:, first : first + 4] /= np.linalg.norm(x[:, first : first + 4], axis=1, keepdims=True)
+    beyond = random.integers(0, len(lower), count)
+    some = random.random(count) < 0.3
+    x[some, beyond[some]] *= 1.5
+    x[NAN::10, 0] = np.nan
+    return x
 
 
 # --- the goal ---

@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinolab.optimize.knots import Knots
-from kinolab.optimize.quickening import closing
-from kinolab.optimize.sequence import EXACT, descend
+from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 
 FAR = 1.0  # sum of all that is missing, in scales, from which on it is worth a try
@@ -36,10 +35,5 @@ def closer(task: Task, knots: Knots, late: Callable[[], bool]) -> Knots:
         return knots
     held = knots.u.reshape(steps // times, times, -1).mean(axis=1)
     coarse = Knots(knots.x[::times], held, times * knots.h)
-    descent = descend(
-        task.transcription(coarse, times), coarse, task.scaling(coarse.h, coarse.h), closing(),
-        iterations=ITERATIONS, late=late,
-    )  # fmt: skip
-    if sum(descent.missing) > 100 * EXACT:
-        return knots
-    return task.refined(descent.knots, times)
+    found = restored(task, coarse, late, iterations=ITERATIONS, times=times)
+    return knots if found is None else task.refined(found, times)

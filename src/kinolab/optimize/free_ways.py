@@ -24,7 +24,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 DRAWS = 50  # of a configuration, for one that is on a way that is short enough
 SHORTCUTS = 60
-APART = 0.25  # of the smallest shape: how far a point moves between two looks
+APART = 0.25  # of the smallest shape: how far a point moves between two looks, more or less
 FEW, MOST = 4, 4096  # looks at a straight way
 
 
@@ -67,7 +67,8 @@ class FreeWays:
         """Return a free way between two states, shape (m, nx); None where none was found.
 
         All but the coordinates changes evenly along it. Angles may come out by whole turns from the
-        end that was asked for.
+        end that was asked for, and quaternions with the other sign. It is free wherever it is
+        looked at; a corner may be grazed between two looks.
 
         Args:
             start: Where to begin, shape (nx,).
@@ -75,7 +76,7 @@ class FreeWays:
             turning: How far angles and attitudes are drawn from those between start and end, as a
                 share of half a turn.
             within: Whether a way, shape (m, nx), is short enough.
-            branches: Of both trees together, after which there may be no way.
+            branches: How often a tree is grown, both together, before it is given up.
 
         Raises:
             StoppedError: If looking for it took too long.
@@ -96,14 +97,17 @@ class FreeWays:
         return None
 
     def is_free(self, begin: Array, end: Array) -> bool:
-        """Say whether the straight way between two states is free."""
+        """Say whether the straight way between two states is free wherever it is looked at."""
         line = self._line(begin, end)
         return self._free(line) == len(line)
 
     def _drawn(
         self, start: Array, end: Array, turning: float, within: Callable[[Array], bool]
     ) -> Array:
-        """Return a configuration at random through which a way may be short enough."""
+        """Return a configuration at random through which a way may be short enough.
+
+        It is the last one drawn where none of DRAWS is.
+        """
         for _ in range(DRAWS):
             x = self._anywhere(start, end, turning)
             if within(np.stack([start, x, end])):
@@ -111,6 +115,7 @@ class FreeWays:
         return x
 
     def _anywhere(self, start: Array, end: Array, turning: float) -> Array:
+        """Return a configuration at random, turned like one between start and end or nearly so."""
         nq, generator = self._problem.model.nq, self._generator
         lower, upper = self._problem.sampling_bounds[:nq].T
         x = start + generator.random() * (self._nearest(start, end) - start)
@@ -170,6 +175,7 @@ class FreeWays:
         return self._between(begin, end, min(max(FEW, int(length / self._apart)), MOST))
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
+        """Return states at even shares of the shortest straight way, shape (count + 1, nx)."""
         share = np.linspace(0.0, 1.0, count + 1)[:, None]
         x = begin + share * (self._nearest(begin, end) - begin)
         for first in self._attitudes:
@@ -244,4 +250,5 @@ class _Tree:
 
 
 def _at(way: Array, along: Array, length: float) -> Array:
+    """Return the state after some length of a way, shape (nx,)."""
     return np.array([np.interp(length, along, column) for column in way.T])

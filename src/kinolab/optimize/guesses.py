@@ -18,7 +18,7 @@ from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-SPEEDS = 200  # states and inputs that are drawn to see how fast each coordinate gets
+SPEEDS = 200  # states and inputs that are drawn to see how quickly each entry changes
 ASIDE = 0.25  # of the range of a coordinate: how far from the straight way at most
 LONG = 100.0  # [s] of speeding up that tells of no limit
 SHAKEN = 0.01  # of their range: inputs that are all alike may be where a derivative vanishes
@@ -41,7 +41,8 @@ class Guesses:
         What the goal leaves open stays as at the start, but for speeds, which vanish.
 
         Args:
-            turns: How many more turns each angle on the circle makes than it must.
+            turns: How many turns each angle on the circle makes more than the shortest way does,
+                negative ones backward; none where it is empty.
         """
         problem, goal = self._problem, self._problem.goal
         start, end = problem.start, problem.start.copy()
@@ -51,10 +52,10 @@ class Guesses:
             own = slice(attitude.index, attitude.index + 4)
             target = np.array(attitude.target)
             end[own] = target if start[own] @ target >= 0 else -target
-        round_ = self.circles
-        end[round_] -= 2 * np.pi * np.round((end[round_] - start[round_]) / (2 * np.pi))
+        circles = self.circles
+        end[circles] -= 2 * np.pi * np.round((end[circles] - start[circles]) / (2 * np.pi))
         if len(turns):
-            end[round_] += 2 * np.pi * np.asarray(turns)
+            end[circles] += 2 * np.pi * np.asarray(turns)
         return np.stack([start, end])
 
     def winding(self) -> Array:
@@ -77,15 +78,20 @@ class Guesses:
         return np.flatnonzero(self._problem.circular[: self._problem.model.nq])
 
     def quickest(self, way: Array) -> float:
-        """Return the time in [s] below which no motion along a way can be.
+        """Return about the least time in [s] in which a motion along a way may be made.
+
+        The largest rates are those of random states and inputs, so that it may be some percent
+        too long; what speeding up takes is left out.
 
         Args:
-            way: Configurations, shape (m, nx).
+            way: Shape (m, nx).
         """
         return float(self._times(way)[-1])
 
     def knots(self, way: Array, steps: int, h: float) -> Knots:
-        """Return knots at rest along a way, every coordinate as slow as it can be.
+        """Return knots along a way, one leg after the other, each with its share of the time.
+
+        Inputs are in the middle of their ranges, but shaken a little.
 
         Args:
             way: Shape (m, nx).

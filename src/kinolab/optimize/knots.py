@@ -34,6 +34,11 @@ class Knots:
         """Return knots that differ by so much."""
         return Knots(self.x + dx, self.u + du, self.h + dh)
 
+    def in_steps(self, count: int, attitudes: tuple[int, ...] = ()) -> Knots:
+        """Return as many steps of the same duration, by ``resampled``."""
+        times = self.h * np.arange(len(self.u) + 1.0)
+        return resampled(times, self.x, self.u, count, attitudes)
+
 
 def resampled(t: Array, x: Array, u: Array, count: int, attitudes: tuple[int, ...] = ()) -> Knots:
     """Return as many even steps along a motion, stretched in time so that it has its duration.

@@ -9,8 +9,7 @@ import numpy as np
 
 from kinolab.optimize.coarsening import closer
 from kinolab.optimize.knots import Knots, resampled
-from kinolab.optimize.quickening import closing
-from kinolab.optimize.sequence import EXACT, descend
+from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -44,15 +43,10 @@ def exact(
 
     Steps keep their length where that is ``held`` and in discrete problems.
     """
-    knots = task.within_limits(closer(task, task.within_limits(knots), late))
-    held = held or task.discrete
-    longest = knots.h if held else max(task.problem.step, knots.h)
-    shortest = knots.h if held else 0.5 * knots.h
-    descent = descend(
-        task.transcription(knots), knots, task.scaling(shortest, longest), closing(),
-        iterations=iterations, late=late,
-    )  # fmt: skip
-    return descent.knots if sum(descent.missing) <= 100 * EXACT else None
+    knots = closer(task, task.within_limits(knots), late)
+    free = (0.5 * knots.h, max(task.problem.step, knots.h))
+    lengths = None if held or task.discrete else free
+    return restored(task, knots, late, iterations=iterations, lengths=lengths)
 
 
 def repair(

@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinolab.optimize.knots import Knots, resampled
-from kinolab.optimize.quickening import closing, quicken
+from kinolab.optimize.knots import Knots
+from kinolab.optimize.quickening import quicken
 from kinolab.optimize.repairing import repair
-from kinolab.optimize.sequence import descend
+from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -50,23 +50,19 @@ def shoot(
     knots = _closed(task, guess, block, iterations, late)
     if knots is None:
         return None
-    motion = _step_by_step(task, knots, block)
-    if task.repeatable(motion):
-        return repair(problem, motion, late, FINE, held=True)
-    faster = _faster(task, knots, block, late)
-    return faster and repair(problem, faster, late, FINE, held=True)
+    given = _step_by_step(task, knots, block)
+    motion = given if task.repeatable(given) else _faster(task, knots, block, late)
+    return None if motion is None else repair(problem, motion, late, FINE, held=True)
 
 
 def _closed(
     task: Task, guess: Knots, block: int, iterations: int, late: Callable[[], bool]
 ) -> Knots | None:
     """Return knots of the same step length from which hardly anything is missing, or None."""
-    knots = task.within_limits(guess)
-    descent = descend(
-        task.transcription(knots, block), knots, task.scaling(knots.h, knots.h), closing(),
-        iterations=iterations, enough=CLOSED / 10, pace=PACE, late=late,
+    return restored(
+        task, guess, late, iterations=iterations, times=block, enough=CLOSED / 10, most=CLOSED,
+        pace=PACE,
     )  # fmt: skip
-    return descent.knots if sum(descent.missing) <= CLOSED else None
 
 
 def _step_by_step(task: Task, knots: Knots, block: int) -> Trajectory:
@@ -85,8 +81,6 @@ def _faster(task: Task, knots: Knots, block: int, late: Callable[[], bool]) -> T
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = math.ceil(fast.duration / (block * h))
-    t = fast.h * np.arange(len(fast.u) + 1.0)
-    attitudes = tuple(task.problem.model.attitudes.values())
-    guess = resampled(t, fast.x, fast.u, steps, attitudes)
+    guess = fast.in_steps(steps, tuple(task.problem.model.attitudes.values()))
     found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE, late)
     return None if found is None else _step_by_step(task, found, block)

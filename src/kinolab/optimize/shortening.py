@@ -8,13 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-
 from kinolab.optimize.allowance import Spent, seconds_of_this_thread
 from kinolab.optimize.knots import Knots, resampled
-from kinolab.optimize.quickening import NEAR, closing, quicken
+from kinolab.optimize.quickening import NEAR, quicken
 from kinolab.optimize.repairing import FEWEST, exact, knots_of
-from kinolab.optimize.sequence import descend
+from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -97,13 +95,10 @@ def _closed(
     count = math.ceil(len(trajectory.u) / block)
     attitudes = tuple(task.problem.model.attitudes.values())
     few = resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
-    knots = task.within_limits(few)
-    scaling = task.scaling(0.9 * knots.h, 1.1 * knots.h)
-    descent = descend(
-        task.transcription(knots, block), knots, scaling, closing(),
-        iterations=15, enough=NEAR, late=late,
-    )  # fmt: skip
-    return descent.knots if sum(descent.missing) <= NEAR else None
+    lengths = (0.9 * few.h, 1.1 * few.h)
+    return restored(
+        task, few, late, iterations=15, times=block, lengths=lengths, enough=NEAR, most=NEAR
+    )
 
 
 def _shorter(task: Task, knots: Knots, late: Callable[[], bool]) -> Knots:
@@ -147,8 +142,6 @@ def _in_steps(task: Task, fast: Knots, most: int, late: Callable[[], bool]) -> K
 
 def _in(task: Task, fast: Knots, count: int, late: Callable[[], bool]) -> Knots | None:
     """Return a motion in so many steps, each as long as the problem's or less; None if it fails."""
-    steps = fast.h * np.arange(len(fast.u) + 1.0)
-    attitudes = tuple(task.problem.model.attitudes.values())
-    guess = resampled(steps, fast.x, fast.u, count, attitudes)
+    guess = fast.in_steps(count, tuple(task.problem.model.attitudes.values()))
     h = task.problem.step if task.discrete else guess.h
     return exact(task, Knots(guess.x, guess.u, h), late, iterations=20)

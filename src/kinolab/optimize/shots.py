@@ -23,10 +23,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 LONGER = (2.0, 3.0, 1.4, 4.0, 2.5, 6.0)  # times the quickest motion, one after the other
 JITTER = 0.2  # of the logarithm of that
-WINDING = math.nan
+WINDING = math.nan  # no free way, but one through a random configuration
 TURNING = (0.1, 0.3, 1.0, WINDING)  # how far ways turn at random, as a share of half a turn
-ODDS = (0.4, 0.1, 0.25, 0.25)
-BRANCHES = (600, 2500)  # of trees for a way, and for one that is shorter than what there is
+ODDS = (0.4, 0.1, 0.25, 0.25)  # of each of these
+BRANCHES = (600, 2500)  # of trees for a way, and for one that must be short
 SHORTER = (0.4, 1.0)  # times the duration of what there is: how quick a way must be at least
 PATIENCE = (20, 30)  # subproblems for each of the first guesses, and for later ones
 FEWEST = 10  # steps of a guess
@@ -83,19 +83,24 @@ class Shots:
         Raises:
             StoppedError: If it is too late to look for ways.
         """
-        problem, guesses, k = self._problem, self._guesses, self._count
+        guess, block = self._guess()
+        patience = PATIENCE[self._count > len(LONGER)]
+        motion = self._shot(guess, block, patience, self._late)
+        return Shot(motion, len(guess.u) * block)
+
+    def _guess(self) -> tuple[Knots, int]:
+        """Return the next guess, and how many steps of the problem lie from knot to knot."""
+        guesses, step = self._guesses, self._problem.step
+        longer = LONGER[self._count % len(LONGER)]
+        longer *= math.exp(self._generator.uniform(-JITTER, JITTER))
         self._count += 1
-        longer = LONGER[k % len(LONGER)] * math.exp(self._generator.uniform(-JITTER, JITTER))
         if math.isfinite(self._below):
             self._most = self._below * self._generator.uniform(*SHORTER)
         way = self._way()
         quickest = guesses.quickest(way) + guesses.starting
-        count = max(math.ceil(longer * quickest / problem.step), FEWEST)
+        count = max(math.ceil(longer * quickest / step), FEWEST)
         block = max(1, round(count / self._knots))
-        steps = math.ceil(count / block)
-        guess = guesses.knots(way, steps, block * problem.step)
-        patience = PATIENCE[k >= len(LONGER)]
-        return Shot(self._shot(guess, block, patience, self._late), steps * block)
+        return guesses.knots(way, math.ceil(count / block), block * step), block
 
     def _shot(
         self, guess: Knots, block: int, patience: int, late: Callable[[], bool]
@@ -108,6 +113,10 @@ class Shots:
             return None
 
     def _way(self) -> Array:
+        """Return a free way that is short enough, or a winding one; shape (m, nx).
+
+        Where the straight way is free most ways need not be looked for.
+        """
         begin, end = self._guesses.straight()
         turning = float(self._generator.choice(TURNING, p=ODDS))
         if turning == TURNING[0] or not (self._straight_is_free or math.isnan(turning)):
