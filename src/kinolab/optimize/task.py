@@ -183,7 +183,7 @@ class Task:
         substeps, coarse = 1, StepMap(model, "rk4", 1).after(knots.x, knots.u, knots.h)
         while substeps < MOST_SUBSTEPS:
             fine = StepMap(model, "rk4", 2 * substeps).after(knots.x, knots.u, knots.h)
-            if np.abs((coarse - fine) / self.problem.scales).max(initial=0.0) <= TRUE:
+            if _apart(coarse, fine, self.problem.scales) <= TRUE:
                 break
             substeps, coarse = 2 * substeps, fine
         return "rk4", substeps
@@ -206,9 +206,9 @@ class Task:
     def _wrong(self, coarse: Array, fine: Array) -> float:
         """Return the largest difference of derivatives, in what counts as large."""
         scales = self.problem.scales
-        error = np.abs(coarse - fine) / scales[:, None]
-        error[:, :, : len(scales)] *= scales
-        return float(error.max(initial=0.0))
+        large = np.repeat(scales[:, None], coarse.shape[2], axis=1)
+        large[:, : len(scales)] /= scales
+        return _apart(coarse, fine, large)
 
     def _pieces(self, knots: Knots) -> int:
         """Return how many looks per step show everything of importance."""
@@ -223,3 +223,9 @@ class Task:
     @cached_property
     def _size(self) -> float:
         return self._bare.size
+
+
+def _apart(coarse: Array, fine: Array, scales: Array) -> float:
+    """Return the largest difference in scales; NaN or infinite where a long step runs away."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.abs((coarse - fine) / scales).max(initial=0.0))
