@@ -7,6 +7,7 @@ shortcuts); Gammell, Srinivasa, Barfoot, Informed RRT*, IROS 2014 (what is not w
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
@@ -172,7 +173,7 @@ class FreeWays:
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
         turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
         length = float((moved + self._reach * turned).sum(axis=0).max(initial=0.0))
-        return self._between(begin, end, min(max(FEW, int(length / self._apart)), MOST))
+        return self._between(begin, end, min(max(FEW, math.ceil(length / self._apart)), MOST))
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
         """Return states at even shares of the shortest straight way, shape (count + 1, nx)."""
