@@ -321,14 +321,14 @@ def test_a_missing_or_damaged_file_is_bad_input(
 
 
 def test_a_machine_file_cannot_keep_its_reader_busy(run_copy: Path) -> None:
-    """Ten to the power of a billion is a short text and a number that no memory holds."""
+    """Ten to the power of a billion is a short text, and hours of work for who multiplies it."""
     machine = run_copy / "assets" / "machine.json"
     text = machine.read_text()
     assert text.count('"expression": "m"') == 1
     tower = '"expression": ["mul", "m", ["pow", 10, ["pow", 10, 9]]]'
     machine.write_text(text.replace('"expression": "m"', tower))
     try:
-        code = plan("check", str(run_copy), cwd=run_copy, timeout=6).returncode
+        code = plan("check", str(run_copy), cwd=run_copy, timeout=60).returncode
     except subprocess.TimeoutExpired:
         code = None
     assert code in (2, 7)

@@ -100,7 +100,8 @@ def test_a_minimum_no_nearer_than_the_start_leaves_no_motion(tmp_path: Path) -> 
 
 def test_the_command_line_says_where_it_is_stuck(tmp_path: Path) -> None:
     options = ("--set", "planner.navigation=false", "--set", "planner.escapes=0")
-    done = plan("diffdrive_trap", *options, "--no-animation", "--json", cwd=tmp_path)
+    silent = ("--no-animation", "--no-diagnosis", "--no-optimize", "--json")
+    done = plan("diffdrive_trap", *options, *silent, cwd=tmp_path)
     assert done.returncode == 4
     assert '"status": "local_minimum"' in done.stdout
     assert '"minimum_x": 4.' in done.stdout
