@@ -177,9 +177,20 @@ def test_a_repair_that_fails_leaves_the_raw_plan(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replaced(monkeypatch, "repair", lambda *_: None)
+    replaced(monkeypatch, "shorten", lambda _problem, given, _spent: given)
     found = driven.problem.solve(seed=1, max_iterations=MOST)
     assert bits(found) == bits(driven.raw)
     assert (found.status, made_by(found)) == ("solved", ["search"])
+
+
+def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
+    driven: Both, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replaced(monkeypatch, "repair", lambda *_: None)
+    found = driven.problem.solve(seed=1, max_iterations=MOST)
+    assert made_by(found) == ["search", "shorten"]
+    assert found.goal_distance < 1e-6
+    assert kinolab.verify(driven.problem, trajectory_of(found)).passed
 
 
 def test_what_the_verifier_refuses_is_discarded(
