@@ -18,9 +18,9 @@ MOST = 20.0  # [MB] that 1000 solves of a small problem may add
 
 @pytest.mark.parametrize("name", planners.names())
 def test_a_thousand_solves_add_less_than_20_megabytes(name: str, tmp_path: Path) -> None:
-    """Extrapolated from 40 solves: a leak shows in every quarter, an allocator's step in some."""
+    """Extrapolated from 20 solves: a leak shows in every quarter, an allocator's step in some."""
     subprocess.run(
-        [sys.executable, str(SCRIPT), name, "--solves", "40", "--json", "figures.json"],
+        [sys.executable, str(SCRIPT), name, "--solves", "20", "--json", "figures.json"],
         cwd=tmp_path,
         env=environment(),
         capture_output=True,
@@ -28,6 +28,6 @@ def test_a_thousand_solves_add_less_than_20_megabytes(name: str, tmp_path: Path)
         check=True,
     )
     (figures,) = json.loads((tmp_path / "figures.json").read_text())
-    assert (figures["planner"], figures["solves"]) == (name, 40)
-    assert figures["solved"] > 20  # it is solving that is measured
+    assert (figures["planner"], figures["solves"]) == (name, 20)
+    assert figures["solved"] > 10  # it is solving that is measured
     assert figures["steady"] < MOST, figures["quarters"]
