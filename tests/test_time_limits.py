@@ -173,7 +173,7 @@ def test_a_search_that_does_not_look_is_caught(
 
 
 @every_planner
-@pytest.mark.parametrize("looks", [7, 40, 400, 777])  # well after is dear here: searched twice
+@pytest.mark.parametrize("looks", [40, 777])  # well after is dear here: searched twice
 def test_the_iterations_of_a_search_that_was_cut_short_repeat_it(
     name: str, looks: int, endless: Problem, clock: Clock
 ) -> None:
