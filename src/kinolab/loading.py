@@ -116,7 +116,7 @@ def build_problem(scenario: Scenario, *, planning: bool = True, planner: bool = 
         scenario.world.ground == "plane",
         dict(scenario.world.bounds),
     )
-    return _problem(scenario, system, model, world)
+    return _problem(scenario, model.system, model, world)
 
 
 def _mistakes(scenario: Scenario) -> list[Mistake]:

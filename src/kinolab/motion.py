@@ -55,11 +55,13 @@ class Motion:
 def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Motion:
     """Integrate from a start with the inputs held between the times t.
 
+    Where the machine has feedback, it is asked at every knot what its inputs are.
+
     Args:
         model: The compiled machine.
         start: State at t[0], shape (nx,).
         t: Times of the knots in [s], shape (N+1,).
-        u: Inputs per interval, shape (N, nu).
+        u: Inputs per interval, or references, shape (N, nu).
         scales: What counts as large, per entry of the state, shape (nx,).
 
     Raises:
@@ -67,7 +69,11 @@ def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Mot
     """
     states, pieces = [np.asarray(start, dtype=float)], []
     for k, held in enumerate(u):
-        piece = interval(model, states[-1], (t[k], t[k + 1]), held, scales)
+        try:
+            acting = model.acting(states[-1], held)
+        except KinolabError as error:
+            raise DivergedError(float(t[k]), str(error)) from error
+        piece = interval(model.plant, states[-1], (t[k], t[k + 1]), acting, scales)
         states.append(piece(t[k + 1]))
         pieces.append(piece)
     return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
@@ -76,7 +82,7 @@ def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Mot
 def interval(
     model: Model, start: Array, span: tuple[float, float], held: Array, scales: Array
 ) -> Any:
-    """Integrate over one interval; returns SciPy's dense output."""
+    """Integrate a machine without feedback over one interval; returns SciPy's dense output."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # what diverges is reported below
@@ -168,8 +174,22 @@ def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
 def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
     """Return the true motion from the problem's start under given inputs, as a trajectory."""
     motion = true_motion(problem, problem.start, t, u)
-    model = problem.model
-    return Trajectory(motion.t, motion.x, np.asarray(u), model.state_names, model.control_names)
+    return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
+
+
+def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
+    """Return a motion as a trajectory, with what the feedback gave where there is one.
+
+    Args:
+        model: The machine.
+        t: Times of the knots in [s], shape (N+1,).
+        x: States at the knots, shape (N+1, nx).
+        u: Inputs of the model per interval, shape (N, nu): references where it has feedback.
+    """
+    if model.plant is model:
+        return Trajectory(t, x, u, model.state_names, model.control_names)
+    acting, names = model.acting(x[: len(u)], u), model.plant.control_names
+    return Trajectory(t, x, acting, model.state_names, names, u, model.control_names)
 
 
 def nudged(problem: Problem, start: Array) -> Array:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from kinolab import __version__
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.machine_file import FEEDBACK_FILE, feedback_to_json, machine_to_json
 from kinolab.dynobench import has_its_steps, is_environment, result_text
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
@@ -140,8 +140,11 @@ def read_run(folder: Path) -> Run:
         what = "a finished run carries its machine as data, in assets/machine.json."
         raise InputError([Mistake(where, what, "Nothing was run.")])
     problem = build_problem(scenario, planner=False)
-    model = problem.model
-    trajectory = read_csv(folder / "trajectory.csv", model.state_names, model.control_names)
+    model, plant = problem.model, problem.model.plant
+    references = () if plant is model else model.control_names
+    trajectory = read_csv(
+        folder / "trajectory.csv", model.state_names, plant.control_names, references
+    )
     return Run(folder, problem, report, trajectory)
 
 
@@ -162,7 +165,8 @@ def _intact(run: Run) -> Check:
     hashes = recorded if isinstance(recorded, dict) else {}
     scenario = run.problem.scenario
     files = [*_meshes(scenario).values(), _planner_file(scenario)]
-    used = {"machine.json", *(path.name for path in files if path is not None)}
+    machine = {"machine.json"} | ({FEEDBACK_FILE} if run.problem.system.feedback else set())
+    used = {*machine, *(path.name for path in files if path is not None)}
     changed = [
         name
         for name in sorted(used | set(hashes))
@@ -184,7 +188,11 @@ def _assets(problem: Problem) -> dict[str, bytes]:
     }
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
-    return {"machine.json": machine_to_json(problem.system).encode(), **meshes, **code}
+    system = problem.model.system  # whose feedback is a law, its gains included
+    machine = {"machine.json": machine_to_json(system.with_feedback(None)).encode()}
+    if system.feedback is not None:
+        machine[FEEDBACK_FILE] = feedback_to_json(system.feedback).encode()
+    return {**machine, **meshes, **code}
 
 
 def _meshes(scenario: Scenario) -> dict[int, Path]:

@@ -14,7 +14,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.motion import resimulate
 from kinolab.problem import Problem
-from kinolab.trajectory import Trajectory
+from kinolab.trajectory import Trajectory, reference_column
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -51,6 +51,8 @@ def simulate(problem: Problem, duration: float, inputs: Path | None = None) -> T
 def read_inputs(path: Path, model: Model) -> tuple[Array, Array]:
     """Read times, shape (N,), and inputs, shape (N, nu), each held until the next row.
 
+    Of a machine with feedback they are its references.
+
     Columns may stand in any order; others, such as the states of ``trajectory.csv``, are ignored,
     and so is a last row without inputs.
 
@@ -62,12 +64,14 @@ def read_inputs(path: Path, model: Model) -> tuple[Array, Array]:
             rows = list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
-    wanted = ("t", *model.control_names)
+    closed = model.plant is not model
+    inputs = [reference_column(n) if closed else n for n in model.control_names]
+    wanted = ("t", *inputs)
     missing = [name for name in wanted if not rows or name not in rows[0]]
     if missing:
         what = f"it has no column {', '.join(missing)}."
         raise InputError([Mistake(str(path), what, f"The columns are {', '.join(wanted)}.")])
-    if len(rows) > 1 and not any(rows[-1][name] for name in model.control_names):
+    if len(rows) > 1 and not any(rows[-1][name] for name in inputs):
         rows.pop()
     try:
         table = np.array([[float(row[name]) for name in wanted] for row in rows])

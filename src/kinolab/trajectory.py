@@ -1,12 +1,13 @@
-"""A motion: states at knots, and the inputs that are held between them."""
+"""A motion: states at knots, the inputs held between them, and the references they follow."""
 
 from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ class Trajectory:
         u: Inputs held from each knot to the next, shape (N, nu).
         state_names: Names of the columns of ``x``.
         control_names: Names of the columns of ``u``.
+        references: Set points of the machine's feedback, held likewise, shape (N, nr); no columns
+            where it has none.
+        reference_names: Names of the columns of ``references``.
     """
 
     t: Array
@@ -33,14 +37,19 @@ class Trajectory:
     u: Array
     state_names: tuple[str, ...]
     control_names: tuple[str, ...]
+    references: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    reference_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not fit together."""
+        if not self.reference_names and not self.references.size:
+            object.__setattr__(self, "references", np.zeros((len(self.u), 0)))
         rows, steps = len(self.t), max(len(self.t) - 1, 0)
         shapes = {
             "t": (self.t.shape, (rows,)),
             "x": (self.x.shape, (rows, len(self.state_names))),
             "u": (self.u.shape, (steps, len(self.control_names))),
+            "references": (self.references.shape, (steps, len(self.reference_names))),
         }
         mistakes = [
             Mistake("trajectory", f"{name} has shape {found}; it must be {wanted}.")
@@ -57,35 +66,47 @@ class Trajectory:
         """Length in time, in [s]."""
         return float(self.t[-1] - self.t[0])
 
+    @property
+    def inputs(self) -> Array:
+        """What was chosen: the references where the machine has feedback, else ``u``."""
+        return self.references if self.reference_names else self.u
+
     def to_csv(self) -> str:
         """Return the file format of ``trajectory.csv``; the last row has no inputs."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(["t", *self.state_names, *self.control_names])
-        blank = [""] * len(self.control_names)
+        writer.writerow(_header(self.state_names, self.control_names, self.reference_names))
+        held_rows, width = np.hstack([self.u, self.references]), len(self.control_names)
+        blank = [""] * (width + len(self.reference_names))
         for k, (time, state) in enumerate(zip(self.t, self.x, strict=True)):
-            held = map(_digits, self.u[k]) if k < len(self.u) else blank
+            held = map(_digits, held_rows[k]) if k < len(held_rows) else blank
             writer.writerow([_digits(time), *map(_digits, state), *held])
         return out.getvalue()
 
     def to_npz(self) -> bytes:
         """Return the file format of ``trajectory.npz``."""
         out = io.BytesIO()
-        np.savez(
-            out,
-            t=self.t,
-            x=self.x,
-            u=self.u,
-            state_names=np.array(self.state_names, dtype=str),
-            control_names=np.array(self.control_names, dtype=str),
-        )
+        tables: dict[str, Any] = {
+            "t": self.t,
+            "x": self.x,
+            "u": self.u,
+            "state_names": np.array(self.state_names, dtype=str),
+            "control_names": np.array(self.control_names, dtype=str),
+        }
+        if self.reference_names:
+            tables["references"] = self.references
+            tables["reference_names"] = np.array(self.reference_names, dtype=str)
+        np.savez(out, **tables)
         return out.getvalue()
 
 
 def read_csv(
-    path: Path, state_names: tuple[str, ...], control_names: tuple[str, ...]
+    path: Path,
+    state_names: tuple[str, ...],
+    control_names: tuple[str, ...],
+    reference_names: tuple[str, ...] = (),
 ) -> Trajectory:
-    """Read ``trajectory.csv`` of a machine whose states and inputs have these names.
+    """Read ``trajectory.csv`` of a machine whose states, inputs and references have these names.
 
     Raises:
         InputError: Naming the line, if the header or a value is not as it must be.
@@ -94,21 +115,32 @@ def read_csv(
         rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
-    header = ["t", *state_names, *control_names]
+    header = _header(state_names, control_names, reference_names)
     if not rows or rows[0] != header:
         what = f"its header is not {','.join(header)}."
         raise InputError([Mistake(f"{path} line 1", what)])
     if len(rows) < 2:
         raise InputError([Mistake(str(path), "it has no knots.")])
     data = _numbers(path, rows[1:], len(header), 1 + len(state_names))
-    nx = len(state_names)
+    nx, nu = len(state_names), len(control_names)
     return Trajectory(
         t=data[:, 0],
         x=data[:, 1 : 1 + nx],
-        u=data[:-1, 1 + nx :],
+        u=data[:-1, 1 + nx : 1 + nx + nu],
         state_names=state_names,
         control_names=control_names,
+        references=data[:-1, 1 + nx + nu :],
+        reference_names=reference_names,
     )
+
+
+def _header(states: Sequence[str], controls: Sequence[str], references: Sequence[str]) -> list[str]:
+    return ["t", *states, *controls, *map(reference_column, references)]
+
+
+def reference_column(name: str) -> str:
+    """Return what the files of a run call the column of a reference."""
+    return f"reference.{name}"
 
 
 def _numbers(path: Path, rows: list[list[str]], width: int, states: int) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -28,6 +28,7 @@ EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding on
 SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
 FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
 MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
+FEEDBACK = 1e-9  # of an input's range: how far it may be from what the law gives
 DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
 STEP = 1e-6  # share by which a step of a discrete problem may differ: times add up with rounding
 MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
@@ -127,7 +128,7 @@ def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
 
 
 def _motion_of(problem: Problem, trajectory: Trajectory) -> Motion:
-    return true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
+    return true_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)
 
 
 def _diverged(error: DivergedError) -> tuple[Check, Check]:
@@ -142,12 +143,18 @@ def _knot_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
         _defects(problem, trajectory),
         _constraints(problem, trajectory),
         _inputs(problem, trajectory),
+        *_feedback(problem, trajectory),
     )
 
 
 def _soundness(problem: Problem, trajectory: Trajectory) -> tuple[Check, Check]:
     """Check that all numbers are finite and that time begins at 0 and increases."""
-    tables = {"t": trajectory.t, "x": trajectory.x, "u": trajectory.u}
+    tables = {
+        "t": trajectory.t,
+        "x": trajectory.x,
+        "u": trajectory.u,
+        "references": trajectory.references,
+    }
     broken = [name for name, table in tables.items() if not np.isfinite(table).all()]
     count = sum(int((~np.isfinite(table)).sum()) for table in tables.values())
     detail = f"not finite: {', '.join(broken)}" if broken else ""
@@ -190,14 +197,18 @@ def _time(problem: Problem, trajectory: Trajectory) -> Check:
 
 
 def _defects(problem: Problem, trajectory: Trajectory) -> Check:
-    """Follow the truth from every stored knot to the next and compare."""
+    """Follow the truth from every stored knot to the next and compare.
+
+    With feedback it is the stored inputs, not the references, that must lead there.
+    """
+    plant = replace(problem, model=problem.model.plant)
     discrete = problem.scenario.integration.truth == "discrete"
     limit = DISCRETE_DEFECT if discrete else DEFECT
     worst, detail = 0.0, ""
     for k in range(len(trajectory.u)):
         span = trajectory.t[k : k + 2]
         try:
-            reached = true_motion(problem, trajectory.x[k], span, trajectory.u[k : k + 1]).x[-1]
+            reached = true_motion(plant, trajectory.x[k], span, trajectory.u[k : k + 1]).x[-1]
         except DivergedError as error:
             return Check("dynamics", math.inf, limit, False, str(error))
         errors = np.abs(_difference(problem, trajectory.x[k + 1], reached))
@@ -213,7 +224,7 @@ def _constraints(problem: Problem, trajectory: Trajectory) -> Check:
     held = np.vstack([trajectory.u, trajectory.u[-1:]]) if len(trajectory.u) else trajectory.u
     if not problem.system.constraints or not len(held):
         return _check("constraints", 0.0, CONSTRAINT, "")
-    residual = np.abs(problem.model.constraint_residual(trajectory.x, held))
+    residual = np.abs(problem.model.plant.constraint_residual(trajectory.x, held))
     k, i = np.unravel_index(int(residual.argmax()), residual.shape)
     name = problem.system.constraints[int(i)].name
     worst = float(residual[k, i])
@@ -222,18 +233,41 @@ def _constraints(problem: Problem, trajectory: Trajectory) -> Check:
 
 
 def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
-    lower, upper = problem.model.control_bounds.T
-    if not trajectory.u.size:
+    """Check that inputs, and the references of feedback, are within their limits."""
+    model, plant = problem.model, problem.model.plant
+    names, held, limits = plant.control_names, trajectory.u, plant.control_bounds
+    if plant is not model:
+        names, held = (*names, *model.control_names), np.hstack([held, trajectory.references])
+        limits = np.vstack([limits, model.control_bounds])
+    if not held.size:
         return _check("inputs", 0.0, EXCESS, "")
-    excess = np.maximum(trajectory.u - upper, lower - trajectory.u)
+    lower, upper = limits.T
+    excess = np.maximum(held - upper, lower - held)
     excess = np.where(np.isfinite(excess), excess, np.inf)
     k, i = np.unravel_index(int(excess.argmax()), excess.shape)
     worst = max(float(excess[k, i]), 0.0)
     detail = (
-        f"at t = {trajectory.t[k]:.6g} s {problem.model.control_names[int(i)]} is "
-        f"{trajectory.u[k, i]:.9g}, outside {lower[i]:g} to {upper[i]:g}"
+        f"at t = {trajectory.t[k]:.6g} s {names[int(i)]} is "
+        f"{held[k, i]:.9g}, outside {lower[i]:g} to {upper[i]:g}"
     )
     return _check("inputs", worst, EXCESS, detail if worst > EXCESS else "")
+
+
+def _feedback(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
+    """Check that the stored inputs are what the law gives at the stored states."""
+    model = problem.model
+    if model.plant is model or not len(trajectory.u):
+        return
+    span = np.ptp(model.plant.control_bounds, axis=1)
+    given = model.acting(trajectory.x[:-1], trajectory.references)
+    errors = np.abs(trajectory.u - given) / span
+    k, i = np.unravel_index(int(errors.argmax()), errors.shape)
+    worst = float(errors[k, i])
+    detail = (
+        f"at t = {trajectory.t[k]:.6g} s {model.plant.control_names[int(i)]} is "
+        f"{trajectory.u[k, i]:.9g} where the law gives {given[k, i]:.9g}"
+    )
+    yield _check("feedback", worst, FEEDBACK, detail if worst > FEEDBACK else "")
 
 
 def _requirements(problem: Problem, trajectory: Trajectory, motion: Motion) -> Iterator[Check]:
@@ -244,7 +278,7 @@ def _requirements(problem: Problem, trajectory: Trajectory, motion: Motion) -> I
     worst, detail = 0.0, ""
     try:
         for times, states, held in _samples(problem, trajectory, motion):
-            margins = problem.model.requirements(states, held)
+            margins = problem.model.plant.requirements(states, held)
             short = np.where(np.isfinite(margins), -margins, np.inf)
             k, i = np.unravel_index(int(short.argmax()), short.shape)
             if short[k, i] > worst:
@@ -258,7 +292,9 @@ def _requirements(problem: Problem, trajectory: Trajectory, motion: Motion) -> I
 def _error_growth(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
     """Nudge the start and see how much farther from the motion the other one ends."""
     try:
-        far = true_motion(problem, nudged(problem, trajectory.x[0]), trajectory.t, trajectory.u)
+        far = true_motion(
+            problem, nudged(problem, trajectory.x[0]), trajectory.t, trajectory.inputs
+        )
     except DivergedError as error:
         return Check("error growth", math.inf, GROWTH, False, str(error))
     grown = growth(problem, motion.x, far.x)
@@ -403,7 +439,7 @@ def _steps(
     Those are short wherever the motion changes, so that probes within them find the fastest point:
     a motion that rests at the knots is not taken for one that rests.
     """
-    model = problem.model
+    model = problem.model.plant
     for k, held in enumerate(trajectory.u):
         for begin, end in pairwise(map(float, motion.pieces[k].ts)):
             probes = motion.between(k, np.linspace(begin, end, PROBES))

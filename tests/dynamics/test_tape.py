@@ -186,13 +186,14 @@ def test_dividing_by_the_constant_zero_is_an_error() -> None:
         tape.power(tape.zero, -1)
 
 
-def test_a_maximum_has_no_derivative() -> None:
+def test_a_maximum_moves_as_the_larger_one_does() -> None:
     tape = Tape()
     x, y = tape.variable("x"), tape.variable("y")
     node = tape.maximum(x, y)
-    with pytest.raises(ArithmeticError, match="fmax has no derivative"):
-        tape.derivative([node], {x: tape.one})
-    assert tape.evaluate([node], {"x": 2.0, "y": 3.0}) == [3.0]
+    (slope,) = tape.derivative([node], {x: tape.constant(2.0), y: tape.constant(5.0)})
+    assert tape.evaluate([node, slope], {"x": 2.0, "y": 3.0}) == [3.0, 5.0]
+    assert tape.evaluate([node, slope], {"x": 4.0, "y": 3.0}) == [4.0, 2.0]
+    assert tape.evaluate([slope], {"x": 3.0, "y": 3.0}) == [3.5]  # between both
     z = tape.variable("z")
     assert tape.derivative([node], {z: tape.one}) == [tape.zero]  # it does not move along z
 

@@ -24,6 +24,7 @@ from kinolab.dynamics.efforts import (
     toward,
 )
 from kinolab.dynamics.extras import State, lag, state
+from kinolab.dynamics.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.flatness import CURVATURE, FlatOutputs, PlaneCurves, output
 from kinolab.dynamics.frames import (
     WORLD,
@@ -42,6 +43,7 @@ from kinolab.dynamics.frames import (
 )
 from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.model import Model
+from kinolab.dynamics.riccati import dlqr, lqr, tvlqr
 from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.dynamics.symbols import (
     Attitude,
@@ -56,6 +58,7 @@ from kinolab.dynamics.symbols import (
     turn_rate,
 )
 from kinolab.dynamics.system import System
+from kinolab.dynamics.trimming import Trim, Watched, trim
 from kinolab.dynamics.variational import VariationalIntegrator
 
 __all__ = [
@@ -76,6 +79,7 @@ __all__ = [
     "Cylinder",
     "Disk",
     "Drive",
+    "Feedback",
     "FlatOutputs",
     "Force",
     "Frame",
@@ -86,6 +90,8 @@ __all__ = [
     "Potential",
     "Pull",
     "Rate",
+    "Reference",
+    "Regulator",
     "Requirement",
     "Shape",
     "Sphere",
@@ -93,17 +99,21 @@ __all__ = [
     "State",
     "System",
     "Torque",
+    "Trim",
     "VariationalIntegrator",
     "Viscous",
+    "Watched",
     "Wrench",
     "acceleration",
     "angle",
     "closed",
+    "dlqr",
     "force_of",
     "hat",
     "homogeneous",
     "lag",
     "length",
+    "lqr",
     "move",
     "orient",
     "output",
@@ -116,7 +126,9 @@ __all__ = [
     "rotation",
     "state",
     "toward",
+    "trim",
     "turn_rate",
+    "tvlqr",
     "unhat",
     "velocity",
     "zero",

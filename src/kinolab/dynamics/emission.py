@@ -63,11 +63,11 @@ def emit_module(derivation: Derivation) -> str:
             *_declarations(),
             *functions,
             _emit_tangent(derivation),
-            _emit_jacobian(*sizes),
+            emit_jacobian(*sizes, sizes[0]),
             *emit_linear_algebra(),
             *emit_steppers(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
-            _emit_rows(*sizes, inputs=False),
-            _emit_rows(*sizes, inputs=True),
+            emit_rows(sizes[0], None, name="rows_at"),
+            emit_rows(*sizes, name="rows_under"),
         ]
     )
 
@@ -183,14 +183,16 @@ def _emit_tangent(derivation: Derivation) -> str:
     return emit_function("tangent", tape, arguments, outputs)
 
 
-def _emit_jacobian(states: int, inputs: int) -> str:
-    """Return df/dx and df/du, a call of ``tangent`` per column.
+def emit_jacobian(
+    states: int, inputs: int, results: int, *, name: str = "jacobian", tangent: str = "tangent"
+) -> str:
+    """Return all derivatives of a function of states and inputs, a call of its tangent per column.
 
-    int jacobian(const double *x, *u, *p, double *out, long mode); out holds the columns of
-    df/dx, then those of df/du, each of length nx.
+    int NAME(const double *x, *u, *p, double *out, long mode); out holds the columns of the
+    derivative with respect to x, then those with respect to u, each as long as the result.
     """
     parameters = [("ptr", "x"), ("ptr", "u"), ("ptr", "p"), ("ptr", "out"), ("i64", "mode")]
-    routine = Routine("jacobian", parameters)
+    routine = Routine(name, parameters)
     size = states + inputs
     seeds = routine.array(size)
     status = routine.cell("i32", "0")
@@ -198,9 +200,9 @@ def _emit_jacobian(states: int, inputs: int) -> str:
         routine.store(seeds, i, literal(0.0))
     with routine.loop(0, size) as k:
         routine.store(seeds, k, literal(1.0))
-        column = routine.at("%out", routine.integer("mul", k, states))
+        column = routine.at("%out", routine.integer("mul", k, results))
         du = routine.at(seeds, states)
-        call = f"call i32 @tangent(ptr %x, ptr %u, ptr %p, ptr {seeds}, ptr {du}, ptr {column}"
+        call = f"call i32 @{tangent}(ptr %x, ptr %u, ptr %p, ptr {seeds}, ptr {du}, ptr {column}"
         failed = routine.line(f"{call}, i64 %mode)")
         so_far = routine.get("i32", status)
         routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
@@ -209,12 +211,18 @@ def _emit_jacobian(states: int, inputs: int) -> str:
     return routine.text()
 
 
-def _emit_rows(states: int, controls: int, *, inputs: bool) -> str:
-    """Return a loop of any function over rows; its result is the first failing row, or -1."""
-    tables = {"%x": states, **({"%u": controls} if inputs else {})}
+def emit_rows(states: int, controls: int | None, *, name: str) -> str:
+    """Return a loop of any function over rows; its result is the first failing row, or -1.
+
+    Args:
+        states: Length of x.
+        controls: Length of u; None for functions that have no inputs.
+        name: Of the loop.
+    """
+    tables = {"%x": states, **({} if controls is None else {"%u": controls})}
     pointers = [("ptr", name[1:]) for name in ("%function", *tables, "%p", "%out")]
     numbers = [("i64", name) for name in ("n", "size", "mode")]
-    routine = Routine(f"rows_{'under' if inputs else 'at'}", [*pointers, *numbers], result="i64")
+    routine = Routine(name, [*pointers, *numbers], result="i64")
     worst = routine.cell("i64", "-1")
     with routine.loop(0, "%n") as i:
         given = [routine.at(a, routine.integer("mul", i, size)) for a, size in tables.items()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.frames import Axis, Frame, Number
@@ -157,8 +157,20 @@ class Control(AbstractInput):
 Input: TypeAlias = Torque | Force | Pull | Rate | Drive | Control
 
 
-def bounds_of(entry: Input) -> tuple[float, float]:
-    """Return the limits of an input as (lower, upper).
+class Limited(Protocol):
+    """What has limits: an input, or a reference of a feedback law."""
+
+    @property
+    def name(self) -> str:
+        """What scenarios and files call it."""
+
+    @property
+    def limit(self) -> Limit:
+        """Largest magnitude, or (lower, upper)."""
+
+
+def bounds_of(entry: Limited, kind: str = "input") -> tuple[float, float]:
+    """Return the limits of an input, or of what else has some, as (lower, upper).
 
     Raises:
         InputError: If they are not finite, or the lower one is not below the upper one.
@@ -167,5 +179,5 @@ def bounds_of(entry: Input) -> tuple[float, float]:
     lower, upper = limit if isinstance(limit, tuple) else (-limit, limit)
     if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
         remedy = "Give a positive magnitude, or (lower, upper), finite."
-        raise InputError([Mistake(f"input {entry.name!r}", f"its limit is {limit!r}.", remedy)])
+        raise InputError([Mistake(f"{kind} {entry.name!r}", f"its limit is {limit!r}.", remedy)])
     return float(lower), float(upper)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from kinolab.dynamics.efforts import (
 )
 from kinolab.dynamics.expression_tree import expression_to_tree, tree_to_expression
 from kinolab.dynamics.extras import State
+from kinolab.dynamics.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.field_types import check_fields
 from kinolab.dynamics.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.frames import Axis, Frame, Orientation, Rotation, Translation
@@ -37,6 +38,7 @@ from kinolab.dynamics.symbols import (
     InputSymbol,
     MachineSymbol,
     Parameter,
+    ReferenceSymbol,
     StateSymbol,
     angle,
     length,
@@ -47,6 +49,8 @@ from kinolab.dynamics.system import System
 from kinolab.errors import InputError, Mistake
 
 FORMAT, VERSION = "kinolab machine", 1
+FEEDBACK_FILE = "feedback.json"  # beside a machine: its controller, where it has one
+DAMAGED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 RECORDS: dict[str, type] = {
     kind.__name__: kind
@@ -56,6 +60,7 @@ RECORDS: dict[str, type] = {
         *(Control, Drive, Force, Pull, Rate, Torque),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
+        *(Feedback, Reference, Regulator),
         *SHAPES,
     )
 }
@@ -81,7 +86,11 @@ def machine_to_json(system: System) -> str:
         "collisions": [list(pair) for pair in system.collisions],
         "bodies": [{name: _encode(getattr(body, name)) for name in BODY} for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
-        **({} if system.flat is None else {"flat": _encode(system.flat)}),
+        **{
+            name: _encode(getattr(system, name))
+            for name in ("flat", "feedback")
+            if getattr(system, name) is not None
+        },
     }
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -102,29 +111,57 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> System:
             Mistake(f"{where} {m.where}".rstrip(), m.what, m.remedy) for m in error.mistakes
         )
         raise InputError(mistakes) from error
-    except (
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        RecursionError,
-        TypeError,
-        ValueError,
-    ) as error:
+    except DAMAGED as error:
         what = f"the machine is damaged ({type(error).__name__}: {error})."
         raise InputError([Mistake(where, what)]) from error
 
 
-def load_machine(path: Path) -> System:
-    """Read a system from a file.
+def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
+    """Return a controller as plain data, as JSON has it."""
+    tree: dict[str, Any] = _encode(feedback)
+    return tree
+
+
+def feedback_to_json(feedback: Feedback | Regulator) -> str:
+    """Return a controller as JSON text."""
+    tree = feedback_to_tree(feedback)
+    return json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def feedback_from_tree(system: System, tree: Mapping[str, Any]) -> Feedback | Regulator:
+    """Read a controller of a machine from plain data.
 
     Raises:
-        InputError: If it cannot be read or is no machine.
+        LookupError, TypeError, ValueError: If it is damaged.
     """
+    feedback = _Reader.beside(system, tree).decode(tree)
+    if not isinstance(feedback, Feedback | Regulator):
+        raise TypeError("it is no controller")
+    return feedback
+
+
+def load_machine(path: Path) -> System:
+    """Read a system from a file, with its controller if that lies beside it in ``feedback.json``.
+
+    Raises:
+        InputError: If one cannot be read or is not what it should be.
+    """
+    system = machine_from_json(_text(path), where=str(path))
+    beside = path.with_name(FEEDBACK_FILE)
+    if not beside.is_file():
+        return system
     try:
-        text = path.read_text(encoding="utf-8")
+        return system.with_feedback(feedback_from_tree(system, json.loads(_text(beside))))
+    except DAMAGED as error:
+        what = f"the controller is damaged ({type(error).__name__}: {error})."
+        raise InputError([Mistake(str(beside), what)]) from error
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
-    return machine_from_json(text, where=str(path))
 
 
 def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
@@ -174,16 +211,26 @@ class _Reader:
         symbols: list[MachineSymbol] = [
             Parameter(p["name"], p["default"], p["unit"]) for p in data["parameters"]
         ]
-        for coordinate in coordinates.values():
-            if isinstance(coordinate, Coordinate):
-                symbols += [coordinate, RateSymbol(coordinate)]
-            else:
-                symbols += [*coordinate.quaternion, *coordinate.turn_rate]
+        symbols += _symbols_of(coordinates.values())
         symbols += [InputSymbol(entry["name"]) for entry in data["inputs"]]
         symbols += [StateSymbol(entry["name"]) for entry in data["states"]]
+        feedback = data.get("feedback") or {"references": ()}
+        symbols += [ReferenceSymbol(entry["name"]) for entry in feedback["references"]]
         named = {symbol.name: symbol for symbol in symbols}
         forces = {c["name"]: ForceSymbol(c["name"]) for c in data["constraints"]}
         return cls(coordinates, forces | named)
+
+    @classmethod
+    def beside(cls, system: System, feedback: Mapping[str, Any]) -> _Reader:
+        """Take the symbols of a machine that is there, to read a controller for it."""
+        coordinates = {entry.name: entry for entry in system.coordinates}
+        symbols: list[MachineSymbol] = [
+            *system.parameters,
+            *_symbols_of(coordinates.values()),
+            *(entry.symbol for entry in (*system.inputs, *system.states)),
+            *(ReferenceSymbol(entry["name"]) for entry in feedback["references"]),
+        ]
+        return cls(coordinates, {symbol.name: symbol for symbol in symbols})
 
     def system(self, data: Mapping[str, Any]) -> System:
         """Return the machine."""
@@ -204,6 +251,7 @@ class _Reader:
             coordinates=list(self.coordinates.values()),
             values=data["values"],
             flat=self._flat(data.get("flat")),
+            feedback=self.decode(data.get("feedback")),
             **content,
         )
 
@@ -246,6 +294,15 @@ class _Reader:
             case {"attitude": name}:
                 return self.coordinates[name]
         raise ValueError(f"{str(data)[:60]} is no record")
+
+
+def _symbols_of(coordinates: Iterable[Coordinate | Attitude]) -> Iterator[MachineSymbol]:
+    """Yield the symbols of coordinates and of their rates."""
+    for coordinate in coordinates:
+        if isinstance(coordinate, Coordinate):
+            yield from (coordinate, RateSymbol(coordinate))
+        else:
+            yield from (*coordinate.quaternion, *coordinate.turn_rate)
 
 
 def _read_coordinate(data: Mapping[str, Any]) -> Coordinate | Attitude:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ import sympy
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
 from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.cables import Cable
+from kinolab.dynamics.feedback import Feedback, Regulator
 from kinolab.dynamics.flatness import output_symbols, symbols_used
 from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.records import exact
@@ -24,6 +25,7 @@ from kinolab.dynamics.symbols import (
     InputSymbol,
     Parameter,
     QuaternionEntry,
+    ReferenceSymbol,
     StateSymbol,
 )
 from kinolab.dynamics.system import atoms_of
@@ -32,6 +34,7 @@ from kinolab.errors import InputError, Mistake, unknown_name
 if TYPE_CHECKING:
     from kinolab.dynamics.system import AnyCoordinate, System
 
+HIGHEST_DEGREE = 8  # of polynomials through equilibria
 TRIANGLE = 1e-9  # relative rounding that an inertia may show
 
 
@@ -56,6 +59,7 @@ def mistakes_of(
     yield from _references(system)
     yield from _places(system)
     yield from _flatness(system)
+    yield from _feedback(system)
     for body in system.bodies:
         yield from _body(system, body)
         for shape in body.shapes:
@@ -75,7 +79,8 @@ def _where(system: System) -> str:
 
 def _naming(system: System) -> Iterator[Mistake]:
     symbols = (*configuration_symbols(system), *tangent_symbols(system), *system.parameters)
-    named = (*system.inputs, *system.states)
+    references = () if system.feedback is None else system.feedback.references
+    named = (*system.inputs, *system.states, *references)
     groups = {
         "name": [entry.name for entry in (*symbols, *named)],
         "body": [body.name for body in system.bodies],
@@ -85,7 +90,7 @@ def _naming(system: System) -> Iterator[Mistake]:
     for kind, names in groups.items():
         for name, count in Counter(names).items():
             if count > 1:
-                bearers = "coordinates, rates, inputs, states or parameters "
+                bearers = "coordinates, rates, inputs, states, references or parameters "
                 what = f"{count} {bearers if kind == 'name' else ''}have this name."
                 yield Mistake(f"{kind} {name!r}", what, "Give each a name of its own.")
     for entry in named:
@@ -113,18 +118,24 @@ def _symbols(system: System, atoms: set[sympy.Symbol | Attitude]) -> Iterator[Mi
         InputSymbol: {entry.name for entry in system.inputs},
         StateSymbol: {entry.name for entry in system.states},
         ForceSymbol: {constraint.name for constraint in system.constraints},
+        ReferenceSymbol: set() if system.feedback is None else _names(system.feedback.references),
     }
     declared = {*configuration_symbols(system), *tangent_symbols(system)}
     for atom in sorted(atoms, key=str):
         kind = type(atom)
         if kind in known and atom.name not in known[kind]:
-            what = f"the symbol {atom} belongs to an input, state or constraint it does not list."
+            what = f"the symbol {atom} belongs to an input, state, reference or constraint it "
+            what += "does not list."
             yield Mistake(_where(system), what, "List it, or take the symbol out.")
         elif not isinstance(atom, (Attitude, Coordinate, Parameter, *known)) and not any(
             type(symbol) is kind for symbol in declared
         ):
             remedy = "Make it with length, angle, rotation, parameter, rate or state."
             yield Mistake(_where(system), f"the symbol {atom} is not declared.", remedy)
+
+
+def _names(entries: Sequence[Any]) -> set[str]:
+    return {entry.name for entry in entries}
 
 
 def _coordinates(system: System, used: set[AnyCoordinate]) -> Iterator[Mistake]:
@@ -196,6 +207,55 @@ def _flatness(system: System) -> Iterator[Mistake]:
     for symbol in sorted(symbols_used(system.flat) - known, key=str):
         remedy = "Use output(name, order) up to order 2, coordinates and parameters."
         yield Mistake(where, f"the symbol {symbol} means nothing here.", remedy)
+
+
+def _feedback(system: System) -> Iterator[Mistake]:
+    """A controller gives every input of the machine, and nothing else."""
+    feedback, where = system.feedback, f"{_where(system)} feedback"
+    if feedback is None:
+        return
+    if not feedback.references:
+        yield Mistake(where, "it has no references.", "Give one at least; planners choose them.")
+    for entry in feedback.references:
+        try:
+            bounds_of(entry, "reference")
+        except InputError as error:
+            yield from error.mistakes
+    inputs = [entry.name for entry in system.inputs]
+    if isinstance(feedback, Feedback):
+        given = Counter(name for name, _ in feedback.law)
+        for name in given:
+            if name not in inputs:
+                yield unknown_name("input", name, known=inputs, where=where)
+        for name in inputs:
+            if given[name] != 1:
+                yield Mistake(where, f"its law gives {name} {given[name]} times.", "Give it once.")
+    else:
+        yield from _regulator(system, feedback, where)
+
+
+def _regulator(system: System, regulator: Regulator, where: str) -> Iterator[Mistake]:
+    """What is to be designed must be a question that has an answer."""
+    inputs, tracked = [entry.name for entry in system.inputs], [z for z, _ in regulator.tracked]
+    for z, _ in regulator.about:
+        if z not in tracked:
+            yield Mistake(where, f"{z} has a value in equilibrium but is not tracked.", "Track it.")
+    for kind, known, pairs in (
+        ("input", inputs, regulator.efforts),
+        ("reference", [entry.name for entry in regulator.references], regulator.schedule),
+    ):
+        for name, _ in pairs:
+            if name not in known:
+                yield unknown_name(kind, name, known=known, where=where)
+    large = [(str(z), size) for z, size in regulator.tracked] + list(regulator.efforts)
+    for what, size in large:
+        if not (size > 0 and math.isfinite(size)):
+            remedy = "It must be positive."
+            yield Mistake(where, f"what counts as large for {what} is {size:g}.", remedy)
+    for name, degree in regulator.schedule:
+        if not 0 <= degree <= HIGHEST_DEGREE:
+            remedy = f"Take 0 to {HIGHEST_DEGREE}."
+            yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
 
 
 def _shape(system: System, body: Body, shape: Any) -> Iterator[Mistake]:

@@ -13,11 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
 from kinolab.dynamics.cache import cached
 from kinolab.dynamics.chart import condition_number
+from kinolab.dynamics.closed_loop import CLOSED, PREFIX, emit_closed_loop, functions_of
 from kinolab.dynamics.compilation import compile_ir, link
 from kinolab.dynamics.derivation import derive
 from kinolab.dynamics.emission import NEED_CHART, SINGULAR, emit_module
+from kinolab.dynamics.feedback import Feedback, Regulator
 from kinolab.dynamics.inputs import bounds_of
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.machine_file import (
+    feedback_from_tree,
+    feedback_to_tree,
+    machine_to_json,
+)
 from kinolab.dynamics.steppers import METHODS
 from kinolab.dynamics.symbols import Coordinate
 from kinolab.dynamics.system import System
@@ -48,8 +54,11 @@ class Model:
     method takes parameter values by keyword, which override the system's without compiling
     anything.
 
+    Where the machine has feedback, the inputs u of every method are the references of its law, and
+    ``plant`` is the machine without it; ``acting`` gives the plant's own inputs.
+
     Attributes:
-        system: What was derived.
+        system: What was derived; its feedback, if it has one, is a law.
         independent: Indices, among all velocities, of those that are states.
         redundant: Names of constraints that follow from the others.
         state_names: Names of the entries of x, shape (nx,).
@@ -64,10 +73,16 @@ class Model:
 
     def __init__(self, system: System) -> None:
         facts, code = cached(machine_to_json(system), lambda: _build(system))
+        if facts.get("feedback"):
+            system = system.with_feedback(feedback_from_tree(system, facts["feedback"]))
         self.system = system
+        feedback = system.feedback
+        law = feedback if isinstance(feedback, Feedback) else None
         self._functions: dict[str, Callable[..., int]] = {}  # compiled ones, as they are needed
         self._sizes: dict[str, int] = facts["sizes"]
-        self._library = link(code, [*self._sizes, *FUNCTIONS])
+        functions = dict.fromkeys((*self._sizes, *FUNCTIONS, *functions_of(law)))
+        self._library = link(code, list(functions))
+        self._closed = frozenset(CLOSED if law else ())
         self.independent: tuple[int, ...] = tuple(facts["independent"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         configuration = configuration_symbols(system)
@@ -78,9 +93,10 @@ class Model:
             *(self.rate_names[i] for i in self.independent),
             *(entry.name for entry in system.states),
         )
-        self.control_names = tuple(entry.name for entry in system.inputs)
+        chosen = system.inputs if law is None else law.references
+        self.control_names = tuple(entry.name for entry in chosen)
         self.control_bounds: Array = np.array(
-            [bounds_of(entry) for entry in system.inputs], dtype=float
+            [bounds_of(entry) for entry in chosen], dtype=float
         ).reshape(-1, 2)
         self.state_bounds: Array = _state_bounds(system, self.independent)
         self.state_scales: Array = _state_scales(system, self.independent)
@@ -135,7 +151,24 @@ class Model:
 
     def address(self, function: str) -> int:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
-        return self._library.address(function)
+        return self._library.address(PREFIX * (function in self._closed) + function)
+
+    @cached_property
+    def plant(self) -> Model:
+        """The machine without its feedback: itself where it has none."""
+        return Model(self.system.with_feedback(None)) if self._closed else self
+
+    def acting(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+        """Return the plant's inputs that the feedback gives under references, shape (..., nu).
+
+        Args:
+            x: State, shape (nx,), or states, shape (N, nx).
+            u: References, shape (nr,), or one row per state; without feedback the inputs, which
+                are returned as they are.
+        """
+        if not self._closed:
+            return self._inputs(u, _array("x", x, self.nx))
+        return self._call("law", x, u, parameters)
 
     def parameter_vector(self, **parameters: float) -> Array:
         """Return the parameters as compiled code takes them, shape (number of parameters,).
@@ -427,6 +460,9 @@ class Model:
 
 def _build(system: System) -> tuple[dict[str, Any], bytes]:
     """Derive and compile a machine; returns what a model must know, and the machine code."""
+    if isinstance(system.feedback, Regulator):
+        lawful = system.with_feedback(_designed(system, system.feedback))
+        return cached(machine_to_json(lawful), lambda: _build(lawful))
     d = derive(system)
     size = len(d.state)
     sizes = {
@@ -446,7 +482,20 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
         "jacobian": size * (size + len(d.binding.inputs)),
     }
     facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
-    return facts, compile_ir(emit_module(d))
+    text, law = emit_module(d), system.feedback
+    if law is not None:
+        count, references = len(d.binding.inputs), len(law.references)
+        sizes["jacobian"] = size * (size + references)
+        sizes |= {"law": count, "law_jacobian": count * (size + references)}
+        facts["feedback"] = feedback_to_tree(law)
+        text += "\n" + emit_closed_loop(d, system, law)
+    return facts, compile_ir(text)
+
+
+def _designed(system: System, regulator: Regulator) -> Feedback:
+    from kinolab.dynamics.regulation import designed  # which asks a model for equilibria
+
+    return designed(Model(system.with_feedback(None)), regulator)
 
 
 def _state_scales(system: System, independent: tuple[int, ...]) -> Array:

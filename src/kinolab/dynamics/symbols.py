@@ -310,6 +310,18 @@ class InputSymbol(MachineSymbol):
         return rf"\mathrm{{{symbol}}}" if len(symbol) > 1 and symbol == self.name else symbol
 
 
+class ReferenceSymbol(MachineSymbol):
+    """The value of a reference of a feedback law, in the reference's unit."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> ReferenceSymbol:
+        """Make the symbol of a reference."""
+        _check_name("reference", name)
+        made: ReferenceSymbol = cls._build(name, ())
+        return made
+
+
 def length(
     name: str,
     lower: float = -math.inf,

@@ -13,6 +13,7 @@ from kinolab.dynamics.cables import AnyCable, Cable, as_cables
 from kinolab.dynamics.constraints import Constraint, Requirement
 from kinolab.dynamics.efforts import Effort, Gravity
 from kinolab.dynamics.extras import State
+from kinolab.dynamics.feedback import Feedback, Regulator
 from kinolab.dynamics.flatness import Flat
 from kinolab.dynamics.inputs import Input
 from kinolab.dynamics.records import exact
@@ -55,6 +56,8 @@ class System:
         coordinates: Their order; by default the order in which they were made.
         values: Parameter values other than the defaults, by name.
         flat: How its motions follow from curves, where they do; planners steer by it.
+        feedback: The controller that is part of the machine, if it has one: planners then choose
+            its references, and the inputs follow.
 
     Raises:
         InputError: With every mistake in the description.
@@ -75,6 +78,7 @@ class System:
     parameters: tuple[Parameter, ...]
     values: tuple[tuple[str, float], ...]
     flat: Flat | None
+    feedback: Feedback | Regulator | None
 
     def __init__(
         self,
@@ -93,6 +97,7 @@ class System:
         coordinates: Sequence[AnyCoordinate] | None = None,
         values: Mapping[str, float] | None = None,
         flat: Flat | None = None,
+        feedback: Feedback | Regulator | None = None,
     ) -> None:
         from kinolab.dynamics.mistakes import mistakes_of
 
@@ -105,6 +110,7 @@ class System:
             "states": tuple(states),
             "requirements": tuple(requirements),
             "cables": as_cables(tuple(cables)),
+            "feedback": feedback,
         }
         atoms = set(atoms_of(tuple(content.values())))
         used = {a for a in map(_coordinate_of, atoms) if a is not None}
@@ -134,9 +140,20 @@ class System:
         Raises:
             InputError: If a parameter does not exist or a value is not a number.
         """
-        content = {field.name: getattr(self, field.name) for field in fields(self)}
-        del content["parameters"]
-        return System(**content | {"values": dict(self.values) | values})
+        return self._changed(values=dict(self.values) | values)
+
+    def with_feedback(self, feedback: Feedback | Regulator | None) -> System:
+        """Return the same machine with another controller, or with none.
+
+        Raises:
+            InputError: If the controller does not fit the machine.
+        """
+        return self._changed(feedback=feedback)
+
+    def _changed(self, **content: Any) -> System:
+        own = {field.name: getattr(self, field.name) for field in fields(self)}
+        del own["parameters"]  # they follow from the rest
+        return System(**own | {"values": dict(self.values)} | content)
 
     @property
     def parameter_values(self) -> dict[str, float]:

@@ -324,6 +324,10 @@ class Tape:
                 return self.add(self.mul(da, b), self.mul(a, db))
             case "div":
                 return self.div(self.sub(da, self.mul(node, db)), b)
+            case "fmax":  # half of each where both are equal, between both slopes
+                which = self.unary("sign", self.sub(a, b))
+                both = self.add(self.add(da, db), self.mul(which, self.sub(da, db)))
+                return self.mul(self.constant(0.5), both)
         raise ArithmeticError(f"{operation.name} has no derivative")
 
     def _unary_rule(self, name: str, node: Node, a: Node, da: Node) -> Node:

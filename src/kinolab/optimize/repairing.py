@@ -21,14 +21,14 @@ FEWEST = 8  # steps that leave inputs enough freedom
 
 def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     """Return a trajectory as knots with even steps, none longer than the problem's."""
-    steps, h = len(trajectory.u), problem.step
+    steps, h = len(trajectory.inputs), problem.step
     spans = np.diff(trajectory.t)
     even = np.abs(spans - spans[0]).max() <= UNEVEN and spans[0] <= h + UNEVEN
     if even:
-        return Knots(trajectory.x, trajectory.u, float(spans[0]))
+        return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
     count = max(steps, FEWEST, math.ceil(trajectory.duration / h - UNEVEN))
     attitudes = tuple(problem.model.attitudes.values())
-    return resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
+    return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, attitudes)
 
 
 def exact(
@@ -71,7 +71,7 @@ def repair(
     """
     for room in ROOMS:
         task = Task(problem, room)
-        if late() or not task.possible or not len(trajectory.u):
+        if late() or not task.possible or not len(trajectory.inputs):
             return None
         knots = exact(task, knots_of(problem, trajectory), late, iterations, held=held)
         if knots is None:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from kinolab.motion import trajectory_under
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.quickening import quicken
 from kinolab.optimize.repairing import repair
@@ -68,7 +69,7 @@ def _closed(
 def _step_by_step(task: Task, knots: Knots, block: int) -> Trajectory:
     fine, model = task.refined(knots, block), task.problem.model
     t = fine.h * np.arange(len(fine.u) + 1.0)
-    return Trajectory(t, fine.x, fine.u, model.state_names, model.control_names)
+    return trajectory_under(model, t, fine.x, fine.u)
 
 
 def _faster(task: Task, knots: Knots, block: int, late: Callable[[], bool]) -> Trajectory | None:

@@ -46,14 +46,14 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | Spent) ->
     def over() -> bool:
         return spent() >= 1.0
 
-    if not Task(problem, 0.0).possible or not len(trajectory.u):
+    if not Task(problem, 0.0).possible or not len(trajectory.inputs):
         return trajectory
     guess, best = _with_few_knots(problem, trajectory, late), trajectory
     for room in ROOMS:
         if over():
             break
         task = Task(problem, room)
-        knots = guess and _in_steps(task, guess, len(trajectory.u), over)
+        knots = guess and _in_steps(task, guess, len(trajectory.inputs), over)
         knots = knots or exact(task, knots_of(problem, trajectory), over)
         if knots is None:
             continue
@@ -77,7 +77,7 @@ def _with_few_knots(
     problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
 ) -> Knots | None:
     """Return a fast motion under inputs that are held for several steps each, step by step."""
-    task, block = Task(problem, ROOMS[1]), round(len(trajectory.u) / FEW)
+    task, block = Task(problem, ROOMS[1]), round(len(trajectory.inputs) / FEW)
     while block > 1 and not late():
         knots = _closed(task, trajectory, block, late)
         if knots is not None:
@@ -92,9 +92,9 @@ def _closed(
     task: Task, trajectory: Trajectory, block: int, late: Callable[[], bool]
 ) -> Knots | None:
     """Return exact knots of so many steps each, None where there are none near a motion."""
-    count = math.ceil(len(trajectory.u) / block)
+    count = math.ceil(len(trajectory.inputs) / block)
     attitudes = tuple(task.problem.model.attitudes.values())
-    few = resampled(trajectory.t, trajectory.x, trajectory.u, count, attitudes)
+    few = resampled(trajectory.t, trajectory.x, trajectory.inputs, count, attitudes)
     lengths = (0.9 * few.h, 1.1 * few.h)
     return restored(
         task, few, late, iterations=15, times=block, lengths=lengths, enough=NEAR, most=NEAR

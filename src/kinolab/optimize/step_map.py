@@ -1,7 +1,8 @@
 """One knot to the next, and the exact derivative of that: what joins the knots of a trajectory.
 
 The derivative is carried along with the integrator's own stages, so that it belongs to the map that
-is used and not to the differential equation that the map approximates.
+is used and not to the differential equation that the map approximates. Where the machine has
+feedback, its law is evaluated at the beginning of a step and held, as the map itself does.
 """
 
 from __future__ import annotations
@@ -25,10 +26,13 @@ SMALL = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
 
 
 class MapCode(NamedTuple):
-    """A machine's step for compiled code."""
+    """A machine's step for compiled code; f and its derivative are those without feedback."""
 
     f: int
     jacobian: int
+    law: int  # 0 where there is no feedback
+    law_jacobian: int
+    inputs: int  # how many act
     project: int
     p: Array
     stages: int  # 1 for Euler's step, 4 for the classical Runge-Kutta step
@@ -85,10 +89,14 @@ class StepMap:
 
 
 def _code(model: Model, method: str, substeps: int) -> Record:
+    plant, closed = model.plant, model.plant is not model
     return Record(
         MapCode(
-            f=model.address("f"),
-            jacobian=model.address("jacobian"),
+            f=plant.address("f"),
+            jacobian=plant.address("jacobian"),
+            law=model.address("law") if closed else 0,
+            law_jacobian=model.address("law_jacobian") if closed else 0,
+            inputs=plant.nu,
             project=model.address("project"),
             p=np.append(model.parameter_vector(), 0.0),
             stages=4 if method == "rk4" else 1,
@@ -102,10 +110,12 @@ def _code(model: Model, method: str, substeps: int) -> Record:
 @allocating
 def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untyped-def]
     """Fill ``after`` and ``tangents`` of all steps; NaN where one fails."""
-    nx, nu = x.shape[1], u.shape[1]
-    wide = nx + nu + 1
+    nx, wide = x.shape[1], x.shape[1] + u.shape[1] + 1
+    inputs = code.inputs
+    acting, dacting = np.empty(inputs), np.empty((inputs, wide))
+    gains = np.empty((nx + u.shape[1], inputs))
     at, k, dk, total = np.empty(nx), np.empty(nx), np.empty((nx, wide)), np.empty(nx)
-    jacobian, dat = np.empty((nx + nu, nx)), np.empty((nx, wide))
+    jacobian, dat = np.empty((nx + inputs, nx)), np.empty((nx, wide))
     dtotal, side = np.empty((nx, wide)), np.empty((2, nx))
     projection = np.empty((nx, nx))
     for n in range(x.shape[0]):
@@ -114,13 +124,16 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
         for i in range(nx):
             state[i] = x[n, i]
             tangent[i, i] = 1.0
+        refused = act(code, x[n], u[n], derive, acting, dacting, gains)
         for _ in range(code.substeps):
             if code.stages == 1:
-                failed = euler(code, u[n], h, derive, state, tangent, k, dk, jacobian)
+                failed = euler(code, acting, dacting, h, derive, state, tangent, k, dk, jacobian)
             else:
                 failed = runge_kutta(
-                    code, u[n], h, derive, state, tangent, at, dat, k, dk, total, dtotal, jacobian
-                )
+                    code, acting, dacting, h, derive, state, tangent, at, dat, k, dk, total,
+                    dtotal, jacobian,
+                )  # fmt: skip
+            failed |= refused
             if code.projects:
                 land(code, derive, state, tangent, side, projection, dk)
             if failed:
@@ -130,8 +143,30 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
 
 
 @kernel
-def slope(code, x, dx, u, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
-    """Set k to f(x, u), and dk to its derivative where x has the derivative dx; 0 if it worked."""
+def act(code, x, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
+    """Set the inputs that act during a step, and their derivative; 0 if it worked."""
+    nx, chosen, inputs = x.shape[0], u.shape[0], acting.shape[0]
+    for j in range(inputs):
+        for c in range(dacting.shape[1]):
+            dacting[j, c] = 0.0
+    if code.law == 0:
+        for j in range(inputs):
+            acting[j] = u[j]
+            dacting[j, nx + j] = 1.0
+        return 0
+    p = code.p.ctypes.data
+    status = call_under(code.law, x.ctypes.data, u.ctypes.data, p, acting.ctypes.data)
+    if derive:
+        status |= call_under(code.law_jacobian, x.ctypes.data, u.ctypes.data, p, gains.ctypes.data)
+        for j in range(inputs):
+            for c in range(nx + chosen):
+                dacting[j, c] = gains[c, j]
+    return status
+
+
+@kernel
+def slope(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
+    """Set k to f(x, u), and dk to its derivative along dx and du; 0 if it worked."""
     nx, nu = x.shape[0], u.shape[0]
     p = code.p.ctypes.data
     status = call_under(code.f, x.ctypes.data, u.ctypes.data, p, k.ctypes.data)
@@ -148,17 +183,22 @@ def slope(code, x, dx, u, derive, k, dk, jacobian):  # type: ignore[no-untyped-d
                 for c in range(wide):
                     dk[i, c] += entry * dx[j, c]
         for j in range(nu):
-            dk[i, nx + j] += jacobian[nx + j, i]
+            entry = jacobian[nx + j, i]
+            if code.law == 0:
+                dk[i, nx + j] += entry
+            elif entry != 0.0:
+                for c in range(wide):
+                    dk[i, c] += entry * du[j, c]
     return status
 
 
 @kernel
-def euler(code, u, h, derive, x, dx, k, dk, jacobian):  # type: ignore[no-untyped-def]
+def euler(code, u, du, h, derive, x, dx, k, dk, jacobian):  # type: ignore[no-untyped-def]
     """Make a substep x + h f(x), on SO(3) along the geodesic, in place."""
     nx, wide = dx.shape
     share = 1.0 / code.substeps
     h = h * share
-    failed = slope(code, x, dx, u, derive, k, dk, jacobian)
+    failed = slope(code, x, dx, u, du, derive, k, dk, jacobian)
     first, turns = 0, code.attitudes.shape[0]
     i = 0
     while i < nx:
@@ -212,7 +252,7 @@ def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def runge_kutta(code, u, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobian):  # type: ignore[no-untyped-def]
+def runge_kutta(code, u, du, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobian):  # type: ignore[no-untyped-def]
     """Make a substep of the classical Runge-Kutta method in place."""
     share = 1.0 / code.substeps
     h, failed = h * share, 0
@@ -223,7 +263,7 @@ def runge_kutta(code, u, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobi
         copy(x, dx, derive, at, dat)
         if stage > 0:
             add(ahead * h, ahead * share, k, dk, derive, at, dat)
-        failed |= slope(code, at, dat, u, derive, k, dk, jacobian)
+        failed |= slope(code, at, dat, u, du, derive, k, dk, jacobian)
         add(weight * h, weight * share, k, dk, derive, total, dtotal)
     copy(total, dtotal, derive, x, dx)
     return failed

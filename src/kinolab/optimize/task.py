@@ -10,7 +10,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.motion import GROWTH, DivergedError, growth, nudged, resimulate
+from kinolab.motion import (
+    GROWTH,
+    DivergedError,
+    growth,
+    nudged,
+    resimulate,
+    trajectory_under,
+)
 from kinolab.optimize.demands import Demands
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.obstacles import Obstacles
@@ -115,7 +122,7 @@ class Task:
             x = motion_under(problem, u)
             if not np.isfinite(x).all():
                 return None
-            return Trajectory(t, x, u, model.state_names, model.control_names)
+            return trajectory_under(model, t, x, u)
         try:
             return resimulate(problem, t, u)
         except DivergedError:
@@ -127,7 +134,7 @@ class Task:
         if not problem.goal_excess(end) <= 1.0:
             return False
         h = float(np.diff(trajectory.t).max(initial=0.0))
-        at = self._on_the_way(Knots(trajectory.x, trajectory.u, h))
+        at = self._on_the_way(Knots(trajectory.x, trajectory.inputs, h))
         lower, upper = problem.bounds.T
         if not ((at.x >= lower - ROUNDING) & (at.x <= upper + ROUNDING)).all():
             return False
@@ -140,7 +147,7 @@ class Task:
     def _stays_free(self, trajectory: Trajectory) -> bool:
         """Say whether every step is free between its ends too, as planners judge it."""
         judge, spans = self._judge, np.diff(trajectory.t).tolist()
-        steps = zip(trajectory.x.tolist(), trajectory.u.tolist(), spans, strict=False)
+        steps = zip(trajectory.x.tolist(), trajectory.inputs.tolist(), spans, strict=False)
         return all(judge.touches_nothing(x, u, span) for x, u, span in steps)
 
     @cached_property
@@ -164,12 +171,12 @@ class Task:
         """Say whether errors do not grow too much to follow the motion without feedback."""
         problem = self.problem
         start = nudged(problem, problem.start)
-        h = float(trajectory.t[1]) if len(trajectory.u) else 1.0
-        x = np.vstack([start, np.empty((len(trajectory.u), len(start)))])
-        step = self._map(Knots(trajectory.x, trajectory.u, h))
-        for k in range(len(trajectory.u)):
+        h = float(trajectory.t[1]) if len(trajectory.inputs) else 1.0
+        x = np.vstack([start, np.empty((len(trajectory.inputs), len(start)))])
+        step = self._map(Knots(trajectory.x, trajectory.inputs, h))
+        for k in range(len(trajectory.inputs)):
             span = float(trajectory.t[k + 1] - trajectory.t[k])
-            x[k + 1] = step.after(x[k : k + 1], trajectory.u[k : k + 1], span)[0]
+            x[k + 1] = step.after(x[k : k + 1], trajectory.inputs[k : k + 1], span)[0]
         return growth(problem, trajectory.x, x) <= GROWTH
 
     def _map(self, knots: Knots) -> StepMap:

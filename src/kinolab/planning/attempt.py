@@ -14,7 +14,7 @@ import numpy as np
 
 from kinolab import planners
 from kinolab.errors import KinolabError
-from kinolab.motion import DivergedError, follow_map, resimulate
+from kinolab.motion import DivergedError, follow_map, resimulate, trajectory_under
 from kinolab.planning.collection import old_objects_left_alone
 from kinolab.planning.plan import Plan
 from kinolab.plugins import full_reference, search
@@ -142,7 +142,7 @@ class _Attempt:
             )
         except KinolabError:
             return None
-        return Trajectory(motion.t, motion.x, result.u, model.state_names, model.control_names)
+        return trajectory_under(model, motion.t, motion.x, result.u)
 
     def _judged(self, result: SearchResult, trajectory: Trajectory) -> Plan:
         outcome, message = _outcome(self.problem, result.outcome, trajectory), ""
