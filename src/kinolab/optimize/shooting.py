@@ -26,7 +26,7 @@ from kinolab.trajectory import Trajectory
 
 ROOM = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
 CLOSED = 1e-6  # sum of all that is missing, in scales, from which on knots may become many
-PACE = 0.15  # share of what is missing that goes in a few subproblems, or all hope does
+PACE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
 FINE = 12  # subproblems with many knots, where little is missing
 FASTER = 0.25  # times the duration of a motion that makes errors grow: how short it may get
 
