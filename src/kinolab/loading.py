@@ -14,6 +14,7 @@ from kinolab.attitude import unit
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.binding import tangent_symbols
 from kinolab.dynamics.machine_file import load_machine
+from kinolab.dynamics.narrowing import narrowed
 from kinolab.dynamics.symbols import Rate
 from kinolab.dynobench import is_environment, read_environment
 from kinolab.errors import (
@@ -105,18 +106,32 @@ def build_problem(scenario: Scenario, *, planning: bool = True, planner: bool = 
     """
     mistakes: list[Mistake] = []
     system, obstacles = _parts(scenario, mistakes, planner=planner)
-    model = None if system is None else _collect(mistakes, system.model)
+    whole = None if system is None else _collect(mistakes, system.model)
+    model = None if whole is None else _collect(mistakes, lambda: _held_to_less(scenario, whole))
     if model is not None:
         mistakes += _ill_posed(scenario, model) if planning else ()
         mistakes += _misplaced(scenario, model)
-    if mistakes or system is None or model is None:
+    if mistakes or whole is None or model is None:
         raise InputError(mistakes)
     world = World(
         tuple(obstacle for obstacle in obstacles if obstacle is not None),
         scenario.world.ground == "plane",
         dict(scenario.world.bounds),
+        scenario.world.clearance,
     )
-    return _problem(scenario, model.system, model, world)
+    return _problem(scenario, whole, model, world)
+
+
+def _held_to_less(scenario: Scenario, whole: Model) -> Model:
+    """Return the machine with the limits of inputs and references that a scenario sets."""
+    limits = {n: scenario.bounds[n] for n in _chosen(whole.system) if n in scenario.bounds}
+    try:
+        return narrowed(whole.system, limits).model() if limits else whole
+    except InputError as error:
+        raise InputError(
+            _at(scenario, ("bounds", wrong.where), wrong.what, wrong.remedy)
+            for wrong in error.mistakes
+        ) from error
 
 
 def _mistakes(scenario: Scenario) -> list[Mistake]:
@@ -230,7 +245,14 @@ def _name_mistakes(scenario: Scenario, system: System) -> list[Mistake]:
         [rate.name for rate in tangent_symbols(system)] + [state.name for state in system.states],
         [parameter.name for parameter in system.parameters],
         [body.name for body in system.bodies],
+        _chosen(system),
     )
+
+
+def _chosen(system: System) -> list[str]:
+    """Return the names of inputs, and of the references of feedback."""
+    references = () if system.feedback is None else system.feedback.references
+    return [entry.name for entry in (*system.inputs, *references)]
 
 
 def _planner_mistakes(scenario: Scenario) -> list[Mistake]:
@@ -299,7 +321,8 @@ def _misplaced(scenario: Scenario, model: Model) -> Iterator[Mistake]:
                 yield _at(scenario, (section, name), what, remedy)
 
 
-def _problem(scenario: Scenario, system: System, model: Model, world: World) -> Problem:
+def _problem(scenario: Scenario, whole: Model, model: Model, world: World) -> Problem:
+    system = whole.system
     scales = model.state_scales
     start = model.rest()
     for name, value in _scalars(scenario.start).items():
@@ -317,6 +340,7 @@ def _problem(scenario: Scenario, system: System, model: Model, world: World) -> 
         scenario=scenario,
         system=system,
         model=model,
+        whole=whole,
         world=world,
         start=start,
         goal=_goal(scenario, model),

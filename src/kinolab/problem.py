@@ -35,7 +35,7 @@ class Problem:
     Attributes:
         scenario: What was asked for, every default filled in.
         system: The machine as data.
-        model: The machine, compiled.
+        model: The machine, compiled, with what [bounds] leave of its inputs' limits.
         world: Obstacles, ground, and the limits of the workspace.
         start: State at time zero, shape (nx,).
         goal: Where to end.
@@ -45,6 +45,7 @@ class Problem:
         weights: What a planner multiplies differences by, shape (nx,).
         circular: Which entries of the state are angles on the circle, shape (nx,).
         keep_outs: Cones that axes of bodies must stay out of.
+        whole: The machine with all that its inputs can do; ``model`` where it is left out.
     """
 
     scenario: Scenario
@@ -59,6 +60,7 @@ class Problem:
     weights: Array
     circular: NDArray[np.bool_]
     keep_outs: tuple[KeepOutCone, ...] = ()
+    whole: Model | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what travels to another process; checkers are built anew there."""
@@ -334,6 +336,7 @@ def _contact_sentence(contact: Any) -> str:
         "touches": f"{contact.body} touches {contact.obstacle}.",
         "inside": f"{contact.body} is inside {contact.obstacle}.",
         "sinks": f"{contact.body} sinks into {contact.obstacle}.",
+        "near": f"{contact.body} is nearer to {contact.obstacle} than [world] clearance allows.",
     }
     return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")
 

@@ -32,8 +32,9 @@ from kinolab.user_code import python_reference, text_of
 from kinolab.verification import Certificate, Check, verify
 
 SCHEMA_VERSION = 1
+EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
-OPTIONAL = ("trajectory.csv", "trajectory.npz", "result.yaml", "animation.gif")
+OPTIONAL = ("trajectory.csv", "trajectory.npz", "result.yaml", "animation.gif", *EXECUTION)
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,7 @@ def _assets(problem: Problem) -> dict[str, bytes]:
     }
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
-    system = problem.model.system  # whose feedback is a law, its gains included
+    system = problem.system  # whose feedback is a law, its gains included
     machine = {"machine.json": machine_to_json(system.with_feedback(None)).encode()}
     if system.feedback is not None:
         machine[FEEDBACK_FILE] = feedback_to_json(system.feedback).encode()

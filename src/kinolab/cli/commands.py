@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from kinolab.cli.carrying_out import carry_out
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.progress import Progress
 from kinolab.errors import InputError, KinolabError, Mistake
 
 if TYPE_CHECKING:
@@ -104,7 +106,7 @@ def _scenario(
     """Plan a scenario."""
     from kinolab.runs import writable
 
-    progress = _Progress(quiet)
+    progress = Progress(quiet)
     progress("deriving and compiling the machine")
     shortcuts = {
         "planner.name": planner,
@@ -136,7 +138,7 @@ def _scenario(
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
-def _compilation_told(progress: _Progress) -> AbstractContextManager[object]:
+def _compilation_told(progress: Progress) -> AbstractContextManager[object]:
     """Say inside how far compiling is, where anything must be compiled."""
     from kinolab.compiling import compilation, running
 
@@ -172,7 +174,7 @@ def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) ->
 def _search(
     problem: Problem,
     folder: Path,
-    progress: _Progress,
+    progress: Progress,
     *,
     jobs: int,
     anytime: bool,
@@ -243,7 +245,7 @@ def _animate(problem: Problem, found: Plan, folder: Path) -> None:
 
 
 def _diagnose(
-    problem: Problem, found: Plan, folder: Path, report: dict[str, Any], progress: _Progress
+    problem: Problem, found: Plan, folder: Path, report: dict[str, Any], progress: Progress
 ) -> dict[str, Any]:
     """Look for why no plan was found, and return the report with what was found out."""
     from kinolab.diagnosis import diagnose
@@ -315,6 +317,9 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
     return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED
 
 
+plan.add_command(carry_out)
+
+
 @plan.command("list")
 @click.argument("group", type=click.Choice(["scenarios", "systems", "planners"]), required=False)
 @click.argument("names", nargs=-1)
@@ -377,7 +382,7 @@ def _simulate(
     from kinolab.simulation import simulate
 
     INTERRUPTS.libraries_loaded()
-    progress = _Progress(quiet)
+    progress = Progress(quiet)
     progress("deriving and compiling the machine")
     given = [*overrides, *(f"start.{entry}" for entry in start)]
     problem = build_problem(find_scenario(what, overrides=given), planning=False)
@@ -438,7 +443,7 @@ def _warm_up(jobs: int | None, quiet: bool) -> int:
     from kinolab.warm_up import warm_up
 
     INTERRUPTS.libraries_loaded()
-    progress, begun, functions = _Progress(quiet), time.monotonic(), 0
+    progress, begun, functions = Progress(quiet), time.monotonic(), 0
     progress("looking for what is not compiled yet")
 
     def told(so_far: int) -> None:
@@ -452,34 +457,6 @@ def _warm_up(jobs: int | None, quiet: bool) -> int:
     taken = f"{functions} functions in {time.monotonic() - begun:.1f} s"
     click.echo(f"compiled {taken}" if functions else "everything was compiled before")
     return 0
-
-
-class _Progress:
-    """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
-
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
-        self._terminal = sys.stderr.isatty()
-        self._last = 0.0
-
-    def __call__(self, text: str, *, passing: bool = False) -> None:
-        """Say what is happening; a passing line may be left out."""
-        INTERRUPTS.raise_if_seen()
-        if self._quiet or (passing and not self._terminal and time.monotonic() < self._last + 5):
-            return
-        self._last = time.monotonic()
-        print(f"\r\033[K{text}" if self._terminal else text, end=self._end, file=sys.stderr)
-        sys.stderr.flush()
-
-    @property
-    def _end(self) -> str:
-        return "" if self._terminal else "\n"
-
-    def close(self) -> None:
-        """Clear the line on a terminal."""
-        INTERRUPTS.raise_if_seen()
-        if self._terminal and not self._quiet:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def execute(arguments: list[str]) -> int:

@@ -150,6 +150,10 @@ class System:
         """
         return self._changed(feedback=feedback)
 
+    def with_inputs(self, inputs: Sequence[Input], feedback: Feedback | Regulator | None) -> System:
+        """Return the same machine with other limits of its inputs, and another controller."""
+        return self._changed(inputs=tuple(inputs), feedback=feedback)
+
     def _changed(self, **content: Any) -> System:
         own = {field.name: getattr(self, field.name) for field in fields(self)}
         del own["parameters"]  # they follow from the rest

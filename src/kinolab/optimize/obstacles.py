@@ -49,6 +49,7 @@ class Around(NamedTuple):
     bodies: int
     strings: int
     coordinates: int
+    clearance: float  # [m] that gaps beside obstacles must leave
 
 
 class Found(NamedTuple):
@@ -100,6 +101,7 @@ class Obstacles:
                 bodies=len(bodies),
                 strings=len(cables),
                 coordinates=model.nq,
+                clearance=problem.world.clearance,
             )
         )
         self._room = room
@@ -228,9 +230,10 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
     for m in range(x.shape[0]):
         if total > which.shape[0] - MOST:
             return which.shape[0]
-        count = find_at(around, x[m], reach, found)
+        count = find_at(around, x[m], reach + around.clearance, found)
         for c in range(count):
-            which[total + c], value[total + c] = m, found.gap[c]
+            beside = around.clearance if found.what[c] >= 0 else 0.0
+            which[total + c], value[total + c] = m, found.gap[c] - beside
         if derive and count:
             for i in range(x.shape[1]):
                 side[i] = x[m, i]

@@ -17,6 +17,7 @@ def check_names(
     rates: Sequence[str],
     parameters: Sequence[str],
     bodies: Sequence[str],
+    inputs: Sequence[str] = (),
 ) -> list[Mistake]:
     """List every name that the machine does not have, with the nearest that it has."""
     state = [*coordinates, *rates]
@@ -24,7 +25,7 @@ def check_names(
     tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
     findings = [
         *_unknown(("system", "parameters"), scenario.system.parameters, parameters, "parameter"),
-        *_unknown(("bounds",), scenario.bounds, state),
+        *_unknown(("bounds",), scenario.bounds, [*state, *inputs], "coordinate, rate or input"),
         *_unknown(("metric",), scenario.metric, state),
         *_unknown(("start",), scenario.start, state),
         *_unknown(("goal",), goal.values, [*state, *keys_of(GoalSection)]),

@@ -137,6 +137,9 @@ class WorldSection(Section):
 
     bounds: dict[WorldAxis, Annotated[Limits, Wanted("[low, high], low first [m]")]] = {}
     ground: Literal["plane", "none"] = "none"
+    clearance: Annotated[
+        float, Field(ge=0, allow_inf_nan=False), Wanted("a distance, 0 or more [m]")
+    ] = 0.0  # that plans keep from every obstacle
     obstacle: Annotated[
         tuple[ObstacleEntry, ...],
         Field(strict=False),

@@ -79,6 +79,7 @@ class Surroundings(NamedTuple):
     distance: DistanceGrid
     strung: Integers  # (shapes of cables,) their rows among the ends
     glides: bool  # whether bodies keep their height, so that no motion leads down to the ground
+    clearance: float  # [m] that must be left beside obstacles, which takes it off the room
 
 
 def surroundings(
@@ -108,6 +109,7 @@ def surroundings(
         grid,
         np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),
         glides,
+        world.clearance,
     )
 
 
@@ -153,7 +155,7 @@ def room_within(poses, ends, least, wanted, need, fine, scratch, all_around):  #
         exact but for ``MARGIN``; below ``least`` where the room is; 0 or less where anything
         touches, sinks into the ground, is inside a solid or is not finite.
     """
-    scene, distance = all_around.scene, all_around.distance
+    scene, distance, kept = all_around.scene, all_around.distance, all_around.clearance
     turns, places, around = scratch.turns, scratch.places, scratch.around
     shapes, strung = scene.kind.shape[0], all_around.strung
     solid = shapes - strung.shape[0]
@@ -168,14 +170,20 @@ def room_within(poses, ends, least, wanted, need, fine, scratch, all_around):  #
             return best
         if s < solid:
             free = covered(
-                s, turns[s], places[s], min(best, fine), best, all_around.cover, distance, scratch
-            )
+                s, turns[s], places[s], min(best, fine) + kept, best + kept, all_around.cover,
+                distance, scratch,
+            )  # fmt: skip
         else:
-            free = covered_line(scene.half[s], turns[s], places[s], min(best, fine), distance)
+            most = min(best, fine) + kept
+            free = covered_line(scene.half[s], turns[s], places[s], most, distance)
+        free -= kept
         if free < min(best, fine):
             enclose(scene.kind[s], scene.half[s], turns[s], places[s], 0.0, around[s])
-            within = min(best, max(BEYOND * fine, wanted)) + MARGIN
-            free = nearest(s, turns[s], places[s], around[s], least, within, all_around, scratch)
+            within = min(best, max(BEYOND * fine, wanted)) + kept + MARGIN
+            free = nearest(
+                s, turns[s], places[s], around[s], least + kept, within, all_around, scratch
+            )
+            free -= kept
         best = min(best, free)
     return min(best, room_between(best, least, scratch, all_around))
 

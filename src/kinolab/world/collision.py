@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -47,13 +47,13 @@ class Contact:
     ``body`` is a body's or a cable's name. ``obstacle`` is an obstacle's name, "ground", or the
     name of another part of the machine; it is empty where the body's own pose is not finite.
     ``kind`` says how: the surfaces meet ("touches"), the body is wholly inside a solid mesh
-    ("inside"), it rests on the ground but is pressed into it ("sinks"), or it could not be judged
-    ("error").
+    ("inside"), it rests on the ground but is pressed into it ("sinks"), it is closer than the
+    world's clearance ("near"), or it could not be judged ("error").
     """
 
     body: str
     obstacle: str
-    kind: Literal["touches", "inside", "sinks", "error"]
+    kind: Literal["touches", "inside", "sinks", "near", "error"]
 
 
 class CollisionChecker:
@@ -66,7 +66,7 @@ class CollisionChecker:
 
     Args:
         bodies: What moves.
-        world: What does not.
+        world: What does not. Less than its clearance beside an obstacle is a collision too.
         cables: What is stretched between moving points. The ground lets it pass.
         margin: By how much to inflate bodies and cables, in [m]. A resting body is not inflated
             towards the ground. The corners of a box come to lie up to 1.7 margins outside.
@@ -99,6 +99,10 @@ class CollisionChecker:
         self._first_cable = len(shapes)
         self._obstacles = Obstacles(world.obstacles)
         self._touches = make_touches()
+        self._beside: _Beside | None = None
+        if world.clearance > 0:
+            alone = CollisionChecker(bodies, World(world.obstacles), cables=cables)
+            self._beside = _Beside(alone, world.clearance)
         self._inflate(margin, world.ground)
 
     def inflated(self, margin: float, *, ground: bool) -> CollisionChecker:
@@ -107,15 +111,17 @@ class CollisionChecker:
         It shares the obstacles with this one, not the scratch memory.
         """
         twin = copy(self)
+        twin._beside = self._beside and self._beside.inflated(margin)
         twin._inflate(margin, ground)
         return twin
 
     def slimmer(self, by: float) -> CollisionChecker:
         """Return a checker of bodies and cables slimmer by a length in [m] on every side.
 
-        It shares the obstacles with this one, not the scratch memory.
+        It shares the obstacles with this one, not the scratch memory, and asks for no clearance.
         """
         twin = copy(self)
+        twin._beside = None
         twin.bodies = tuple(slimmer_body(body, by) for body in self.bodies)
         twin.cables = tuple(slimmer_cable(cable, by) for cable in self.cables)
         slim = [sizes(shape)[1] for body in twin.bodies for shape in body.shapes]
@@ -154,6 +160,11 @@ class CollisionChecker:
 
     def collides(self, poses: Array, ends: Array = NO_ENDS) -> bool:
         """Say whether anything touches; what cannot be judged counts as touching."""
+        if self._touching(poses, ends):
+            return True
+        return self._beside is not None and self._beside.near(poses, ends)
+
+    def _touching(self, poses: Array, ends: Array) -> bool:
         if self._capsules and not self._span(ends):
             return True
         left = screen(self._table(poses), *self._scratch, *self._arrays)
@@ -189,9 +200,11 @@ class CollisionChecker:
                 k, table, strung, self._rows, self._scratch_record, *self._records
             )
             if k < len(table) and (left < 0 or self._asked(left)):
-                return int(k)
+                break
             k += 1
-        return None
+        if self._beside is not None:
+            k = self._beside.first(table[:k], strung[:k])
+        return int(k) if k < len(table) else None
 
     def contacts(self, poses: Array, ends: Array = NO_ENDS) -> list[Contact]:
         """List everything that touches, each pair of body and obstacle once; empty if free."""
@@ -204,6 +217,8 @@ class CollisionChecker:
             found += self._ground_contacts(shape)
             found += self._obstacle_contacts(shape)
         found += self._own_contacts(set(sound_shapes))
+        if not found and self._beside is not None:
+            found += self._beside.contacts(poses, ends)
         return list(dict.fromkeys(found))
 
     def clearance(self, poses: Array, ends: Array = NO_ENDS) -> float:
@@ -217,8 +232,9 @@ class CollisionChecker:
         Returns:
             A distance in [m]; 0 when colliding, infinite where there is nothing to collide with.
         """
-        if self.collides(poses, ends):
+        if self._touching(poses, ends):
             return 0.0
+        beside = np.inf if self._beside is None else self._beside.room(poses, ends)
         scene, grid = self.scene, self.grid
         free = room(
             *(self._turns, self._places, self._around),
@@ -226,7 +242,7 @@ class CollisionChecker:
             *(scene.grow, scene.ground),
             *(*self._fixtures, grid.triangles, grid.boxes),
         )
-        return max(float(free) - self.margin, 0.0)
+        return max(min(float(free) - self.margin, beside), 0.0)
 
     def _table(self, poses: Array) -> Array:
         if poses.shape == self._shape and poses.dtype == np.float64 and poses.flags.c_contiguous:
@@ -314,6 +330,49 @@ class CollisionChecker:
                         yield Contact(self._names[a], self._names[b], "touches")
                 except Exception:  # as in ``collides``
                     yield Contact(self._names[a], self._names[b], "error")
+
+
+class _Beside:
+    """The room beside obstacles, of which a clearance must be left.
+
+    Args:
+        alone: Judges obstacles and nothing else.
+        clearance: Of the world, in [m].
+        margin: What is asked for in addition, in [m].
+    """
+
+    def __init__(self, alone: CollisionChecker, clearance: float, margin: float = 0.0) -> None:
+        self._alone, self._clearance, self._keep = alone, clearance, clearance + margin
+        self._wide = alone.inflated(self._keep, ground=False)  # by more, at corners of boxes
+
+    def inflated(self, margin: float) -> _Beside:
+        """Return the same with another margin in [m], with scratch memory of its own."""
+        return _Beside(self._alone.inflated(0.0, ground=False), self._clearance, margin)
+
+    def room(self, poses: Array, ends: Array) -> float:
+        """Return how far every point may move before too little is left, in [m]; 0 or less now."""
+        return self._alone.clearance(poses, ends) - self._keep
+
+    def near(self, poses: Array, ends: Array) -> bool:
+        """Say whether too little is left."""
+        return self._wide.collides(poses, ends) and not self.room(poses, ends) > 0
+
+    def first(self, poses: Array, ends: Array) -> int:
+        """Return the first pose at which too little is left, their number where there is none."""
+        k = 0
+        while k < len(poses):
+            found = self._wide.first_collision(poses[k:], ends[k:])
+            k = len(poses) if found is None else k + found
+            if k < len(poses) and self.near(poses[k], ends[k]):
+                break
+            k += 1
+        return min(k, len(poses))
+
+    def contacts(self, poses: Array, ends: Array) -> list[Contact]:
+        """Name what is too near."""
+        if not self.near(poses, ends):
+            return []
+        return [replace(contact, kind="near") for contact in self._wide.contacts(poses, ends)]
 
 
 def _wrong_ends(cables: int, poses: int, numbers: int) -> InputError:

@@ -10,11 +10,19 @@ from kinolab.world.obstacle import Obstacle
 
 @dataclass(frozen=True)
 class World:
-    """Obstacles, and the plane z = 0 where there is ``ground``; ``bounds`` in [m] by axis."""
+    """What stands around the machine, and how much room plans leave beside it.
+
+    Attributes:
+        obstacles: What must not be touched.
+        ground: Whether there is the plane z = 0.
+        bounds: Limits of the workspace in [m], by axis.
+        clearance: Distance in [m] that plans keep from every obstacle.
+    """
 
     obstacles: tuple[Obstacle, ...] = ()
     ground: bool = False
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+    clearance: float = 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -1,0 +1,172 @@
+"""Carrying out a plan with a machine, sensors and a world that are not quite as planned."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.cli import run
+from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.errors import InputError
+from kinolab.execution import Conditions, Tracker, execute
+from kinolab.planning import Plan
+from kinolab.problem import Problem
+from kinolab.runs import write_run
+from kinolab.trajectory import Trajectory
+from kinolab.world import box_obstacle
+from tests.feedback_machines import cart_pole
+
+CART = """
+schema = 1
+title = "A cart that must not tip its pole"
+[system]
+file = "machine.json"
+[world]
+bounds = { x = [-1.0, 4.0] }
+ground = "plane"
+[bounds]
+speed = [-1.0, 1.0]
+[goal]
+x = 2.0
+at_rest = true
+tolerance = 0.1
+[integration]
+step = 0.02
+"""
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    folder = tmp_path_factory.mktemp("cart")
+    (folder / "machine.json").write_text(machine_to_json(cart_pole()))
+    (folder / "cart.toml").write_text(CART)
+    return kinolab.load(folder / "cart.toml")
+
+
+@pytest.fixture(scope="module")
+def plan(problem: Problem) -> Plan:
+    found = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
+    assert found.status == "solved"
+    return found
+
+
+@pytest.fixture
+def trajectory(plan: Plan) -> Trajectory:
+    assert plan.trajectory is not None
+    return plan.trajectory
+
+
+def test_bounds_hold_references_to_less_than_the_machine_can_do(
+    problem: Problem, trajectory: Trajectory
+) -> None:
+    assert problem.model.control_bounds.tolist() == [[-1.0, 1.0]]
+    assert problem.whole is not None
+    assert problem.whole.control_bounds.tolist() == [[-2.0, 2.0]]
+    assert np.abs(trajectory.references).max() <= 1.0
+    x, r = np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.5])
+    assert np.array_equal(problem.model.acting(x, r), problem.whole.acting(x, r))  # the same gains
+
+
+def test_the_machine_that_was_planned_for_follows_its_plan(
+    problem: Problem, trajectory: Trajectory
+) -> None:
+    """Only the integrators differ: Runge-Kutta here, DOP853 in the plan."""
+    (one,) = execute(problem, trajectory, Conditions(), runs=1).runs
+    assert one.outcome == "reached"
+    assert one.deviation < 1e-4
+
+
+def test_feedback_along_the_plan_makes_up_for_wrong_parameters(
+    problem: Problem, trajectory: Trajectory
+) -> None:
+    wrong = Conditions(parameters=0.05)
+    closed = execute(problem, trajectory, wrong, runs=20)
+    assert closed.reached == 20
+    tracker = Tracker.along(problem, trajectory)
+    assert tracker.gains.shape == (len(trajectory.u), 1, 4)
+    worst = max(run.deviation for run in closed.runs)
+    assert worst > 1e-3  # the machines do differ
+
+
+def test_the_same_seed_carries_it_out_in_the_same_way(
+    problem: Problem, trajectory: Trajectory
+) -> None:
+    conditions = Conditions(parameters=0.05, noise=0.01, disturbance=0.02)
+    first, again, other = (
+        execute(problem, trajectory, conditions, runs=2, seed=seed) for seed in (3, 3, 4)
+    )
+    assert np.array_equal(first.runs[1].x, again.runs[1].x)
+    assert not np.array_equal(first.runs[0].x[:50], first.runs[1].x[:50])
+    assert not np.array_equal(first.runs[0].x[:50], other.runs[0].x[:50])
+
+
+def test_parameters_are_drawn_within_their_share(problem: Problem, trajectory: Trajectory) -> None:
+    runs = execute(problem, trajectory, Conditions(parameters=0.1), runs=40).runs
+    nominal = problem.system.parameter_values
+    shares = np.array([[run.parameters[n] / v - 1.0 for n, v in nominal.items()] for run in runs])
+    assert np.abs(shares).max() <= 0.1
+    assert (np.ptp(shares, axis=0) > 0.1).all()  # each of them
+
+
+def test_what_stands_in_the_way_is_run_into(problem: Problem, trajectory: Trajectory) -> None:
+    wall = box_obstacle("wall", (0.1, 1.0, 2.0), (1.5, 0.0, 1.0))
+    blocked = replace(problem, world=replace(problem.world, obstacles=(wall,)))
+    (one,) = execute(blocked, trajectory, Conditions(), runs=1).runs
+    assert one.outcome == "collided"
+    assert 0.9 < one.x[-1][0] < 1.5  # the cart's front is 0.25 m ahead, the pole's end may lean
+    assert len(one.x) < len(trajectory.x)
+
+
+def test_a_goal_that_is_not_reached_is_missed(problem: Problem, trajectory: Trajectory) -> None:
+    short = replace(
+        trajectory,
+        t=trajectory.t[:10],
+        x=trajectory.x[:10],
+        u=trajectory.u[:9],
+        references=trajectory.references[:9],
+    )
+    (one,) = execute(problem, short, Conditions(), runs=1).runs
+    assert one.outcome == "missed"
+    assert one.excess > 1.0
+
+
+def test_shares_are_shares() -> None:
+    with pytest.raises(InputError) as caught:
+        Conditions(parameters=-0.1, noise=2.0, disturbance=float("nan"))
+    for name in ("--parameters", "--noise", "--disturbance"):
+        assert name in str(caught.value)
+
+
+def test_a_plan_without_steps_cannot_be_carried_out(
+    problem: Problem, trajectory: Trajectory
+) -> None:
+    still = replace(
+        trajectory,
+        t=trajectory.t[:1],
+        x=trajectory.x[:1],
+        u=trajectory.u[:0],
+        references=trajectory.references[:0],
+    )
+    with pytest.raises(InputError, match="it has no steps"):
+        execute(problem, still, Conditions())
+
+
+def test_plan_execute_counts_and_draws(
+    problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_run(tmp_path, problem, plan)
+    arguments = ["execute", str(tmp_path), "--parameters", "0.05", "--runs", "10", "--json"]
+    assert run([*arguments, "--quiet"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / "execution.json").read_text())
+    assert (printed["runs"], printed["reached"], len(printed["each"])) == (10, 10, 10)
+    assert (tmp_path / "execution.png").read_bytes().startswith(b"\x89PNG")
+    write_run(tmp_path, problem, plan)  # another plan: what was executed is gone
+    assert not (tmp_path / "execution.json").exists()
+    assert run(["execute", str(tmp_path), "--noise", "-1"]) == 2
+    assert "--noise" in capsys.readouterr().err
