@@ -497,7 +497,7 @@ def test_every_unknown_name_is_reported_with_the_nearest() -> None:
     found = unknown(load(body))
     assert [text.split(" Known")[0] for text in found] == [
         "crane.toml [system] parameters.mas: no parameter is called 'mas'. Did you mean 'mass'?",
-        "crane.toml [bounds] xdot: no coordinate or rate is called 'xdot'. Did you mean 'x_dot'?",
+        "crane.toml [bounds] xdot: no coordinate, rate or input is called 'xdot'. Did you mean 'x_dot'?",
         "crane.toml [metric] teta: no coordinate or rate is called 'teta'. Did you mean 'theta'?",
         "crane.toml [start] thet: no coordinate or rate is called 'thet'. Did you mean 'theta'?",
         "crane.toml [goal] tolerence: no coordinate or rate is called 'tolerence'. "
@@ -529,7 +529,7 @@ def test_a_written_scenario_has_every_default() -> None:
     text = write_scenario(load(BOX + "[goal]\nx = 1\n[planner]\nweights = { x = 2 }\n"))
     assert text == (
         'schema = 1\ntitle = "A crane"\n\n[system]\nname = "crane"\nparameters = {}\n\n'
-        '[world]\nbounds = {}\nground = "none"\n\n'
+        '[world]\nbounds = {}\nground = "none"\nclearance = 0.0\n\n'
         "[[world.obstacle]]\nbox = [1.0, 1.0, 1.0]\nposition = [0.0, 0.0, 0.0]\n"
         'rpy = [0.0, 0.0, 0.0]\nname = "box 1"\n\n[bounds]\n\n[metric]\n\n[start]\n\n'
         '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\n\n'
