@@ -15,7 +15,7 @@ from kinolab.dynamics.fields.ranks import TOLERANCE, Rank, Vectors, rank_of
 from kinolab.dynamics.fields.vector_fields import VectorFields
 from kinolab.dynamics.symbols import Parameter
 
-HIGHEST_DEGREE = 8  # of a bracket; growth vectors of the course's machines end long before
+HIGHEST_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
 MOST_WORK = 400_000_000  # multiplications that one point may take, a few seconds
 
 
