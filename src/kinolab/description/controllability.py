@@ -12,6 +12,7 @@ from kinolab.dynamics.fields import (
     SmallTimeVerdict,
     word_text,
 )
+from kinolab.dynamics.printing import one_line
 
 ROUNDING = 1e-9  # of a state or input: what is not told
 NAMED = 4  # directions or values that a sentence names; more are counted
@@ -43,7 +44,7 @@ def _configurations(found: Description) -> Iterator[str]:
     for combination in closure.combinations:
         yield f"Together, {combination} can be integrated: holonomic in disguise."
     for integral in closure.integrals:
-        yield f"{integral} never changes."
+        yield f"{one_line(integral)} never changes."
 
 
 def _states(found: Description) -> str:

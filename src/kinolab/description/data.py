@@ -23,7 +23,7 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "states": found.states,
         "constraints": [asdict(constraint) for constraint in found.constraints],
         "integrable_combinations": list(closure.combinations) if closure else [],
-        "integrals": list(closure.integrals) if closure else [],
+        "integrals": [str(integral) for integral in closure.integrals] if closure else [],
         "inputs": [_input(entry) for entry in found.inputs],
         "growth_vector": list(closure.growth) if closure else None,
         "accessible": {

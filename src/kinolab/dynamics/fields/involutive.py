@@ -8,22 +8,25 @@ Source: Bloch, Nonholonomic Mechanics and Control, 2003, section 2.9 (Frobenius'
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from kinolab.dynamics.binding import Binding, tangent_symbols
 from kinolab.dynamics.chart import Row, constraint_rows, independent_rows
 from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.dynamics.fields.growth import Filtration, filtration, stacked
+from kinolab.dynamics.fields.integrals import DIGITS, integral_of
 from kinolab.dynamics.fields.layers import Layers
 from kinolab.dynamics.fields.linear_controllability import flow_matrix
 from kinolab.dynamics.fields.of_system import allowed_motions
 from kinolab.dynamics.fields.ranks import reduced_rows
 from kinolab.dynamics.fields.vector_fields import VectorFields
 from kinolab.dynamics.fields.wording import combination_text
+from kinolab.dynamics.records import as_written
 from kinolab.dynamics.symbols import TurnRate
 from kinolab.dynamics.system import System
 
@@ -42,7 +45,8 @@ class InvolutiveClosure:
         integrable: Names of the velocity constraints that are holonomic in disguise.
         combinations: Constant combinations of constraints that are, in names, where no single one
             is; empty where their coefficients vary.
-        integrals: Combinations of coordinates that never change, where they are linear.
+        integrals: Functions of the coordinates that never change, where they are found: in the
+            author's symbols, or linear ones with numbers.
         redundant: Names of constraints that follow from others.
         disguised: How many independent constraints on velocities can be integrated.
         complete: Whether longer brackets add nothing for sure.
@@ -52,7 +56,7 @@ class InvolutiveClosure:
     dimension: int
     integrable: tuple[str, ...]
     combinations: tuple[str, ...]
-    integrals: tuple[str, ...]
+    integrals: tuple[sympy.Expr, ...]
     redundant: tuple[str, ...]
     disguised: int
     complete: bool
@@ -86,12 +90,14 @@ def involutive_closure(system: System) -> InvolutiveClosure:
     positions = sum(closed)
     integrable = [n for n, h, p in zip(names, held, closed, strict=True) if h and not p]
     missing = motions.dimension - whole.rank
+    shares = _common([place.shares for place in places])
+    shares = shares[[bool((row[~np.array(closed, dtype=bool)] != 0).any()) for row in shares]]
     return InvolutiveClosure(
         growth=whole.growth,
         dimension=motions.dimension,
         integrable=tuple(integrable),
-        combinations=_combinations(places, names) if missing > held.sum() else (),
-        integrals=_integrals(system, places) if missing > positions else (),
+        combinations=tuple(_combinations(shares, names)),
+        integrals=_integrals(system, places, names, shares) if missing > positions else (),
         redundant=redundant,
         disguised=missing - positions,
         complete=whole.complete,
@@ -150,20 +156,39 @@ class _Place:
         return reduced_rows(self.missing / self.scale, SAME)
 
 
-def _combinations(places: Sequence[_Place], names: Sequence[str]) -> tuple[str, ...]:
-    """Return combinations of several constraints that can be integrated, if constant."""
-    shares = _common([place.shares for place in places])
-    several = [row for row in shares if (row != 0).sum() > 1]
-    return tuple(combination_text(row, [f"'{name}'" for name in names]) for row in several)
+def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
+    """Yield combinations of several constraints that can be integrated."""
+    for row in shares:
+        if (row != 0).sum() > 1:
+            yield combination_text(row, [f"'{name}'" for name in names])
 
 
-def _integrals(system: System, places: Sequence[_Place]) -> tuple[str, ...]:
-    """Return combinations of coordinates that never change, if they are linear."""
+def _integrals(
+    system: System, places: Sequence[_Place], names: Sequence[str], shares: Array
+) -> tuple[sympy.Expr, ...]:
+    """Return functions of the coordinates that never change, linear ones if others are not found.
+
+    Args:
+        system: The machine.
+        places: Configurations.
+        names: Of the constraints.
+        shares: Constant combinations of constraints that can be integrated, one per row.
+    """
+    found = [integral_of(system, dict(zip(names, map(float, row), strict=True))) for row in shares]
+    known = tuple(integral for integral in found if integral is not None)
+    linear = tuple(_linear_integrals(system, places))
+    return known if len(known) >= len(linear) else linear
+
+
+def _linear_integrals(system: System, places: Sequence[_Place]) -> Iterator[sympy.Expr]:
     symbols = tangent_symbols(system)
-    names = [s.name if isinstance(s, TurnRate) else s.coordinate.name for s in symbols]
     turning = np.array([isinstance(symbol, TurnRate) for symbol in symbols])
-    rows = [row for row in _common([place.covectors for place in places]) if not row[turning].any()]
-    return tuple(combination_text(row, names) for row in rows)
+    for row in _common([place.covectors for place in places]):
+        if not row[turning].any():
+            pairs = zip(row, symbols, strict=True)
+            yield sympy.Add(
+                *(as_written(round(float(c), DIGITS)) * s.coordinate for c, s in pairs if c)
+            )
 
 
 def _common(tables: Sequence[Array]) -> Array:
