@@ -468,7 +468,7 @@ def test_help_imports_nothing_slow(tmp_path: Path) -> None:
     [
         *("--planner", "--seed", "--time-limit", "--max-iterations", "--set", "--out"),
         *("--json", "--no-animation", "--no-diagnosis", "--quiet", "--jobs", "--anytime"),
-        *("--roadmap", "check", "list", "equations"),
+        *("--roadmap", "check", "list", "equations", "describe"),
     ],
 )
 def test_help_names_every_option_and_command(capsys: Capture, option: str) -> None:
@@ -476,7 +476,7 @@ def test_help_names_every_option_and_command(capsys: Capture, option: str) -> No
     assert option in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["check", "list", "equations"])
+@pytest.mark.parametrize("command", ["check", "list", "equations", "describe"])
 def test_every_command_explains_itself(capsys: Capture, command: str) -> None:
     assert cli.run([command, "--help"]) == 0
     assert "Usage: plan" in capsys.readouterr().out

@@ -497,7 +497,8 @@ def test_every_unknown_name_is_reported_with_the_nearest() -> None:
     found = unknown(load(body))
     assert [text.split(" Known")[0] for text in found] == [
         "crane.toml [system] parameters.mas: no parameter is called 'mas'. Did you mean 'mass'?",
-        "crane.toml [bounds] xdot: no coordinate, rate or input is called 'xdot'. Did you mean 'x_dot'?",
+        "crane.toml [bounds] xdot: no coordinate, rate or input is called 'xdot'. "
+        "Did you mean 'x_dot'?",
         "crane.toml [metric] teta: no coordinate or rate is called 'teta'. Did you mean 'theta'?",
         "crane.toml [start] thet: no coordinate or rate is called 'thet'. Did you mean 'theta'?",
         "crane.toml [goal] tolerence: no coordinate or rate is called 'tolerence'. "

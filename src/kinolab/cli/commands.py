@@ -354,6 +354,24 @@ def _equations(what: str, latex: bool) -> int:
     return 0
 
 
+@plan.command("describe")
+@click.argument("what")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def _describe(what: str, as_json: bool) -> int:
+    """Say what WHAT is and whether it can be controlled."""
+    from kinolab.description import describe, described_as_text, description_to_json
+    from kinolab.loading import find_machine
+
+    INTERRUPTS.libraries_loaded()
+    with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+        found = describe(find_machine(what))
+    if as_json:
+        click.echo(json.dumps(description_to_json(found), ensure_ascii=False))
+    else:
+        click.echo(described_as_text(found))
+    return 0
+
+
 @plan.command("simulate")
 @click.argument("what")
 @click.option("--duration", type=float, default=5.0, show_default=True, metavar="SECONDS")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from numbers import Real
 from typing import Any
 
 import sympy
 
 from kinolab.errors import InputError, Mistake
+
+LARGEST_DENOMINATOR = 100_000  # of a number that counts as written, such as 0.0975
 
 
 def exact(value: Any) -> sympy.Expr:
@@ -38,3 +41,14 @@ def sympify_fields(record: Any, *names: str) -> None:
 def is_zero(value: Any) -> bool:
     """Whether a number or expression is zero, exactly; SymPy's Float(0.0) does not equal 0."""
     return bool(exact(value).is_zero)
+
+
+def as_written(value: float) -> sympy.Rational | sympy.Float:
+    """Return the number that a description says: 0.1 is 1/10, and 0.333… is a third.
+
+    A number with a long decimal part stays what it is, a float.
+    """
+    near = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+    if float(near) == value:
+        return sympy.Rational(near.numerator, near.denominator)
+    return sympy.Float(value)

@@ -1,0 +1,101 @@
+"""What is known about a machine's controllability, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kinolab.description.describe import Description
+from kinolab.description.rest import AtRest
+from kinolab.dynamics.fields import (
+    LinearControllability,
+    SmallTime,
+    SmallTimeVerdict,
+    word_text,
+)
+from kinolab.dynamics.printing import one_line
+
+ROUNDING = 1e-9  # of a state or input: what is not told
+NAMED = 4  # directions or values that a sentence names; more are counted
+
+
+def sentences(found: Description) -> Iterator[str]:
+    """Yield what is known, the configurations first, then the states, then those about rest."""
+    yield from _configurations(found)
+    yield _states(found)
+    for rest in found.rests:
+        yield from _about_rest(rest)
+
+
+def _configurations(found: Description) -> Iterator[str]:
+    closure = found.closure
+    if closure is None or not found.constraints:
+        return
+    growth = ", ".join(map(str, closure.growth))
+    yield (
+        f"The motions that the constraints allow have the growth vector ({growth}): with brackets "
+        f"of up to {_fields(len(closure.growth))} they reach {closure.leaf} of {closure.dimension} "
+        "dimensions of the configuration space."
+    )
+    if found.pushes == found.freedom:
+        yield (
+            f"The inputs push along every one of the {found.freedom} motions that the constraints "
+            "leave, so that it can follow any path of such motions, slowly enough."
+        )
+    for combination in closure.combinations:
+        yield f"Together, {combination} can be integrated: holonomic in disguise."
+    for integral in closure.integrals:
+        yield f"{one_line(integral)} never changes."
+
+
+def _states(found: Description) -> str:
+    spanned, whole = found.accessible, found.accessible.dimension
+    growth = ", ".join(map(str, spanned.growth)) or "0"
+    begin = f"Brackets of the equations of motion span ({growth}) of {whole} dimensions of the "
+    begin += "states that the constraints leave: "
+    if spanned.full:
+        return begin + "from every regular state an open set can be reached (accessible)."
+    if spanned.complete:
+        return begin + f"{whole - spanned.rank} are out of reach of any input (not accessible)."
+    return begin + "more may be spanned by longer brackets."
+
+
+def _about_rest(rest: AtRest) -> Iterator[str]:
+    yield f"About {_place(rest)}: {_linear(rest.linear)}"
+    if rest.small_time is not None:
+        yield f"There: {rest.small_time.outcome.value}{_decided_by(rest.small_time)}"
+
+
+def _place(rest: AtRest) -> str:
+    """Name a state of rest by what is not zero in it."""
+    values = (rest.state | rest.held).items()
+    named = [f"{name} = {value:.4g}" for name, value in values if abs(value) > ROUNDING]
+    if not named:
+        return "rest, all states and inputs 0"
+    more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
+    return f"rest at {', '.join(named[:NAMED])}{more}"
+
+
+def _linear(linear: LinearControllability) -> str:
+    if linear.controllable:
+        return f"the linearisation is controllable ({linear.rank} of {linear.dimension})."
+    lost = "; ".join(linear.directions[:NAMED])
+    more = f" and {len(linear.directions) - NAMED} more" if len(linear.directions) > NAMED else ""
+    decays = "what it leaves alone decays" if linear.stabilisable else "not all of it decays"
+    return (
+        f"the linearisation reaches {linear.rank} of {linear.dimension} dimensions, no input "
+        f"moves {lost}{more}; {decays}."
+    )
+
+
+def _decided_by(verdict: SmallTimeVerdict) -> str:
+    if verdict.outcome in (SmallTime.DRIFTLESS, SmallTime.BRACKETS):
+        return f" Brackets of up to {_fields(verdict.degree)} decide."
+    if verdict.outcome is SmallTime.UNFINISHED:
+        return f" Those of up to {_fields(verdict.degree)} do not decide."
+    if verdict.obstacle is not None:
+        return f" The bad bracket {word_text(verdict.obstacle)} is not made up for."
+    return ""
+
+
+def _fields(count: int) -> str:
+    return "1 field" if count == 1 else f"{count} fields"

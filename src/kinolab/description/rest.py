@@ -1,0 +1,141 @@
+"""Equilibria of a machine, and what is known about controllability there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import (
+    LinearControllability,
+    Model,
+    SmallTimeVerdict,
+    System,
+    VectorFields,
+    linear_controllability,
+    small_time_controllability,
+)
+from kinolab.dynamics.inputs import bounds_of
+from kinolab.errors import SingularError
+
+Array = NDArray[np.float64]
+
+STILL = 1e-9  # of a state's scale per second: what counts as rest
+ROUNDS = 50  # of Newton's method
+CLOSINGS = 20  # steps towards a configuration in which loops close
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """What is known about a state in which a machine stays.
+
+    Attributes:
+        state: The state, by name.
+        held: The inputs that hold it there, by name.
+        linear: Of the linearisation about it.
+        small_time: Of getting to all states near it in short time; None where inputs do not enter
+            linearly.
+    """
+
+    state: dict[str, float]
+    held: dict[str, float]
+    linear: LinearControllability
+    small_time: SmallTimeVerdict | None
+
+    @property
+    def decided(self) -> bool:
+        """Whether it is known which states near by can be reached in short time."""
+        return self.small_time is None or self.small_time.controllable is not None
+
+
+def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) -> Iterator[AtRest]:
+    """Yield what is known near the position of rest, and at another place if nothing is decided.
+
+    Args:
+        system: The machine.
+        fields: Its vector fields.
+        left_out: Gains sentences about what could not be found out.
+    """
+    model = system.model()
+    elsewhere = [_place(model, fields, point) for point in fields.points]
+    found = equilibrium(model, [model.rest(), *elsewhere])
+    if found is None:
+        left_out.append("controllability at rest: no state was found in which inputs can hold it.")
+        return
+    if fields.prolonged:
+        left_out.append("controllability in small time: an input does not enter linearly.")
+    first = _examined(model, fields, *found)
+    yield first
+    other = None if first.decided else equilibrium(model, elsewhere)
+    if other is not None:
+        yield _examined(model, fields, *other)
+
+
+def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:
+    state = dict(zip(model.state_names, map(float, x), strict=True))
+    held = dict(zip(model.control_names, map(float, u), strict=True))
+    limits = {entry.name: bounds_of(entry) for entry in model.system.inputs}
+    return AtRest(
+        state=state,
+        held=held,
+        linear=linear_controllability(model, x, u),
+        small_time=None
+        if fields.prolonged
+        else small_time_controllability(fields, state, held, limits=limits),
+    )
+
+
+def _place(model: Model, fields: VectorFields, point: Mapping[str, float]) -> Array:
+    """Return a round state near a sampled one; what the equations do not contain stays at rest."""
+    nodes = [node for parts in fields.components.values() for node in parts]
+    occurring = frozenset[int]().union(*(fields.tape.depends_on(node) for node in nodes))
+    matters = {n for n, node in zip(fields.names, fields.state, strict=True) if node in occurring}
+    x = model.rest()
+    for k, name in enumerate(model.state_names):
+        if name in matters:
+            x[k] = round(point[name], 1)
+    return x
+
+
+def equilibrium(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | None:
+    """Return a state in which the machine stays and the inputs that hold it, or None.
+
+    Args:
+        model: The machine.
+        starts: States to begin from, each of shape (nx,); the first that leads to one counts.
+
+    Returns:
+        x of shape (nx,) and u of shape (nu,), within the limits of the inputs.
+    """
+    found = (_equilibrium_near(model, x) for x in starts)
+    return next((pair for pair in found if pair is not None), None)
+
+
+def _equilibrium_near(model: Model, x: Array) -> tuple[Array, Array] | None:
+    """Follow Newton's method on f(x, u) = 0, all velocities 0, by steps of least change in units of
+    scales and ranges."""
+    scales, half = model.state_scales, np.ptp(model.control_bounds, axis=1) / 2
+    lower, upper = model.control_bounds.T
+    movable = scales.copy()
+    movable[model.speeds] = 0.0
+    sizes = np.concatenate([movable, half])
+    x, u = x.copy(), np.clip(np.zeros(model.nu), lower, upper)
+    x[model.speeds] = 0.0
+    for _ in range(CLOSINGS):
+        x = model.project(x)
+    for _ in range(ROUNDS):
+        try:
+            left = model.f(x, u) / scales
+        except SingularError:
+            return None
+        if not np.isfinite(left).all():
+            return None
+        if np.abs(left).max(initial=0.0) <= STILL:
+            inside = (lower - 1e-9 <= u).all() and (u <= upper + 1e-9).all()
+            return (x, u) if inside else None
+        rows = np.hstack(model.jacobian(x, u)) * sizes / scales[:, None]
+        change = np.linalg.lstsq(rows, -left, rcond=1e-10)[0] * sizes
+        x, u = model.project(x + change[: model.nx]), u + change[model.nx :]
+    return None

@@ -1,0 +1,50 @@
+"""A machine's description as text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+
+from kinolab.description.controllability import sentences
+from kinolab.description.describe import Description
+from kinolab.dynamics.inputs import bounds_of
+
+WIDTH = 100  # characters of a line
+SHOWN = {True: "yes", False: "no", None: "?"}
+
+
+def described_as_text(found: Description) -> str:
+    """Return what ``plan describe`` prints."""
+    return "\n".join(_lines(found))
+
+
+def _lines(found: Description) -> Iterator[str]:
+    yield found.name
+    yield f"  configuration space: {found.space}, dimension {found.dimension}"
+    yield f"  degrees of freedom: {found.freedom}, states: {found.states}"
+    yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
+    yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
+    yield "  controllability"
+    for sentence in sentences(found):
+        yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+    yield "  modes of generalisation"
+    for k, mode in enumerate(found.modes, 1):
+        yield f"    {k} {SHOWN[mode.shown]:3}  {mode.name}: {mode.why}"
+    if found.left_out:
+        yield "  left out"
+        for sentence in found.left_out:
+            yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+
+
+def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    yield f"  {title}: {len(rows) or 'none'}"
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        yield f"    {'  '.join(cells)}".rstrip()
+
+
+def _input_row(entry: object) -> tuple[str, str, str]:
+    lower, upper = bounds_of(entry)  # type: ignore[arg-type]
+    unit = entry.unit  # type: ignore[attr-defined]
+    return entry.name, type(entry).__name__.lower(), f"{lower:g} to {upper:g} {unit}".rstrip()  # type: ignore[attr-defined]

@@ -1,0 +1,107 @@
+"""How many directions vectors span: by singular values, or by exact elimination."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vectors: TypeAlias = NDArray[Any]  # one per row, of floats or Fractions; shape (count, n)
+
+TOLERANCE = 1e-8  # of the largest singular value; brackets are exact to about 1e-12
+ROUNDS = 4  # of scaling rows and columns in turn, after which little changes
+
+
+@dataclass(frozen=True)
+class Rank:
+    """How many directions vectors span, and how clear that is.
+
+    Attributes:
+        value: The rank.
+        smallest: Singular value that counts, as a share of the largest; 1 where it is exact.
+        largest_ignored: Singular value that counts as 0, likewise; 0 where it is exact.
+    """
+
+    value: int
+    smallest: float = 1.0
+    largest_ignored: float = 0.0
+
+
+def rank_of(vectors: Vectors, tolerance: float = TOLERANCE) -> Rank:
+    """Return how many directions vectors span.
+
+    Floats are scaled first, so that neither units nor the lengths of vectors matter: rows and
+    columns in turn to a largest entry of 1.
+
+    Args:
+        vectors: Shape (count, n); Fractions (dtype object) are treated exactly.
+        tolerance: Share of the largest singular value below which one counts as 0.
+
+    Source: Golub, Van Loan, Matrix Computations, 4th ed., section 5.5.
+    """
+    if vectors.dtype == object:
+        return Rank(len(pivots_of(vectors)))
+    if not vectors.size or not np.abs(vectors).max():
+        return Rank(0)
+    values = np.linalg.svd(balanced(vectors), compute_uv=False)
+    shares = values / values[0]
+    count = int((shares > tolerance).sum())
+    ignored = float(shares[count]) if count < len(shares) else 0.0
+    return Rank(count, float(shares[count - 1]), ignored)
+
+
+def balanced(vectors: Vectors) -> Vectors:
+    """Scale rows and columns of a matrix of floats until their largest entries are about 1."""
+    matrix = vectors.astype(float)
+    for _ in range(ROUNDS):
+        for axis in (0, 1):
+            largest = np.abs(matrix).max(axis=axis, keepdims=True)
+            matrix = matrix / np.where(largest > 0, largest, 1.0)
+    return matrix
+
+
+def pivots_of(vectors: Vectors) -> list[int]:
+    """Return which vectors, taken in order, add a direction, by exact elimination."""
+    reduced: list[tuple[int, list[Fraction]]] = []
+    found = []
+    for k, vector in enumerate(vectors):
+        rest = list(vector)
+        for lead, row in reduced:
+            if rest[lead] != 0:
+                rest = _minus(rest, row, rest[lead])
+        lead = next((i for i, entry in enumerate(rest) if entry != 0), -1)
+        if lead >= 0:
+            reduced.append((lead, [entry / rest[lead] for entry in rest]))
+            found.append(k)
+    return found
+
+
+def _minus(vector: Sequence[Fraction], row: Sequence[Fraction], factor: Fraction) -> list[Fraction]:
+    return [a - factor * b for a, b in zip(vector, row, strict=True)]
+
+
+def reduced_rows(rows: NDArray[np.float64], tolerance: float = TOLERANCE) -> NDArray[np.float64]:
+    """Return the reduced row echelon form of a matrix of floats, rows of zeros left out.
+
+    It depends on nothing but the space that the rows span and the order of the columns.
+    """
+    matrix, lead = np.array(rows, dtype=float), 0
+    size = np.abs(matrix).max(initial=0.0)
+    for column in range(matrix.shape[1] if lead < len(matrix) else 0):
+        if lead == len(matrix):
+            break
+        pivot = lead + int(np.abs(matrix[lead:, column]).argmax())
+        if abs(matrix[pivot, column]) <= tolerance * size:
+            matrix[lead:, column] = 0.0
+            continue
+        matrix[[lead, pivot]] = matrix[[pivot, lead]]
+        matrix[lead] /= matrix[lead, column]
+        others = np.arange(len(matrix)) != lead
+        matrix[others] -= np.outer(matrix[others, column], matrix[lead])
+        lead += 1
+    matrix[np.abs(matrix) <= tolerance] = 0.0
+    return matrix[:lead]

@@ -1,0 +1,158 @@
+"""Whether a machine can get to every state near by in arbitrarily short time, by Sussmann's test.
+
+A bracket is bad if it has an odd number of drifts and an even number of each input: whatever the
+inputs do, it pushes one way. Every bad bracket must be a combination of good ones of fewer fields
+at the state. The condition is sufficient, not necessary.
+
+Source: Sussmann, A general theorem on local controllability, SIAM J. Control and Optimization
+25(1), 1987, with theta = 1; Chow, Math. Ann. 117, 1939, without drift.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics.fields.growth import HIGHEST_DEGREE, MOST_WORK, filtration, stacked
+from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
+from kinolab.dynamics.fields.points import complete_point
+from kinolab.dynamics.fields.ranks import TOLERANCE, rank_of
+from kinolab.dynamics.fields.reachable import reachable_subspace
+from kinolab.dynamics.fields.vector_fields import DRIFT, VectorFields
+
+AT_REST = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
+
+
+class SmallTime(Enum):
+    """How the question ends; the value is the sentence the user reads."""
+
+    DRIFTLESS = "It gets to every state near by in short time: its brackets span all directions."
+    LINEAR = "It gets to every state near by in short time: already its linearisation does."
+    BRACKETS = "It gets to every state near by in short time: Sussmann's condition holds."
+    UNDECIDED = "Sussmann's condition is not met, which decides nothing."
+    UNFINISHED = "Sussmann's condition asks for longer brackets than there is time for."
+    MOVING = "It does not stay at this state, so that Sussmann's condition does not apply."
+    ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
+    UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
+
+
+@dataclass(frozen=True)
+class SmallTimeVerdict:
+    """What is known of controllability in small time at a state.
+
+    Attributes:
+        outcome: How the question ends.
+        degree: Most fields in the brackets that decide it.
+        obstacle: A bad bracket that no good ones of fewer fields make up for, if that is why.
+    """
+
+    outcome: SmallTime
+    degree: int = 0
+    obstacle: Word | None = None
+
+    @property
+    def controllable(self) -> bool | None:
+        """Whether every state near by is reached in short time; None where it is not known."""
+        if self.outcome in (SmallTime.DRIFTLESS, SmallTime.LINEAR, SmallTime.BRACKETS):
+            return True
+        return False if self.outcome is SmallTime.UNREACHABLE else None
+
+
+def small_time_controllability(
+    fields: VectorFields,
+    at: Mapping[str, Any],
+    held: Mapping[str, float] | None = None,
+    *,
+    limits: Mapping[str, tuple[float, float]] | None = None,
+    exact: bool = False,
+    tolerance: float = TOLERANCE,
+    work: int = MOST_WORK,
+) -> SmallTimeVerdict:
+    """Decide, if possible, whether a system is controllable in small time at a state.
+
+    Args:
+        fields: Of the system.
+        at: The state, by name; what is left out is 0.
+        held: Inputs that keep the system at this state, by name.
+        limits: Of the inputs, by name; symmetric ones where left out.
+        exact: Calculate with rational numbers, at a rational state.
+        tolerance: Of ranks.
+        work: Multiplications that may be spent.
+    """
+    point = complete_point(fields, at)
+    held = held or {}
+    if any(not _inside(held.get(name, 0.0), span) for name, span in (limits or {}).items()):
+        return SmallTimeVerdict(SmallTime.ONE_SIDED)
+    if not filtration(fields, tolerance=tolerance, work=work).full_or_unknown:
+        return SmallTimeVerdict(SmallTime.UNREACHABLE)
+    local = Layers.at(fields, point, 2, held=held, exact=exact)
+    if local.drift is not None and not _rests(local.drift):
+        return SmallTimeVerdict(SmallTime.MOVING, 1)
+    if local.drift is not None and not exact and _linear(fields, local):
+        return SmallTimeVerdict(SmallTime.LINEAR, 2)
+    for degree in range(1, HIGHEST_DEGREE + 1):
+        layers = Layers.at(fields, point, degree, held=held, exact=exact)
+        verdict = _sussmann(layers, fields.dimension, tolerance)
+        if verdict is not None:
+            return verdict
+        if work_for(fields, degree + 1) > work:
+            break
+    return SmallTimeVerdict(SmallTime.UNFINISHED, degree)
+
+
+def is_bad(word: Word) -> bool:
+    """Say whether a bracket pushes one way whatever the inputs do."""
+    counts = Counter(word)
+    drifts = counts.pop(DRIFT, 0)
+    return drifts % 2 == 1 and all(count % 2 == 0 for count in counts.values())
+
+
+def _sussmann(layers: Layers, dimension: int, tolerance: float) -> SmallTimeVerdict | None:
+    """Judge all brackets there are; None where longer ones must decide."""
+    good: list[Bracket] = []
+    outcome = SmallTime.DRIFTLESS if layers.drift is None else SmallTime.BRACKETS
+    for degree, layer in enumerate(layers, 1):
+        bad = [bracket for bracket in layer if is_bad(bracket.word)]
+        obstacle = next(_not_made_up(bad, good, tolerance), None)
+        if obstacle is not None:
+            return SmallTimeVerdict(SmallTime.UNDECIDED, degree, obstacle.word)
+        good += [bracket for bracket in layer if not is_bad(bracket.word)]
+        if _rank(good, tolerance) == dimension:
+            return SmallTimeVerdict(outcome, degree)
+    return None
+
+
+def _not_made_up(
+    bad: Sequence[Bracket], good: Sequence[Bracket], tolerance: float
+) -> Iterator[Bracket]:
+    """Yield the bad brackets that are no combinations of good ones."""
+    before = _rank(good, tolerance)
+    if bad and _rank([*good, *bad], tolerance) > before:
+        yield from (one for one in bad if _rank([*good, one], tolerance) > before)
+
+
+def _rank(brackets: Sequence[Bracket], tolerance: float) -> int:
+    return rank_of(stacked(brackets), tolerance).value if brackets else 0
+
+
+def _rests(drift: Bracket) -> bool:
+    if drift.spread is None:
+        return not drift.vector.any()
+    return bool((np.abs(drift.vector) <= AT_REST * drift.spread[:, 0].max()).all())
+
+
+def _linear(fields: VectorFields, layers: Layers) -> bool:
+    """Say whether the linearisation about the state reaches every direction."""
+    assert layers.drift is not None
+    A = layers.drift.jet[:, 1 : 1 + len(fields.state)]
+    B = stacked(layers.inputs).T
+    return bool(reachable_subspace(A, B).shape[1] == fields.dimension)
+
+
+def _inside(value: float, span: tuple[float, float]) -> bool:
+    return span[0] < value < span[1]

@@ -1,0 +1,136 @@
+"""Controllability in small time: what Sussmann's condition says of systems that are known.
+
+Sources:
+    Sussmann, SIAM J. Control and Optimization 25(1), 1987: bad brackets, and examples.
+    Lewis, Murray, Configuration controllability of simple mechanical control systems, SIAM J.
+        Control and Optimization 35(3), 1997: a body with one force off its centre is not
+        controllable, one with two is.
+"""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from kinolab import systems
+from kinolab.dynamics import (
+    Body,
+    Force,
+    SmallTime,
+    System,
+    Torque,
+    VectorFields,
+    angle,
+    length,
+    move,
+    rot_z,
+    small_time_controllability,
+    vector_fields,
+)
+from kinolab.dynamics.fields.small_time import is_bad
+from tests.machines import kinematic_car, satellite
+
+x, y, z, w = sp.symbols("x y z w", real=True)
+
+
+def test_a_bad_bracket_has_an_odd_number_of_drifts_and_an_even_one_of_each_input() -> None:
+    assert is_bad(("drift",))
+    assert is_bad(("a", "drift", "a"))
+    assert is_bad(("b", "a", "drift", "b", "a"))
+    assert not is_bad(("a",))
+    assert not is_bad(("drift", "a"))
+    assert not is_bad(("a", "drift", "b"))
+    assert not is_bad(("drift", "a", "drift", "a"))
+
+
+def test_a_square_that_only_pushes_one_way_is_no_verdict() -> None:
+    """x_dot = u, y_dot = x^2 never decreases y: [u, [drift, u]] points along y and is bad."""
+    fields = VectorFields.of((x, y), {"u": (1, 0)}, drift=(0, x**2))
+    found = small_time_controllability(fields, {})
+    assert found.outcome is SmallTime.UNDECIDED
+    assert found.controllable is None
+    assert found.obstacle == ("u", "drift", "u")
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_cube_pushes_both_ways(exact: bool) -> None:
+    """x_dot = u, y_dot = x^3: good brackets of four fields, though not linearly controllable."""
+    fields = VectorFields.of((x, y), {"u": (1, 0)}, drift=(0, x**3))
+    found = small_time_controllability(fields, {}, exact=exact)
+    assert (found.outcome, found.degree) == (SmallTime.BRACKETS, 4)
+
+
+def test_what_the_linearisation_controls_is_controllable_whatever_is_bad() -> None:
+    """x_dot = y + x^2, y_dot = u."""
+    fields = VectorFields.of((x, y), {"u": (0, 1)}, drift=(y + x**2, 0))
+    assert small_time_controllability(fields, {}).outcome is SmallTime.LINEAR
+
+
+def test_without_drift_brackets_that_span_suffice() -> None:
+    found = small_time_controllability(vector_fields(kinematic_car()), {"delta": 0.2})
+    assert (found.outcome, found.degree) == (SmallTime.DRIFTLESS, 3)
+    assert found.controllable
+
+
+def test_a_coin_gets_to_all_states_near_rest() -> None:
+    """By brackets of six fields: twice those of three that its configurations need."""
+    found = small_time_controllability(vector_fields(systems.get("rolling_disk")), {"psi": 0.4})
+    assert (found.outcome, found.degree) == (SmallTime.BRACKETS, 6)
+
+
+def test_a_coin_that_rolls_does_not_stay() -> None:
+    fields = vector_fields(systems.get("rolling_disk"))
+    found = small_time_controllability(fields, {"phi_dot": 1.0})
+    assert found.outcome is SmallTime.MOVING
+
+
+def test_what_momentum_forbids_is_out_of_reach() -> None:
+    found = small_time_controllability(vector_fields(satellite()), {})
+    assert found.outcome is SmallTime.UNREACHABLE
+    assert found.controllable is False
+
+
+def test_a_robot_that_cannot_stop_is_not_judged() -> None:
+    fields = vector_fields(systems.get("unicycle1_v1"))
+    limits = {"v": (0.25, 0.5), "w": (-0.5, 0.5)}
+    found = small_time_controllability(fields, {}, limits=limits)
+    assert found.outcome is SmallTime.ONE_SIDED
+
+
+def hovercraft(ahead: float, *, torque: bool) -> System:
+    """A body in the plane with a force across it, so far ahead of its centre; a torque too."""
+    frame = move(length("px"), length("py")) @ rot_z(angle("th"))
+    hull = Body("hull", frame, mass=1.0, inertia=(1.0, 1.0, 0.5))
+    nose = Body("nose", frame @ move(ahead))
+    push = Force("push", on=nose, along=frame.y, limit=1.0)
+    turn = Torque("turn", on=hull, about=frame.z, limit=1.0)
+    return System("hovercraft", bodies=[hull, nose], inputs=[push, turn] if torque else [push])
+
+
+def test_one_force_ahead_of_the_centre_pushes_back_only() -> None:
+    """Lewis and Murray, 1997: [push, [drift, push]] is centrifugal."""
+    found = small_time_controllability(vector_fields(hovercraft(0.3, torque=False)), {})
+    assert found.outcome is SmallTime.UNDECIDED
+    assert found.obstacle == ("push", "drift", "push")
+
+
+def test_a_force_at_the_centre_and_a_torque_get_everywhere() -> None:
+    """Lewis and Murray, 1997: neither pushes one way, and together they push ahead."""
+    found = small_time_controllability(vector_fields(hovercraft(0.0, torque=True)), {})
+    assert (found.outcome, found.degree) == (SmallTime.BRACKETS, 4)
+
+
+def test_what_takes_too_much_work_is_said() -> None:
+    fields = vector_fields(systems.get("snakeboard"))
+    found = small_time_controllability(fields, {}, work=3_000_000)
+    assert found.outcome is SmallTime.UNFINISHED
+
+
+def test_a_held_input_belongs_to_the_drift() -> None:
+    """A quadrotor hovers with its rotors at half of their thrust, and is linearly controllable."""
+    robot = systems.get("quad2d_v0")
+    names = [entry.name for entry in robot.inputs]
+    fields = vector_fields(robot)
+    assert small_time_controllability(fields, {}).outcome is SmallTime.MOVING
+    found = small_time_controllability(fields, {}, dict.fromkeys(names, 1.0))
+    assert found.outcome is SmallTime.LINEAR

@@ -1,0 +1,173 @@
+"""``plan describe``: what is said of machines whose nature is known."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinolab import cli, systems
+from kinolab.description import Description, describe, described_as_text, description_to_json
+from kinolab.description.rest import equilibrium
+from kinolab.description.space import mechanisms, space_of
+from kinolab.dynamics import SmallTime, System
+from tests.machines import MACHINES
+
+ALL = (*systems.names(), *MACHINES)
+
+
+def machine(name: str) -> System:
+    return MACHINES[name]() if name in MACHINES else systems.get(name)
+
+
+@cache
+def described(name: str) -> Description:
+    return describe(machine(name))
+
+
+@pytest.mark.parametrize(
+    ("name", "space", "dimension"),
+    [
+        ("pendulum", "S^1", 1),
+        ("rolling_disk", "R^2 x S^1 x S^1", 4),
+        ("crane", "R^5", 5),
+        ("submarine", "R^3 x SO(3)", 6),
+        ("satellite", "S^1 x S^1 x S^1 x SO(3)", 6),
+        ("driven_crane", "R^3", 3),  # an angle with limits is an interval
+    ],
+)
+def test_configuration_spaces_are_products(name: str, space: str, dimension: int) -> None:
+    assert space_of(machine(name)) == space
+    assert described(name).dimension == dimension
+
+
+def test_two_cranes_are_two_mechanisms_and_others_are_one() -> None:
+    assert mechanisms(systems.get("two_cranes")) == [
+        ("x_a", "l_a", "sway_a"),
+        ("x_b", "l_b", "sway_b"),
+    ]
+    others = [name for name in ALL if name not in ("two_cranes", "satellite")]
+    assert all(len(mechanisms(machine(name))) == 1 for name in others)
+    assert len(mechanisms(machine("satellite"))) == 1  # its hull joins the wheels
+
+
+MODES = {  # space, nonholonomic, underactuated, drift, switching, several
+    "pendulum": "100100",
+    "rolling_disk": "110100",
+    "crane": "001100",
+    "two_cranes": "001101",
+    "unicycle1_v0": "110000",
+    "diff_drive": "110100",
+    "snakeboard": "111100",
+    "submarine": "101100",
+    "sprung_cart": "001110",
+    "four_bar": "100100",
+}
+
+
+@pytest.mark.parametrize("name", MODES)
+def test_machines_show_the_modes_of_generalisation_that_they_have(name: str) -> None:
+    assert "".join(str(int(bool(mode.shown))) for mode in described(name).modes) == MODES[name]
+
+
+def test_where_constraints_depend_on_inputs_nothing_is_claimed_of_them() -> None:
+    found = described("car1_v0")
+    assert found.modes[1].shown is None
+    assert {constraint.kind for constraint in found.constraints} == {"depends on inputs"}
+    assert found.freedom == 1
+    assert any("depend on inputs" in sentence for sentence in found.left_out)
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds"),
+    [
+        ("rolling_disk", ["nonholonomic", "nonholonomic"]),
+        ("four_bar", ["holonomic", "holonomic"]),
+        ("four_bar_by_multipliers", ["holonomic", "holonomic", "repeats others"]),
+    ],
+)
+def test_constraints_are_called_what_they_are(name: str, kinds: list[str]) -> None:
+    assert [constraint.kind for constraint in described(name).constraints] == kinds
+
+
+@pytest.mark.parametrize(
+    ("name", "outcomes"),
+    [
+        ("pendulum", [SmallTime.LINEAR]),
+        ("crane", [SmallTime.LINEAR]),
+        ("quad3d_v0", [SmallTime.LINEAR]),
+        ("rolling_disk", [SmallTime.BRACKETS]),
+        ("diff_drive", [SmallTime.BRACKETS]),  # on what its wheels leave
+        ("unicycle1_v0", [SmallTime.DRIFTLESS]),
+        ("unicycle1_v1", []),  # it cannot stop
+        ("satellite", [SmallTime.UNREACHABLE]),
+        ("snakeboard", [SmallTime.UNFINISHED, SmallTime.BRACKETS]),  # steered straight, and not
+    ],
+)
+def test_controllability_at_rest_is_what_is_known(name: str, outcomes: list[SmallTime]) -> None:
+    found = [rest.small_time.outcome for rest in described(name).rests if rest.small_time]
+    assert found == outcomes
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_machine_is_described_in_words_and_in_data(name: str) -> None:
+    """What is said of rest is so: the machine stays there."""
+    found = described(name)
+    text, data = described_as_text(found), json.loads(json.dumps(description_to_json(found)))
+    assert data["name"] == found.name
+    assert len(data["modes"]) == 6
+    assert all(entry["name"] in text for entry in (*data["inputs"], *data["constraints"]))
+    assert max(map(len, text.splitlines())) <= 100
+    model = machine(name).model()
+    for rest in data["rests"]:
+        x = [rest["state"][state] for state in model.state_names]
+        u = [rest["held"][control] for control in model.control_names]
+        assert np.abs(model.f(x, u) / model.state_scales).max() < 1e-8
+
+
+def test_an_equilibrium_that_the_inputs_cannot_hold_is_none() -> None:
+    """A pendulum held level takes 9.81 N m; its motor has 5. Slightly aside it can be held."""
+    model = systems.get("pendulum").model()
+    assert equilibrium(model, [np.array([np.pi / 2, 0.0])]) is None
+    found = equilibrium(model, [np.array([np.pi / 2, 0.0]), np.array([0.3, 0.0])])
+    assert found is not None
+    (theta, _), (torque,) = found
+    assert torque == pytest.approx(9.81 * np.sin(theta), abs=1e-8)
+
+
+# --- the command ---
+
+
+def test_the_command_prints_the_description(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["describe", "rolling_disk"]) == 0
+    assert capsys.readouterr().out == described_as_text(described("rolling_disk")) + "\n"
+
+
+def test_the_command_prints_one_object(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["describe", "rolling_disk_maze", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["configuration_space"] == "R^2 x S^1 x S^1"
+    assert data["growth_vector"] == [2, 3, 4]
+
+
+def test_the_command_describes_a_machine_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the file prints is no result."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.run(["new", "hopper"]) == 0
+    file = tmp_path / "hopper.py"
+    file.write_text("print('made')\n" + file.read_text())
+    capsys.readouterr()
+    assert cli.run(["describe", "hopper.py", "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["name"] == "hopper"
+    assert "made" in err
+
+
+def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["describe", "rolling_disc"]) == 2
+    assert "Did you mean 'rolling_disk'?" in capsys.readouterr().err
