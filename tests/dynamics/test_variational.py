@@ -74,6 +74,7 @@ SERVED = [name for name in MAKERS if name not in REFUSED]
 # Inside the charts, and on their wheels; what is left out is at rest() plus a random 0.4.
 STARTS = {
     "falling_disk": {"theta": 0.1, "phi_dot": 6.0},
+    "unicycle": {"theta": 0.1, "theta_dot": 0.0, "alpha": -0.02, "alpha_dot": 0.3},
     "four_bar": {"a": 0.7, "b": 0.5, "c": 1.5},
     "four_bar_by_multipliers": {"a": 0.7, "b": 0.5, "c": 1.5},
     "rope_pendulum": {"x": 0.3, "y": -0.9},
