@@ -41,6 +41,7 @@ PAGE, IMAGES = DOCS / "gallery.md", DOCS / "images"
 COURSE = (
     *("pendulum", "rolling_disk", "crane", "two_cranes", "car", "diff_drive"),
     *("snakeboard", "submarine"),
+    *("falling_disk", "unicycle", "motorcycle", "whipple"),
 )
 
 SIZE = (400, 300)  # [pixel] of a film

@@ -64,6 +64,7 @@ REFUSED = {
     "diff_drive": (InputError, "friction"),
     "snakeboard": (InputError, "friction"),
     "submarine": (InputError, "a wrench"),
+    "motorcycle": (InputError, "the drive 'steer'"),
     **dict.fromkeys(("quad2d_v0", "quad2dpole_v0"), (InputError, "a wrench")),
     **dict.fromkeys(("quad3d_v0", "quad3d_omplapp"), (InputError, "a wrench")),
     **{f"unicycle1_v{k}": (NoDynamicsError, "it has no energy") for k in range(3)},
@@ -71,13 +72,16 @@ REFUSED = {
 }
 SERVED = [name for name in MAKERS if name not in REFUSED]
 
-# Inside the charts; what is left out is at rest() plus a random 0.4.
+# Inside the charts, and on their wheels; what is left out is at rest() plus a random 0.4.
 STARTS = {
+    "falling_disk": {"theta": 0.1, "phi_dot": 6.0},
+    "unicycle": {"theta": 0.1, "theta_dot": 0.0, "alpha": -0.02, "alpha_dot": 0.3},
     "four_bar": {"a": 0.7, "b": 0.5, "c": 1.5},
     "four_bar_by_multipliers": {"a": 0.7, "b": 0.5, "c": 1.5},
     "rope_pendulum": {"x": 0.3, "y": -0.9},
     "loose_snakeboard": {"th": 0.3, "phi_b": 0.5, "phi_f": -0.4},
 }
+SHARES = {"loose_snakeboard": 1e-3, "unicycle": 1e-2}  # light wheels turn by 150 rad/s^2 else
 DURATION = 0.4  # [s]
 
 
@@ -99,8 +103,7 @@ def start_of(name: str) -> Array:
 
 def held_inputs(name: str) -> Array:
     bounds = integrator(name).model.control_bounds
-    share = 1e-3 if name == "loose_snakeboard" else 0.1  # its light wheels turn by 150 rad/s^2 else
-    pushes: Array = share * bounds[:, 1]
+    pushes: Array = SHARES.get(name, 0.1) * bounds[:, 1]
     return pushes
 
 

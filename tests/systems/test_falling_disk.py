@@ -1,4 +1,4 @@
-"""A disk that rolls and leans, written with the public vocabulary, against Newton and Euler.
+"""The coin that rolls and leans, against Newton and Euler.
 
 Coordinates (x, y, psi, theta, phi): contact point, heading, lean and roll. The contact's axes are
 the heading, left and up; a lean theta > 0 is to the right. Of the disk's axes, k points from the
@@ -41,9 +41,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from kinolab import systems
 from kinolab.dynamics import (
     Body,
-    Disk,
     Frame,
     Model,
     System,
@@ -58,35 +58,29 @@ from kinolab.dynamics import (
     velocity,
     zero,
 )
+from tests.oracles import falling_disk as oracle
+from tests.oracles.falling_disk import FallingDisk
 
 Array = NDArray[np.float64]
 
 M, R, G = 1.0, 0.3, 9.81
-DISK = {"A": M * R**2 / 2, "B": M * R**2 / 4}
-HOOP = {"A": M * R**2, "B": M * R**2 / 2}
-OTHER = {"A": 0.05, "B": 0.04}  # neither of the two
+DISK, ANNULUS, HOOP = 0.5, 0.8, 1.0  # k = A / (m R^2)
 NAMES = ("x", "y", "psi", "theta", "phi", "psi_dot", "theta_dot", "phi_dot")
 LEAN, TURN, SPIN = 0.2, 1.0, -4.584636549751613  # a steady circle of the disk
 
 
-def falling_disk() -> System:
-    """A disk that rolls without slip on the plane and may lean; nothing drives it."""
+def material_disk() -> System:
+    """The same coin, whose constraint is that the matter at its lowest point does not move."""
     m, r = parameter("m", M, "kg"), parameter("R", R, "m")
-    about_axle, across = (parameter(name, DISK[name], "kg m^2") for name in ("A", "B"))
+    about_axle, across = parameter("A", 0.045, "kg m^2"), parameter("B", 0.0225, "kg m^2")
     x, y, psi = length("x"), length("y"), angle("psi")
     theta, phi = angle("theta", -1.5, 1.5), angle("phi")
     fork = move(x, y) @ rot_z(psi) @ rot_x(theta) @ move(0, 0, r)  # leans, does not spin
-    disk = Body(
-        "disk",
-        fork @ rot_y(phi),
-        mass=m,
-        inertia=(across, about_axle, across),
-        shape=Disk(r, thickness=0.02, axis="y"),
-    )
-    along, aside = contact_velocity(disk.frame, phi, r)
+    coin = Body("coin", fork @ rot_y(phi), mass=m, inertia=(across, about_axle, across))
+    along, aside = contact_velocity(coin.frame, phi, r)
     return System(
-        "falling_disk",
-        bodies=[disk],
+        "material_disk",
+        bodies=[coin],
         gravity=toward("-z", parameter("g", G, "m/s^2")),
         constraints=[zero(along, "no slip ahead"), zero(aside, "no slip aside")],
         velocities=[psi, theta, phi],
@@ -106,7 +100,16 @@ def contact_velocity(disk: Frame, phi: Any, r: Any) -> tuple[Any, Any]:
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return falling_disk().model()
+    return systems.get("falling_disk").model()
+
+
+def moments(k: float) -> dict[str, float]:
+    """Moments about the axle and a diameter of a flat round body."""
+    return {"A": k * M * R**2, "B": k * M * R**2 / 2}
+
+
+def disk(k: float) -> FallingDisk:
+    return FallingDisk(m=M, R=R, g=G, **moments(k))
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +140,49 @@ def run(model: Model, start: Array, t: Array, **parameters: float) -> Array:
 
 def test_states_carry_the_authors_names(model: Model) -> None:
     assert model.state_names == NAMES
+    assert model.control_names == ("drive", "steer")
+
+
+# Hand derivations
+
+
+def torques(samples: Array) -> Array:
+    return np.random.default_rng(1).uniform(-0.5, 0.5, (len(samples), 2))
+
+
+@pytest.mark.parametrize("k", [DISK, ANNULUS, HOOP])
+def test_accelerations_are_those_derived_by_hand(model: Model, samples: Array, k: float) -> None:
+    """Under both torques; rounding is divided by B = 0.02 kg m^2 and by cos 1.2."""
+    u = torques(samples)
+    expected = oracle.accelerations(samples, u, disk(k))
+    np.testing.assert_allclose(model.f(samples, u, k=k)[:, 5:], expected, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("k", [DISK, ANNULUS, HOOP])
+def test_the_matter_at_the_contact_is_at_rest(model: Model, samples: Array, k: float) -> None:
+    """What ties the contact's track to the roll is that the lowest point does not slip."""
+    expected = material_disk().model().f(samples, **moments(k))
+    np.testing.assert_allclose(model.f(samples, k=k), expected, rtol=1e-11, atol=1e-11)
+
+
+def test_a_coin_that_is_held_upright_is_the_one_that_cannot_fall(
+    model: Model, samples: Array
+) -> None:
+    """Whatever it does but lean: its lean's acceleration is what holding it takes."""
+    upright = samples * [1, 1, 1, 0, 1, 1, 0, 1]
+    u, kept = torques(samples), [0, 1, 2, 4, 5, 7]
+    coin = systems.get("rolling_disk", m=M, R=R).model()
+    expected = coin.f(upright[:, kept], u)
+    np.testing.assert_allclose(model.f(upright, u)[:, kept], expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("spin", [-4.0, 0.0, 6.0])
+def test_steering_tilts_the_coin_only_while_it_rolls(model: Model, spin: float) -> None:
+    """A turn of the torque's steer / B tilts it by (A + m R^2) s / (B + m R^2) as much."""
+    A, B = model.jacobian(state(phi_dot=spin))
+    coin = disk(DISK)
+    expected = coin.rolling * spin / (coin.B + M * R**2) / coin.B
+    assert (A @ B)[6, 1] == pytest.approx(expected, abs=1e-10)
 
 
 # Newton and Euler
@@ -165,9 +211,9 @@ def centre_velocity(x: Array) -> Array:
     return R * (w[..., 1:2] * i - w[..., 0:1] * j)
 
 
-def angular_momentum(x: Array, moments: dict[str, float]) -> Array:
+def angular_momentum(x: Array, given: dict[str, float]) -> Array:
     """H about the centre, in the world in [N m s], shape (..., 3)."""
-    parts = spins(x) * [moments["B"], moments["A"], moments["B"]]
+    parts = spins(x) * [given["B"], given["A"], given["B"]]
     return sum((parts[..., n : n + 1] * axis for n, axis in enumerate(axes(x))), np.zeros(3))
 
 
@@ -179,18 +225,30 @@ def drift(quantity: Any, x: Array, slope: Array) -> Array:
     return np.asarray(weights @ values * (1 + np.abs(slope).max()))
 
 
-@pytest.mark.parametrize("moments", [DISK, HOOP, OTHER])
+@pytest.mark.parametrize("k", [DISK, ANNULUS, HOOP])
 def test_the_force_at_the_contact_moves_the_centre_and_turns_the_disk(
-    model: Model, samples: Array, moments: dict[str, float]
+    model: Model, samples: Array, k: float
 ) -> None:
+    check_newton_and_euler(lambda x: model.f(x, k=k), samples, moments(k))
+
+
+def test_a_body_that_is_not_flat_obeys_newton_and_euler_too(samples: Array) -> None:
+    """A = 0.05, B = 0.04, which no k gives."""
+    found, other = material_disk().model(), {"A": 0.05, "B": 0.04}
+    check_newton_and_euler(lambda x: found.f(x, **other), samples, other)
+    expected = oracle.accelerations(samples, np.zeros((50, 2)), FallingDisk(**other))
+    np.testing.assert_allclose(found.f(samples, **other)[:, 5:], expected, rtol=1e-11, atol=1e-11)
+
+
+def check_newton_and_euler(f: Any, samples: Array, given: dict[str, float]) -> None:
     """Newton gives the force, Euler is then to hold: H_dot = -R k x F. The difference errs by h^6.
 
     Moments are about 1 N m.
     """
     for x in samples:
-        slope = model.f(x, **moments)
+        slope = f(x)
         force = M * (drift(centre_velocity, x, slope) + np.array([0, 0, G]))
-        turning = drift(lambda at: angular_momentum(at, moments), x, slope)
+        turning = drift(lambda at: angular_momentum(at, given), x, slope)
         moment = -R * np.cross(axes(x)[2], force)
         np.testing.assert_allclose(turning, moment, rtol=0, atol=1e-9)  # [N m]
 
@@ -214,19 +272,17 @@ def test_the_centre_is_above_the_contact_on_the_side_of_the_lean(
 # Energy
 
 
-def energy(x: Array, moments: dict[str, float]) -> Array:
+def energy(x: Array, k: float) -> Array:
     """Kinetic and potential energy in [J] by Koenig's theorem, shape (...)."""
-    turning = (spins(x) ** 2 * [moments["B"], moments["A"], moments["B"]]).sum(axis=-1)
+    turning = (spins(x) ** 2 * [k * M * R**2 / n for n in (2, 1, 2)]).sum(axis=-1)
     moving = M * (centre_velocity(x) ** 2).sum(axis=-1)
     return np.asarray((turning + moving) / 2 + M * G * R * np.cos(x[..., 3]))
 
 
-@pytest.mark.parametrize("moments", [DISK, HOOP, OTHER])
-def test_energies_are_those_of_koenig(
-    model: Model, samples: Array, moments: dict[str, float]
-) -> None:
-    found = np.sum(model.energy(samples, **moments), axis=0)
-    np.testing.assert_allclose(np.diff(found - energy(samples, moments)), 0.0, atol=1e-12)
+@pytest.mark.parametrize("k", [DISK, ANNULUS, HOOP])
+def test_energies_are_those_of_koenig(model: Model, samples: Array, k: float) -> None:
+    found = np.sum(model.energy(samples, k=k), axis=0)
+    np.testing.assert_allclose(np.diff(found - energy(samples, k)), 0.0, atol=1e-12)
 
 
 def test_a_wobbling_disk_keeps_its_energy(model: Model) -> None:
@@ -241,27 +297,20 @@ def test_a_wobbling_disk_keeps_its_energy(model: Model) -> None:
 # Steady circles
 
 
-def spin_for(lean: float, turn: float, moments: dict[str, float]) -> float:
-    """Spin in [rad/s] of the steady circle with this lean and yaw rate."""
-    resists = moments["A"] + M * R**2
-    rest = (resists - moments["B"]) * turn**2 * np.sin(lean) * np.cos(lean)
-    return float(-(rest + M * G * R * np.sin(lean)) / (resists * turn * np.cos(lean)))
-
-
 def test_the_spin_of_one_circle_is_as_known() -> None:
-    assert spin_for(LEAN, TURN, DISK) == pytest.approx(SPIN, abs=1e-14)
+    assert oracle.steady_spin(LEAN, TURN, disk(DISK)) == pytest.approx(SPIN, abs=1e-14)
 
 
-@pytest.mark.parametrize("moments", [DISK, HOOP, OTHER])
+@pytest.mark.parametrize("k", [DISK, ANNULUS, HOOP])
 @pytest.mark.parametrize(("lean", "turn"), [(0.2, 1.0), (-0.7, 2.5), (1.1, -0.8), (0.4, 6.0)])
 def test_a_steady_circle_needs_no_acceleration(
-    model: Model, moments: dict[str, float], lean: float, turn: float
+    model: Model, k: float, lean: float, turn: float
 ) -> None:
-    spin = spin_for(lean, turn, moments)
+    spin = oracle.steady_spin(lean, turn, disk(k))
     x = state(psi=0.4, theta=lean, phi=0.3, psi_dot=turn, phi_dot=spin)
-    np.testing.assert_allclose(model.f(x, **moments)[5:], 0.0, rtol=0, atol=1e-10)  # [rad/s^2]
+    np.testing.assert_allclose(model.f(x, k=k)[5:], 0.0, rtol=0, atol=1e-10)  # [rad/s^2]
     x[7] += 0.1
-    assert np.abs(model.f(x, **moments)[5:]).max() > 1e-2  # another spin does
+    assert np.abs(model.f(x, k=k)[5:]).max() > 1e-2  # another spin does
 
 
 def test_a_steady_circle_lasts(model: Model) -> None:
@@ -279,37 +328,35 @@ def test_a_steady_circle_lasts(model: Model) -> None:
 # Straight rolling
 
 
-def growth(model: Model, spin: float, moments: dict[str, float]) -> float:
+def growth(model: Model, spin: float, k: float) -> float:
     """Squared rate of the lean's mode in [1/s^2]; positive if straight rolling is unstable.
 
     The other modes of (theta, psi_dot, theta_dot, phi_dot) are 0: the disk may roll along any
     circle near the line, at any speed.
     """
     kept = [3, 5, 6, 7]
-    A, _ = model.jacobian(state(phi_dot=spin), **moments)
+    A, _ = model.jacobian(state(phi_dot=spin), k=k)
     squares = np.linalg.eigvals(A[np.ix_(kept, kept)]) ** 2
     return float(squares[np.argmax(np.abs(squares))].real)
 
 
-@pytest.mark.parametrize("moments", [DISK, HOOP, OTHER])
+@pytest.mark.parametrize("k", [DISK, ANNULUS, HOOP])
 @pytest.mark.parametrize("spin", [0.0, 1.5, -2.5, 4.0, -9.0])
 def test_a_lean_grows_or_swings_at_the_rate_of_the_gyroscope(
-    model: Model, moments: dict[str, float], spin: float
+    model: Model, k: float, spin: float
 ) -> None:
-    A, B = moments["A"], moments["B"]
-    expected = (M * G * R - A * (A + M * R**2) * spin**2 / B) / (B + M * R**2)
-    assert growth(model, spin, moments) == pytest.approx(expected, rel=1e-10)
+    assert growth(model, spin, k) == pytest.approx(oracle.growth(spin, disk(k)), rel=1e-10)
 
 
-@pytest.mark.parametrize(("moments", "share"), [(DISK, 3.0), (HOOP, 4.0)])
+@pytest.mark.parametrize(("k", "share"), [(DISK, 3.0), (HOOP, 4.0)])
 def test_straight_rolling_is_stable_above_its_critical_spin(
-    model: Model, moments: dict[str, float], share: float
+    model: Model, k: float, share: float
 ) -> None:
     """s^2 = g / (3 R) for a disk, g / (4 R) for a hoop; bisected to 1e-9 rad/s."""
     critical = np.sqrt(G / (share * R))
-    assert growth(model, 0.99 * critical, moments) > 0.01
-    assert growth(model, 1.01 * critical, moments) < -0.01
-    found = brentq(lambda s: growth(model, s, moments), 1.0, 9.0, xtol=1e-9)
+    assert growth(model, 0.99 * critical, k) > 0.01
+    assert growth(model, 1.01 * critical, k) < -0.01
+    found = brentq(lambda s: growth(model, s, k), 1.0, 9.0, xtol=1e-9)
     assert found == pytest.approx(critical, abs=1e-6)  # [rad/s]
 
 

@@ -1,0 +1,110 @@
+"""A robot on one wheel, with a reaction wheel against falling sideways."""
+
+from __future__ import annotations
+
+import sympy
+
+from kinolab.dynamics import (
+    Body,
+    Box,
+    Cylinder,
+    Disk,
+    System,
+    Torque,
+    angle,
+    length,
+    move,
+    parameter,
+    rate,
+    rot_x,
+    rot_y,
+    rot_z,
+    toward,
+    velocity,
+    zero,
+)
+from kinolab.systems._wheels import leaning_wheel
+
+LEAN = 0.6  # [rad] at most, to the side and ahead
+WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] that are drawn; R, h and l are what counts
+HULL = (0.09, 0.07, 0.06)  # [m] edges of the body
+RING = 0.075  # [m] radius of the reaction wheel
+
+
+def unicycle() -> System:
+    """A unicycle robot: a wheel, an inverted pendulum on its axle, a reaction wheel on that.
+
+    The wheel may lean by theta, to the right if positive; alpha is how far the body is pitched
+    ahead in the leaning plane, and gamma turns the reaction wheel about the axis that then points
+    ahead. The drive turns wheel and body against each other, the other motor body and reaction
+    wheel, so that lean and pitch can be held even at a standstill. Nothing turns the heading there
+    but leaning and pitching in turn; while it rolls, the wheel's momentum turns it into its lean.
+
+    Masses, sizes and torques are chosen, of the order of robots of this kind, with a wheel so heavy
+    that it steers well. The body is a homogeneous cuboid.
+
+    Source: Langius, de Callafon, Dynamic modeling of a moment exchange unicycle robot, ICINCO
+    2010; Geist, Fiene, Tashiro, Jia, Trimpe, The Wheelbot, IEEE RA-L 7(4), 2022.
+    """
+    m_w, R, g = (
+        parameter("m_w", 0.6, "kg"),
+        parameter("R", WHEEL, "m"),
+        parameter("g", 9.81, "m/s^2"),
+    )
+    m_b, h = parameter("m_b", 1.0, "kg"), parameter("h", HEIGHT, "m")  # h above the axle
+    m_r, l = parameter("m_r", 0.35, "kg"), parameter("l", TOP, "m")  # noqa: E741  # l above it too
+    I_r = parameter("I_r", 1.5e-3, "kg m^2")  # of the reaction wheel about its axis
+    x, y = length("x"), length("y")  # where the wheel touches the ground
+    psi = angle("psi", speed=4.0)  # heading
+    theta = angle("theta", -LEAN, LEAN, speed=4.0)  # lean
+    phi = angle("phi", speed=30.0)  # roll of the wheel against the leaning plane
+    alpha = angle("alpha", -LEAN, LEAN, speed=6.0)  # pitch
+    gamma = angle("gamma", speed=300.0, scale=50.0)  # of the reaction wheel against the body
+    track = move(x, y) @ rot_z(psi)
+    axle = track @ rot_x(theta) @ move(0, 0, R)  # leans, neither rolls nor pitches
+    pitched = axle @ rot_y(alpha)
+    wheel = Body(
+        "wheel",
+        axle @ rot_y(phi),
+        mass=m_w,
+        inertia=(m_w * R**2 / 4, m_w * R**2 / 2, m_w * R**2 / 4),
+        shape=leaning_wheel(R, 0.026, LEAN),
+        touches_ground=True,
+    )
+    body = Body("body", pitched @ move(0, 0, h), mass=m_b, inertia=_cuboid(m_b), shape=_hull())
+    flywheel = Body(
+        "reaction wheel",
+        pitched @ move(0, 0, l) @ rot_x(gamma),
+        mass=m_r,
+        inertia=(I_r, I_r / 2, I_r / 2),
+        shape=Disk(RING, thickness=0.016, axis="x"),
+    )
+    V = velocity(track)
+    return System(
+        "unicycle",
+        bodies=[wheel, body, flywheel],
+        gravity=toward("-z", g),
+        constraints=[zero(V.y, "no sideslip"), zero(V.x - R * rate(phi), "rolling")],
+        inputs=[
+            Torque("drive", on=wheel, about=axle.y, reacts_on=body, limit=1.0),
+            Torque("react", on=flywheel, about=pitched.x, reacts_on=body, limit=1.0),
+        ],
+        velocities=[psi, theta, phi, alpha, gamma],
+    )
+
+
+def _cuboid(mass: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr, sympy.Expr]:
+    """Return the moments of the body about its centre."""
+    a, b, c = (sympy.Float(edge) ** 2 / 12 for edge in HULL)
+    return mass * (b + c), mass * (a + c), mass * (a + b)
+
+
+def _hull() -> tuple[Box | Cylinder, ...]:
+    """Return the body: a box, a fork down to the axle, two arms up to the reaction wheel."""
+    legs = tuple(Box(0.02, 0.006, 0.17, at=(0, side, -0.07)) for side in (-0.022, 0.022))
+    arms = tuple(Box(0.006, 0.02, 0.12, at=(side, 0, 0.075)) for side in (-0.016, 0.016))
+    axles = (
+        Cylinder(0.008, 0.05, axis="y", at=(0, 0, -HEIGHT)),
+        Cylinder(0.008, 0.04, axis="x", at=(0, 0, TOP - HEIGHT)),
+    )
+    return (Box(*HULL), *legs, *arms, *axles)
