@@ -79,7 +79,7 @@ def machine_to_json(system: System) -> str:
         if velocities is None or isinstance(velocities, str)
         else [c.name for c in velocities],
         "collisions": [list(pair) for pair in system.collisions],
-        "bodies": [{name: _encode(getattr(body, name)) for name in BODY} for body in system.bodies],
+        "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **({} if system.flat is None else {"flat": _encode(system.flat)}),
     }
@@ -125,6 +125,11 @@ def load_machine(path: Path) -> System:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
     return machine_from_json(text, where=str(path))
+
+
+def _described(body: Body) -> dict[str, Any]:
+    facts = {name: _encode(getattr(body, name)) for name in BODY}
+    return facts | ({"whirl": body.whirl} if body.whirl else {})
 
 
 def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
@@ -217,6 +222,7 @@ class _Reader:
 
     def _body(self, data: Mapping[str, Any]) -> Body:
         values = {name: self.decode(data[name]) for name in BODY}
+        values["whirl"] = data.get("whirl", 0.0)  # only rotors have it
         check_fields(Body, values)
         shapes = values.pop("shapes")
         return Body(values.pop("name"), values.pop("frame"), shape=shapes, **values)
