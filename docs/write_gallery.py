@@ -40,7 +40,7 @@ PAGE, IMAGES = DOCS / "gallery.md", DOCS / "images"
 # The order of the course; machines that are not in it follow by name.
 COURSE = (
     *("pendulum", "rolling_disk", "crane", "two_cranes", "car", "diff_drive"),
-    *("helicopter", "snakeboard", "submarine"),
+    *("helicopter", "snakeboard", "submarine", "satellite", "satellite_two_wheels"),
 )
 
 SIZE = (400, 300)  # [pixel] of a film

@@ -32,6 +32,7 @@ TREES = {
     "arm": second_engine.arm,
     "wheeled_hull": second_engine.wheeled_hull,
 }
+TELESCOPES = {"satellite": (0, 1, 2), "satellite_two_wheels": (0, 1)}
 LOOPS = ("four_bar", "four_bar_by_multipliers")
 
 
@@ -118,6 +119,24 @@ def test_a_free_flyer_is_that_of_another_engine(name: str) -> None:
         expected = engine.accelerations(q, moved, u)
         expected[:3] = R @ (expected[:3] + np.cross(v[3:], moved[:3]))
         close(v_dot, expected, SOLVED)
+
+
+@pytest.mark.parametrize(("name", "axes"), TELESCOPES.items())
+def test_a_satellite_turns_as_one_that_flies_in_another_engine(
+    name: str, axes: tuple[int, ...]
+) -> None:
+    """Where it flies does not matter, so that the engine's first three velocities stay apart."""
+    model, engine = model_of(name), second_engine.space_telescope(axes)
+    for q, v, u in states(name):
+        whole, moving = np.append(np.ones(3), q), np.append(np.zeros(3), v)
+        M = engine.mass_matrix(whole)
+        np.testing.assert_allclose(M[:3, 3:], 0.0, rtol=0, atol=1e-13)
+        close(model.mass_matrix(q), M[3:, 3:], SUMMED)
+        v_dot = model.f(np.concatenate([q, v]))[model.nq :]
+        close(-M[3:, 3:] @ v_dot, engine.bias(whole, moving)[3:], SOLVED)
+        q_dot, v_dot = np.split(model.f(np.concatenate([q, v]), u), [model.nq])
+        close(q_dot, engine.change(whole, moving)[3:], DIFFERENCED)
+        close(v_dot, engine.accelerations(whole, moving, u)[3:], SOLVED)
 
 
 @pytest.mark.parametrize("name", LOOPS)

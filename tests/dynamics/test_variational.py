@@ -64,6 +64,7 @@ REFUSED = {
     "diff_drive": (InputError, "friction"),
     "snakeboard": (InputError, "friction"),
     **dict.fromkeys(("helicopter", "submarine"), (InputError, "a wrench")),
+    **dict.fromkeys(("satellite", "satellite_two_wheels"), (InputError, "friction")),
     **dict.fromkeys(("quad2d_v0", "quad2dpole_v0"), (InputError, "a wrench")),
     **dict.fromkeys(("quad3d_v0", "quad3d_omplapp"), (InputError, "a wrench")),
     **{f"unicycle1_v{k}": (NoDynamicsError, "it has no energy") for k in range(3)},

@@ -167,6 +167,29 @@ def floating_satellite() -> Engine:
     return _engine(model, pushes)
 
 
+def space_telescope(axes: Sequence[int]) -> Engine:
+    """A bus that flies freely, with reaction wheels about some of its axes at its centre.
+
+    The bus has what is left of 10, 12 and 8 kg m^2 beside the wheels' 0.01 along and 0.005 across.
+    """
+    model = _world(0, 0, 0)
+    hull = _joint(model, 0, "FreeFlyer")
+    wheels = {i: _joint(model, hull, ("RX", "RY", "RZ")[i]) for i in axes}
+    rest = np.array([10.0, 12.0, 8.0])
+    for i, wheel in wheels.items():
+        moments = 0.005 + 0.005 * np.eye(3)[i]
+        rest -= moments
+        _mass(model, wheel, 0, (0, 0, 0), np.diag(moments))
+    _mass(model, hull, 100, (0, 0, 0), np.diag(rest))
+
+    def pushes(turned: Sequence[Array], u: Array) -> Wrenches:
+        torques = [torque * turned[hull][:, i] for i, torque in zip(wheels, u, strict=True)]
+        on_wheels = dict(zip(wheels.values(), map(_moment, torques), strict=True))
+        return on_wheels | {hull: _moment(-np.sum(torques, axis=0))}
+
+    return _engine(model, pushes)
+
+
 def helicopter() -> Engine:
     """One body of 8.2 kg with a force 0.235 m above it and one 0.91 m behind it."""
     model = _world(0, 0, -STANDARD)
