@@ -80,7 +80,7 @@ def arm(links: int = 6) -> System:
     return System("arm", bodies=bodies, gravity=toward("-z"), inputs=inputs[-2:])
 
 
-def satellite() -> System:
+def wheeled_hull() -> System:
     """A body on SO(3) with three reaction wheels."""
     R, wheels = rotation("R", speed=2.0), [angle(f"wheel_{axis}") for axis in "xyz"]
     hull = orient(R)
@@ -101,11 +101,11 @@ def satellite() -> System:
         )
         for i, axis in enumerate("xyz")
     ]
-    return System("satellite", bodies=bodies, inputs=inputs)
+    return System("wheeled_hull", bodies=bodies, inputs=inputs)
 
 
 def floating_satellite() -> System:
-    """The satellite where it may also drift."""
+    """The hull where it may also drift."""
     x, y, z, R = length("x"), length("y"), length("z"), rotation("R")
     hull = move(x, y, z) @ orient(R)
     body = Body("hull", hull, mass=20.0, inertia=(10.0, 12.0, 8.0, 0.3, -0.2, 0.1))
@@ -331,7 +331,7 @@ MACHINES: dict[str, Callable[[], System]] = {
     for make in (
         double_pendulum_3d,
         arm,
-        satellite,
+        wheeled_hull,
         floating_satellite,
         finned_hull,
         four_bar,

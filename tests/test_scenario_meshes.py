@@ -19,7 +19,7 @@ Integers = NDArray[np.int64]
 FOLDER = ROOT / "scenarios" / "meshes"
 FORMATS = {".stl", ".obj", ".ply", ".glb"}
 FILES = sorted(file for file in FOLDER.iterdir() if file.suffix in FORMATS)
-ROOMS = {"cave.ply"}
+ROOMS = {"canyon.ply", "cave.ply"}
 MAX_BYTES = 12_000_000  # of all files together: people download them with every installation
 
 on_every_file = pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
@@ -136,6 +136,7 @@ def test_what_a_script_promises_to_leave_free_is_free(place: str) -> None:
 
 
 STRAIGHT = {
+    "canyon.ply": ((1.5, 0, 2), (30.3, 4.82, 2)),
     "cave.ply": ((2, 3, -4), (30, 14, -7)),
     "factory.glb": ((3, 3, 6.7), (21, 11, 6.7)),
     "skate_park.ply": ((2, 2, 0.1), (13.5, 9.5, 0.1)),

@@ -78,7 +78,7 @@ def test_a_duration_that_is_none_is_refused(duration: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["driven_crane", "satellite", "loose_snakeboard", "kinematic_car", "four_bar"]
+    "name", ["driven_crane", "wheeled_hull", "loose_snakeboard", "kinematic_car", "four_bar"]
 )
 def test_nothing_is_odd_about_sound_machines(name: str) -> None:
     assert [str(finding) for finding in examine(MACHINES[name]()) if not finding.holds] == []

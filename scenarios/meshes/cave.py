@@ -141,7 +141,7 @@ def free_radius(rock: Solid, point: Array) -> float:
     triangles = rock.vertices[rock.faces]
     near = triangles[np.linalg.norm(triangles - point, axis=2).min(axis=1) < 4.5]
     closest = trimesh.triangles.closest_point(near, np.broadcast_to(point, (len(near), 3)))
-    return float(np.linalg.norm(closest - point, axis=1).min())
+    return float(np.linalg.norm(closest - point, axis=1).min(initial=4.0))
 
 
 def _throat(s: Array) -> Array:

@@ -17,6 +17,7 @@ if str(HERE) not in sys.path:  # the scripts of this folder are no package
     sys.path.insert(0, str(HERE))
 
 import bracket  # noqa: E402
+import canyon  # noqa: E402
 import cave  # noqa: E402
 import factory  # noqa: E402
 import maze  # noqa: E402
@@ -28,7 +29,7 @@ from solids import Solid  # noqa: E402
 
 __all__ = ["DISK_MAZE", "MESHES", "THICKNESS", "drawn", "main"]
 
-WORLDS = (bracket, cave, factory, maze, park, parking, warehouse)
+WORLDS = (bracket, canyon, cave, factory, maze, park, parking, warehouse)
 MESHES: dict[str, Callable[[], Solid]] = {
     name: draw for world in WORLDS for name, draw in world.MESHES.items()
 }

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from kinolab.problem import Problem
-from kinolab.render import Ghost, GoalRegion, Picture, gif_parts, make_film
+from kinolab.render import Cone, Ghost, GoalRegion, Picture, gif_parts, make_film
 from kinolab.trajectory import Trajectory
+from kinolab.world.geometry import BodyGeometry, triangles
+
+LENGTH = 1.25  # of cones, in reaches of the machine
 
 
 def animate(problem: Problem, trajectory: Trajectory) -> bytes:
@@ -45,7 +50,31 @@ def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:
         start=Ghost(poses[0]),
         lines=cables if cables.size else None,
         goal=_goal(problem),
+        cones=list(_cones(problem, poses[0])),
     )
+
+
+def _cones(problem: Problem, poses: np.ndarray) -> Iterator[Cone]:
+    """Yield what axes shall and must not point at, seen from where their bodies start."""
+    length = LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
+    for target in problem.goal.directions:
+        apex = _place(poses[target.body])
+        yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
+    for cone in problem.keep_outs:
+        apex = _place(poses[cone.body])
+        yield Cone(apex, cone.direction, cone.half_angle, length, forbidden=True)
+
+
+def _reach(body: BodyGeometry) -> float:
+    """Return how far a body's shapes reach from its origin in [m]."""
+    return max(
+        (float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in body.shapes), default=0.0
+    )
+
+
+def _place(pose: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = pose[3::4].tolist()
+    return x, y, z
 
 
 def _goal(problem: Problem) -> GoalRegion | Ghost | None:
@@ -53,8 +82,8 @@ def _goal(problem: Problem) -> GoalRegion | Ghost | None:
     goal = problem.goal
     if goal.points:
         return GoalRegion(goal.points[0].position, goal.points[0].tolerance)
-    if not (goal.indices or goal.attitudes):
-        return None
+    if goal.directions or not (goal.indices or goal.attitudes):
+        return None  # cones mark directions; which attitude they leave open nobody knows yet
     x = problem.start.copy()
     x[list(goal.indices)] = goal.targets
     for attitude in goal.attitudes:

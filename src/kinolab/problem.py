@@ -81,7 +81,11 @@ class Problem:
         """The bodies' shapes in numbers."""
         return tuple(
             BodyGeometry(
-                body.name, self.system.resolved_shapes(body), body.touches_ground, body.color
+                body.name,
+                self.system.resolved_shapes(body),
+                body.touches_ground,
+                body.color,
+                body.whirl,
             )
             for body in self.system.bodies
         )

@@ -67,7 +67,8 @@ def test_facts_and_parameter_values_come_back() -> None:
     x = length("x", -1.0, speed=2.0, scale=0.5)
     m = parameter("m", 2.0, "kg")
     solid = Cylinder(0.1, m / 10, "x", (0.0, 0.2, 0.0))
-    body = Body("b", move(x), mass=m, shape=solid, touches_ground=True, color=(0.1, 0.2, 1.0))
+    look = {"touches_ground": True, "color": (0.1, 0.2, 1.0), "whirl": 7.0}
+    body = Body("b", move(x), mass=m, shape=solid, **look)
     push = Force("F", on=body, along=WORLD.x, limit=(-1, 3))
     system = System("s", bodies=[body], inputs=[push], values={"m": 5.0}, velocities=[x])
     back = machine_from_json(machine_to_json(system))
@@ -77,7 +78,8 @@ def test_facts_and_parameter_values_come_back() -> None:
     assert back.parameter_values == {"m": 5.0}
     assert back.parameters == (m,)
     (made,) = back.bodies
-    assert (made.touches_ground, made.color, made.mass) == (True, (0.1, 0.2, 1.0), m)
+    assert {name: getattr(made, name) for name in look} == look
+    assert made.mass == m
     (shape,) = made.shapes
     assert isinstance(shape, Cylinder)
     assert (float(shape.radius), shape.length, shape.axis) == (0.1, m / 10, "x")

@@ -38,7 +38,7 @@ from kinolab.dynamics.symbols import Acceleration, TurnAcceleration
 from kinolab.errors import SingularError
 from tests.dynamics.machines import knife_edge
 from tests.dynamics.machines import snakeboard as snakeboard_by_turning
-from tests.machines import MACHINES, four_bar, satellite, trident_snake
+from tests.machines import MACHINES, four_bar, trident_snake, wheeled_hull
 
 Array = NDArray[np.float64]
 
@@ -665,9 +665,9 @@ def test_a_trident_snake_left_alone_keeps_its_energy() -> None:
     assert np.abs(path[-1] - path[0]).max() > 0.1
 
 
-def test_a_satellite_keeps_its_angular_momentum_whatever_its_wheels_do() -> None:
+def test_a_hull_keeps_its_angular_momentum_whatever_its_wheels_do() -> None:
     """H = R (J omega + I_w rates) about its pivot, from the numbers of its description."""
-    made = satellite().model()
+    made = wheeled_hull().model()
     Iw, offsets = 0.01, np.diag([0.2, 0.3, 0.4])
     J = np.diag([10.0, 12.0, 8.0])
     for i, at in enumerate(offsets):

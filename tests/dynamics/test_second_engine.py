@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from kinolab import systems
 from kinolab.dynamics import Model
 from tests import machines
 from tests.oracles import second_engine
@@ -18,7 +19,7 @@ State = tuple[Array, Array, Array]  # q, all velocities v, and u
 
 # Shares of the largest entry. Both sides are exact but for rounding, 1e-16 per operation.
 SUMMED = 1e-14  # a hundred sums and products
-SOLVED = 1e-11  # the same times the condition of the mass matrix, at most 1300 (the satellite)
+SOLVED = 1e-11  # the same times the condition of the mass matrix, at most 1300 (the wheeled hull)
 DIFFERENCED = 1e-10  # the engine's q_dot is a difference, good to 2e-11
 # A machine with multipliers is softened by 1e-13 of the trace of A M^-1 A^T. Here the trace is at
 # most 33 times the smallest eigenvalue that is not zero, and what the loop adds to the
@@ -29,14 +30,16 @@ STATES = 50
 TREES = {
     "double_pendulum_3d": second_engine.double_pendulum_3d,
     "arm": second_engine.arm,
-    "satellite": second_engine.satellite,
+    "wheeled_hull": second_engine.wheeled_hull,
 }
+TELESCOPES = {"satellite": (0, 1, 2), "satellite_two_wheels": (0, 1)}
 LOOPS = ("four_bar", "four_bar_by_multipliers")
 
 
 @cache
 def model_of(name: str) -> Model:
-    return machines.MACHINES[name]().model()
+    make = machines.MACHINES.get(name)
+    return (systems.get(name) if make is None else make()).model()
 
 
 def close(actual: Array, expected: Array, tolerance: float) -> None:
@@ -94,10 +97,18 @@ def test_motion_is_that_of_another_engine(name: str) -> None:
         close(v_dot, engine.accelerations(q, v, u), SOLVED)
 
 
-def test_a_free_flyer_is_that_of_another_engine() -> None:
+FLYERS = {
+    "floating_satellite": second_engine.floating_satellite,
+    "helicopter": second_engine.helicopter,
+}
+
+
+@pytest.mark.parametrize("name", FLYERS)
+def test_a_free_flyer_is_that_of_another_engine(name: str) -> None:
     """The engine's linear velocity w is in the body's axes: x_dot = R w, so w_dot turns too."""
-    model, engine = model_of("floating_satellite"), second_engine.floating_satellite()
-    for q, v, u in states("floating_satellite"):
+    model, engine = model_of(name), FLYERS[name]()
+    for q, v, u in states(name):
+        u = np.abs(u) if name == "helicopter" else u  # noqa: PLW2901  # rotors do not pull
         R = Rotation.from_quat(q[3:]).as_matrix()
         seen = np.eye(6)
         seen[:3, :3] = R.T  # from kinolab's velocities to the engine's
@@ -108,6 +119,24 @@ def test_a_free_flyer_is_that_of_another_engine() -> None:
         expected = engine.accelerations(q, moved, u)
         expected[:3] = R @ (expected[:3] + np.cross(v[3:], moved[:3]))
         close(v_dot, expected, SOLVED)
+
+
+@pytest.mark.parametrize(("name", "axes"), TELESCOPES.items())
+def test_a_satellite_turns_as_one_that_flies_in_another_engine(
+    name: str, axes: tuple[int, ...]
+) -> None:
+    """Where it flies does not matter, so that the engine's first three velocities stay apart."""
+    model, engine = model_of(name), second_engine.space_telescope(axes)
+    for q, v, u in states(name):
+        whole, moving = np.append(np.ones(3), q), np.append(np.zeros(3), v)
+        M = engine.mass_matrix(whole)
+        np.testing.assert_allclose(M[:3, 3:], 0.0, rtol=0, atol=1e-13)
+        close(model.mass_matrix(q), M[3:, 3:], SUMMED)
+        v_dot = model.f(np.concatenate([q, v]))[model.nq :]
+        close(-M[3:, 3:] @ v_dot, engine.bias(whole, moving)[3:], SOLVED)
+        q_dot, v_dot = np.split(model.f(np.concatenate([q, v]), u), [model.nq])
+        close(q_dot, engine.change(whole, moving)[3:], DIFFERENCED)
+        close(v_dot, engine.accelerations(whole, moving, u)[3:], SOLVED)
 
 
 @pytest.mark.parametrize("name", LOOPS)

@@ -65,6 +65,8 @@ REFUSED = {
     "snakeboard": (InputError, "friction"),
     "submarine": (InputError, "a wrench"),
     "motorcycle": (InputError, "the drive 'steer'"),
+    **dict.fromkeys(("helicopter", "submarine"), (InputError, "a wrench")),
+    **dict.fromkeys(("satellite", "satellite_two_wheels"), (InputError, "friction")),
     **dict.fromkeys(("quad2d_v0", "quad2dpole_v0"), (InputError, "a wrench")),
     **dict.fromkeys(("quad3d_v0", "quad3d_omplapp"), (InputError, "a wrench")),
     **{f"unicycle1_v{k}": (NoDynamicsError, "it has no energy") for k in range(3)},
@@ -250,11 +252,11 @@ def test_a_heavy_top_keeps_its_vertical_momentum_and_its_spin() -> None:
         np.testing.assert_allclose(kept, kept[0], rtol=ROUNDING)
 
 
-def test_a_satellite_keeps_its_wheels_momenta_and_its_own() -> None:
+def test_a_hull_keeps_its_wheels_momenta_and_its_own() -> None:
     """A wheel's angle and the attitude are cyclic: four momenta, from the machine's numbers."""
     x = np.array([0, 0, 0, 1, 0.1, 0.2, 0.3, 0.4, -0.3, 0.2, 5.0, -8.0, 3.0])
-    travel = integrator("satellite").run(x, 0.02, 20_000)
-    turned, spins, wheels = Rotation.from_quat(travel[:, [0, 1, 2, 3]]), *_satellite_rates(travel)
+    travel = integrator("wheeled_hull").run(x, 0.02, 20_000)
+    turned, spins, wheels = Rotation.from_quat(travel[:, [0, 1, 2, 3]]), *_wheeled_rates(travel)
     own = 0.01 * (spins + wheels)
     np.testing.assert_allclose(own, np.tile(own[0], (len(own), 1)), rtol=ROUNDING)
     # Hull and wheels: each wheel's moments across its axis, and 1 kg at 0.2, 0.3, 0.4 m.
@@ -265,8 +267,8 @@ def test_a_satellite_keeps_its_wheels_momenta_and_its_own() -> None:
     assert np.abs(momentum - momentum[0]).max() < ROUNDING * np.linalg.norm(momentum[0])
 
 
-def _satellite_rates(travel: Array) -> tuple[Array, Array]:
-    named = columns("satellite", travel)
+def _wheeled_rates(travel: Array) -> tuple[Array, Array]:
+    named = columns("wheeled_hull", travel)
     spins = np.stack([named[f"R_w{axis}"] for axis in "xyz"], axis=1)
     return spins, np.stack([named[f"wheel_{axis}_dot"] for axis in "xyz"], axis=1)
 

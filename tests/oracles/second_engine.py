@@ -134,7 +134,7 @@ def arm() -> Engine:
     return _engine(model, pushes)
 
 
-def satellite() -> Engine:
+def wheeled_hull() -> Engine:
     """A hull on a ball joint at its centre, with three wheels whose centres are off it."""
     model = _world(0, 0, 0)
     hull = _joint(model, 0, "Spherical")
@@ -163,6 +163,47 @@ def floating_satellite() -> Engine:
 
     def pushes(turned: Sequence[Array], u: Array) -> Wrenches:
         return {hull: np.concatenate([u[0] * turned[hull][:, 0], np.zeros(3)])}
+
+    return _engine(model, pushes)
+
+
+def space_telescope(axes: Sequence[int]) -> Engine:
+    """A bus that flies freely, with reaction wheels about some of its axes at its centre.
+
+    The bus has what is left of 10, 12 and 8 kg m^2 beside the wheels' 0.01 along and 0.005 across.
+    """
+    model = _world(0, 0, 0)
+    hull = _joint(model, 0, "FreeFlyer")
+    wheels = {i: _joint(model, hull, ("RX", "RY", "RZ")[i]) for i in axes}
+    rest = np.array([10.0, 12.0, 8.0])
+    for i, wheel in wheels.items():
+        moments = 0.005 + 0.005 * np.eye(3)[i]
+        rest -= moments
+        _mass(model, wheel, 0, (0, 0, 0), np.diag(moments))
+    _mass(model, hull, 100, (0, 0, 0), np.diag(rest))
+
+    def pushes(turned: Sequence[Array], u: Array) -> Wrenches:
+        torques = [torque * turned[hull][:, i] for i, torque in zip(wheels, u, strict=True)]
+        on_wheels = dict(zip(wheels.values(), map(_moment, torques), strict=True))
+        return on_wheels | {hull: _moment(-np.sum(torques, axis=0))}
+
+    return _engine(model, pushes)
+
+
+def helicopter() -> Engine:
+    """One body of 8.2 kg with a force 0.235 m above it and one 0.91 m behind it."""
+    model = _world(0, 0, -STANDARD)
+    hull = _joint(model, 0, "FreeFlyer")
+    _mass(model, hull, 8.2, (0, 0, 0), np.diag([0.18, 0.34, 0.28]))
+
+    def pushes(turned: Sequence[Array], u: Array) -> Wrenches:
+        T, T_t, a, b = u
+        axis = np.array([-np.sin(a), -np.sin(b), np.cos(a) * np.cos(b)])
+        main, tail = T * axis, np.array([0.0, T_t, 0.0])
+        moment = np.cross([0, 0, 0.235], main) + np.cross([-0.91, 0, 0.08], tail)
+        moment += (0.004452 * T**1.5 + 0.6304) * axis + 54.0 * np.array([b, -a, 0.0])
+        R = turned[hull]
+        return {hull: np.concatenate([R @ (main + tail), R @ moment])}
 
     return _engine(model, pushes)
 

@@ -91,3 +91,13 @@ def test_a_shell_that_looks_inward_is_a_room() -> None:
     assert not is_room(cube)
     assert is_room(weld(cube.vertices, cube.faces[:, ::-1], RED))
     assert not is_room(weld(cube.vertices, cube.faces[:5, ::-1], RED))  # open: no inside
+
+
+def test_a_disc_that_whirls_is_drawn_as_the_blades_that_sweep_it() -> None:
+    """Closed solids that reach as far as the disc and cover a small part of it."""
+    disc = Disk(0.8, 0.02, at=(0.0, 0.0, 0.3))
+    (rotor,) = paint_machine([BodyGeometry("rotor", (disc,), color=RED, whirl=9.0)])
+    assert (rotor.sides[:, 0] != rotor.sides[:, 1]).all()
+    assert np.linalg.norm(rotor.vertices[:, :2], axis=1).max() == pytest.approx(0.8, rel=0.01)
+    assert abs(rotor.vertices[:, 2] - 0.3).max() < 0.02  # [m]
+    assert 0.0 < volume(rotor) < 0.15 * np.pi * 0.8**2 * 0.02

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from kinolab.render.playback import MOST_FRAMES, interpolate_lines, interpolate_poses, schedule
+from kinolab.render.rotor import whirled
 
 
 def pose(angle: float, x: float = 0.0) -> np.ndarray:
@@ -91,3 +92,15 @@ def test_a_motion_of_no_duration_is_one_frame() -> None:
 def test_an_impossible_film_is_refused(rates: tuple[float, float, float, float]) -> None:
     with pytest.raises(ValueError, match="a film needs"):
         schedule(*rates)
+
+
+def test_a_rotor_whirls_about_its_own_axis_and_nothing_else_moves() -> None:
+    """10 rad/s of film in frames of 0.04 s, on top of the pose that the motion gives it."""
+    still, tilted = pose(0.3, 1.0), pose(0.0, 2.0).reshape(3, 4)[:, [1, 2, 0, 3]].reshape(12)
+    poses = np.stack([[still, tilted]] * 5)
+    found = whirled(poses, (0.0, 10.0), 0.04)
+    assert found[:, 0] == pytest.approx(poses[:, 0])
+    for k, frame in enumerate(found[:, 1]):
+        turned = tilted.reshape(3, 4).copy()
+        turned[:, :3] = turned[:, :3] @ pose(0.4 * k).reshape(3, 4)[:, :3]
+        assert frame.reshape(3, 4) == pytest.approx(turned, abs=1e-15)

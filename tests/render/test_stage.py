@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.shapes import Box, Disk, Sphere
-from kinolab.render import Ghost, GoalRegion, Picture, render_frame
+from kinolab.render import Cone, Ghost, GoalRegion, Picture, render_frame
+from kinolab.render.cone import cone_mesh
 from kinolab.render.light import JITTER
 from kinolab.render.stage import Stage, build_stage
 from kinolab.world.geometry import BodyGeometry
@@ -159,3 +160,31 @@ def test_the_same_picture_has_the_same_pixels() -> None:
     picture = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
     first, second = (render_frame(picture, at(0, 0, 1), size=SIZE) for _ in range(2))
     assert (first == second).all()
+
+
+def test_a_cone_tints_what_lies_behind_it_and_points_where_it_should() -> None:
+    """A red cone along +x: red pixels on that side of its apex only."""
+    cone = Cone((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.3, 1.5, forbidden=True)
+    pose = at(0.0, 0.0, 1.0)
+    bare, tinted = (
+        build_stage(Picture(bodies=ball(0.1), bounds=BOUNDS, cones=cones), pose[None], SIZE)
+        for cones in ((), (cone,))
+    )
+    red = tinted.image[..., 0].astype(int) - tinted.image[..., 2] > 20
+    assert red.sum() > 500
+    column = tinted.pen.camera.project([0.0, 0.0, 1.0], SIZE)[0]
+    ahead = tinted.pen.camera.project([1.0, 0.0, 1.0], SIZE)[0] - column
+    places = np.nonzero(red)[1] - column
+    assert (np.sign(ahead) * places > -5.0).all()
+    assert bare.image.shape == tinted.image.shape
+
+
+@pytest.mark.parametrize("forbidden", [False, True])
+def test_a_cone_is_closed_and_has_its_volume(forbidden: bool) -> None:
+    """2/3 pi r^3 (1 - cos a), flat facets inside it missing up to 2 %."""
+    mesh = cone_mesh(Cone((1.0, 2.0, 3.0), (0.0, 0.6, -0.8), 0.5, 2.0, forbidden))
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] - [1.0, 2.0, 3.0] for i in range(3))
+    volume = np.sum(a * np.cross(b, c)) / 6.0
+    assert (mesh.sides[:, 0] != mesh.sides[:, 1]).all()
+    assert volume == pytest.approx(2 / 3 * np.pi * 8.0 * (1 - np.cos(0.5)), rel=0.02)
+    assert np.linalg.norm(mesh.vertices - [1.0, 2.0, 3.0], axis=1).max() == pytest.approx(2.0)

@@ -30,6 +30,8 @@ class Body:
         shape: One solid or several, in the body's frame; none for a body that is only mass.
         touches_ground: Whether the ground carries it (wheels, feet); it may touch, not sink.
         color: Red, green and blue in [0, 1]; chosen from a palette when left out.
+        whirl: How fast films turn it about its z axis, in [rad/s] of film: for rotors whose spin is
+            no part of the mechanics. It collides as what is given as its shape.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Body:
     shapes: tuple[Shape, ...]
     touches_ground: bool
     color: tuple[float, float, float] | None
+    whirl: float
 
     def __init__(
         self,
@@ -52,6 +55,7 @@ class Body:
         shape: Shape | tuple[Shape, ...] | None = None,
         touches_ground: bool = False,
         color: tuple[float, float, float] | None = None,
+        whirl: float = 0.0,
     ) -> None:
         fields = {
             "name": name,
@@ -62,6 +66,7 @@ class Body:
             "shapes": shape if isinstance(shape, tuple) else () if shape is None else (shape,),
             "touches_ground": touches_ground,
             "color": color,
+            "whirl": float(whirl),
         }
         for field, value in fields.items():
             object.__setattr__(self, field, value)

@@ -84,7 +84,7 @@ def machine_to_json(system: System) -> str:
         if velocities is None or isinstance(velocities, str)
         else [c.name for c in velocities],
         "collisions": [list(pair) for pair in system.collisions],
-        "bodies": [{name: _encode(getattr(body, name)) for name in BODY} for body in system.bodies],
+        "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **{
             name: _encode(getattr(system, name))
@@ -162,6 +162,11 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+
+
+def _described(body: Body) -> dict[str, Any]:
+    facts = {name: _encode(getattr(body, name)) for name in BODY}
+    return facts | ({"whirl": body.whirl} if body.whirl else {})
 
 
 def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
@@ -265,6 +270,7 @@ class _Reader:
 
     def _body(self, data: Mapping[str, Any]) -> Body:
         values = {name: self.decode(data[name]) for name in BODY}
+        values["whirl"] = data.get("whirl", 0.0)  # only rotors have it
         check_fields(Body, values)
         shapes = values.pop("shapes")
         return Body(values.pop("name"), values.pop("frame"), shape=shapes, **values)

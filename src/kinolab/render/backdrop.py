@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.render.cone import cone_mesh
 from kinolab.render.ground import annulus, grid, slab
 from kinolab.render.ink import Pen
 from kinolab.render.light import LAMPS, SHADOW
@@ -25,6 +26,7 @@ GRID, PATH = (212, 212, 204), (58, 110, 165)
 WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
 START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
 INK = (38, 42, 50)
+CONE = 0.3  # opacity
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
 
 
@@ -50,6 +52,8 @@ def backdrop(picture: Picture, machine: Sequence[Mesh], pen: Pen, floor: Floor |
         _draw_ghost(canvas, machine, picture.start, START, pen)
     if isinstance(picture.goal, Ghost):
         _draw_ghost(canvas, machine, picture.goal, GOAL, pen)
+    for mesh in map(cone_mesh, picture.cones):
+        _blend(canvas, mesh, CONE, pen)
     return canvas
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.render.lettering import lettered, time_stamp
 from kinolab.render.playback import Playback, interpolate_lines, interpolate_poses, schedule
+from kinolab.render.rotor import whirled
 from kinolab.render.scene import Picture
 from kinolab.render.stage import Stage, build_stage, pose_table
 
@@ -73,6 +74,7 @@ def make_film(
     if len(t) == 1:
         t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
     moved = interpolate_poses(t, table, playback.times)
+    moved = whirled(moved, [body.whirl for body in picture.bodies], playback.delay / 100.0)
     return Film(stage, playback, moved, _cables(picture, t, playback.times), title)
 
 

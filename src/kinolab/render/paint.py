@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.shapes import Cylinder, Disk, Shape, Sphere
 from kinolab.render.mesh import Mesh, join, weld
+from kinolab.render.rotor import rotor
 from kinolab.world.geometry import triangles
 
 if TYPE_CHECKING:
@@ -37,9 +38,17 @@ AXES = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # cyclic, so orientatio
 def paint_machine(bodies: Sequence[BodyGeometry]) -> tuple[Mesh, ...]:
     """One mesh per body in the body's frame, in its own colour or in the next free one."""
     return tuple(
-        join([paint(shape, body.color or COLORS[i % len(COLORS)]) for shape in body.shapes])
+        join(
+            [_painted(shape, body, body.color or COLORS[i % len(COLORS)]) for shape in body.shapes]
+        )
         for i, body in enumerate(bodies)
     )
+
+
+def _painted(shape: Shape, body: BodyGeometry, color: Color) -> Mesh:
+    if body.whirl and isinstance(shape, Disk) and shape.axis == "z":
+        return rotor(shape, np.asarray(color))
+    return paint(shape, color)
 
 
 def paint(shape: Shape, color: ArrayLike) -> Mesh:

@@ -34,6 +34,25 @@ class GoalRegion:
     radius: float  # [m]
 
 
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """Directions that an axis shall have at the end, or must never have.
+
+    Args:
+        apex: Where it starts, in [m].
+        direction: Of its axis, a unit vector.
+        half_angle: In [rad].
+        length: In [m].
+        forbidden: Whether the axis must keep out of it.
+    """
+
+    apex: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    half_angle: float
+    length: float
+    forbidden: bool
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Picture:
     """Everything that is drawn.
@@ -48,6 +67,7 @@ class Picture:
         path: The way of the first body's origin, shape (n, 3), in [m].
         start: Poses at which the machine's ghost is drawn.
         goal: A region, or poses for a second ghost.
+        cones: Directions that axes shall or must not have.
         lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion, or a
             function that gives shape (nl, 2, 3) at a time. Segments that are not finite are slack.
     """
@@ -61,6 +81,7 @@ class Picture:
     path: Array | None = None
     start: Ghost | None = None
     goal: GoalRegion | Ghost | None = None
+    cones: Sequence[Cone] = ()
     lines: Lines | None = None
 
     @property

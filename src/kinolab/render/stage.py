@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.render.backdrop import INK, Floor, backdrop, cast
 from kinolab.render.camera import frame_scene
+from kinolab.render.cone import cone_mesh
 from kinolab.render.ink import Pen, pen
 from kinolab.render.mesh import Mesh, join
 from kinolab.render.paint import paint_machine
@@ -107,6 +108,7 @@ def _everything(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> A
         reach = picture.goal.radius * np.concatenate([np.eye(3), -np.eye(3)])
         level = np.array([1.0, 1.0, 0.0 if picture.stands_on_ground else 1.0])
         parts.append((np.array(picture.goal.position) + reach) * level)
+    parts += [cone_mesh(cone).vertices for cone in picture.cones]
     if picture.lines is not None and not callable(picture.lines):
         parts.append(np.asarray(picture.lines, dtype=np.float64))
     found = np.concatenate([np.zeros((0, 3)), *(part.reshape(-1, 3) for part in parts)])

@@ -41,13 +41,15 @@ class Kind(IntEnum):
 class BodyGeometry:
     """What the world sees of one body; shapes have numeric dimensions.
 
-    A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it.
+    A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it. One
+    that whirls is drawn turning about its z axis, at so many [rad/s] of film.
     """
 
     name: str
     shapes: tuple[Shape, ...]
     touches_ground: bool = False
     color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
+    whirl: float = 0.0
 
 
 def sizes(shape: Shape) -> tuple[Kind, Array]:

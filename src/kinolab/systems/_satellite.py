@@ -1,0 +1,101 @@
+"""What satellites with reaction wheels share, however many of the wheels still turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kinolab.dynamics import (
+    Body,
+    Box,
+    Coordinate,
+    Coulomb,
+    Cylinder,
+    Disk,
+    Frame,
+    Parameter,
+    System,
+    Torque,
+    Viscous,
+    angle,
+    move,
+    orient,
+    parameter,
+    rate,
+    rot_x,
+    rot_y,
+    rot_z,
+    rotation,
+)
+from kinolab.dynamics.shapes import AxisName
+
+MOMENTS = (10.0, 12.0, 8.0)  # [kg m^2] of the whole satellite with its wheels held
+FASTEST = 418.9  # [rad/s], 4000 turns a minute
+STRONGEST = 0.1  # [N m]
+SMOOTHING = 0.1  # [rad/s] of dry friction in a bearing
+GOLD, BLUE, DARK, GREY = (0.87, 0.69, 0.3), (0.16, 0.27, 0.52), (0.2, 0.22, 0.26), (0.6, 0.62, 0.65)
+
+TURNS = {"x": rot_x, "y": rot_y, "z": rot_z}
+SEATS = {"x": (-0.3, -0.2, 0.8), "y": (-0.1, 0.22, 0.8), "z": (0.25, -0.2, 0.68)}  # [m]
+
+
+def satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
+    """Return a satellite whose reaction wheels turn about some of its axes.
+
+    A wheel resists half as much across its axis as along it. What a wheel that does not turn
+    weighs is part of the bus.
+    """
+    bus, I_w = orient(rotation("R", speed=0.3)), parameter("I_w", 0.01, "kg m^2")
+    moments = [
+        parameter(f"J_{axis}", J, "kg m^2") - sum(I_w if w == axis else I_w / 2 for w in wheels)
+        for axis, J in zip("xyz", MOMENTS, strict=True)
+    ]
+    hull = Body("bus", bus, inertia=tuple(moments), shape=Box(1.0, 1.0, 1.2), color=GOLD)
+    angles = {axis: angle(f"wheel_{axis}", speed=FASTEST) for axis in wheels}
+    turning = {axis: _wheel(bus, axis, q, I_w) for axis, q in angles.items()}
+    return System(
+        name,
+        bodies=[hull, *_outfit(bus), *turning.values()],
+        inputs=[
+            Torque(
+                f"tau_{axis}",
+                on=wheel,
+                about=getattr(bus, axis),
+                limit=STRONGEST,
+                reacts_on=hull,
+            )
+            for axis, wheel in turning.items()
+        ],
+        efforts=[friction for q in angles.values() for friction in _bearing(q)],
+    )
+
+
+def _wheel(bus: Frame, axis: AxisName, q: Coordinate, I_w: Parameter) -> Body:
+    moments = tuple(I_w if axis == other else I_w / 2 for other in "xyz")
+    seat = bus @ move(*SEATS[axis]) @ TURNS[axis](q)
+    return Body(f"{axis} wheel", seat, inertia=moments, shape=Disk(0.17, 0.07, axis=axis))
+
+
+def _bearing(q: Coordinate) -> tuple[Viscous, Coulomb]:
+    """Friction between a wheel and the bus; there is none unless somebody asks for it."""
+    viscous, dry = parameter("c", 0.0, "N m s/rad"), parameter("tau_c", 0.0, "N m")
+    return Viscous(rate(q), viscous), Coulomb(rate(q), dry, SMOOTHING)
+
+
+def _outfit(bus: Frame) -> tuple[Body, ...]:
+    """What the satellite carries; its inertia is the bus's."""
+    tube = (Cylinder(0.26, 0.9, axis="x", at=(0.95, 0, 0)), Cylinder(0.3, 0.12, "x", (1.4, 0, 0)))
+    wings = tuple(
+        part
+        for side in (1.0, -1.0)
+        for part in (
+            Box(0.05, 0.4, 0.05, at=(0, side * 0.7, 0)),
+            Box(0.8, 0.95, 0.03, at=(0, side * 1.375, 0)),
+            Box(0.8, 0.95, 0.03, at=(0, side * 2.375, 0)),
+        )
+    )
+    dish = (Cylinder(0.03, 0.2, at=(-0.2, 0, -0.7)), Cylinder(0.3, 0.04, at=(-0.2, 0, -0.8)))
+    return (
+        Body("telescope", bus, shape=tube, color=DARK),
+        Body("solar panels", bus, shape=wings, color=BLUE),
+        Body("antenna", bus, shape=dish, color=GREY),
+    )
