@@ -2,6 +2,8 @@
 
 from kinolab.dynamics import (
     Body,
+    Reference,
+    Regulator,
     System,
     Torque,
     angle,
@@ -19,6 +21,7 @@ from kinolab.dynamics import (
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.9  # [rad] at most
+SPEED, TURN = (1.2, 3.5), 1.5  # [m/s], [rad/s] that its controller follows: it needs its spin
 
 
 def falling_disk() -> System:
@@ -29,7 +32,8 @@ def falling_disk() -> System:
     Nothing pushes against the lean itself: only while the coin rolls at a spin s does turning at W
     tilt it, with the moment (A + m R^2) W s. A = k m R^2 and B = A / 2 are its moments of inertia
     about the axle and a diameter. If s^2 > B m g R / (A (A + m R^2)), which is g / (3 R) for a
-    disk, it stays upright by itself.
+    disk, it stays upright by itself. Its controller keeps it up at lower spins too, and follows a
+    speed and a turn rate.
 
     Source: Neimark, Fufaev, Dynamics of Nonholonomic Systems, 1972.
     """
@@ -51,6 +55,16 @@ def falling_disk() -> System:
         touches_ground=True,
     )
     V = velocity(track)
+    speed, turn = (
+        Reference("speed", limit=SPEED, unit="m/s"),
+        Reference("turn", limit=TURN, unit="rad/s"),
+    )
+    law = Regulator(
+        [speed, turn],
+        tracked={theta: 0.1, rate(theta): 0.5, rate(psi): 1.0, rate(phi): 1.0},
+        about={rate(phi): speed.symbol / R, rate(psi): turn.symbol},
+        schedule={"speed": 4, "turn": 4},
+    )
     return System(
         "falling_disk",
         bodies=[coin],
@@ -61,4 +75,5 @@ def falling_disk() -> System:
             Torque("steer", on=coin, about=fork.z, limit=0.5),
         ],
         velocities=[psi, theta, phi],
+        feedback=law,
     )

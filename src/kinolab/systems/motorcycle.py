@@ -8,6 +8,8 @@ from kinolab.dynamics import (
     Capsule,
     Cylinder,
     Drive,
+    Reference,
+    Regulator,
     Sphere,
     System,
     Torque,
@@ -26,6 +28,7 @@ from kinolab.dynamics import (
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.8  # [rad] at most
+SPEED, LEANS = (5.0, 12.0), 0.4  # [m/s], [rad] that the rider can be asked for
 BASE, AHEAD, HEIGHT = 1.4, 0.7, 0.65  # [m] that are drawn; b, c and p are what counts
 WHEEL, TYRE = 0.3, 0.14  # [m] radius, which the parameter R replaces where it rolls; width
 RAKE = 0.4  # [rad] of the drawn fork; the model's steering axis is upright
@@ -41,7 +44,8 @@ def motorcycle() -> System:
     angle between the wheels' tracks on the ground. The drive turns the rear wheel against the
     frame. Steering is kinematic, as in the source: the wheel weighs nothing, so that no torque
     resists the handlebar. A jump of delta's rate would be a blow to the mass, which is thrown
-    aside with the contact's track; hence the input is the steering angle's acceleration.
+    aside with the contact's track; hence the input is the steering angle's acceleration. The rider
+    keeps a speed and a lean.
 
     Source: Getz, Marsden, Control for an autonomous bicycle, ICRA 1995.
     """
@@ -70,6 +74,17 @@ def motorcycle() -> System:
         Body("rider", saddle, shape=_rider(), color=LEATHER),
     ]
     V = velocity(rear)
+    speed, lean = (
+        Reference("speed", limit=SPEED, unit="m/s"),
+        Reference("lean", limit=LEANS, unit="rad"),
+    )
+    rider = Regulator(
+        [speed, lean],
+        tracked={alpha: 0.3, rate(alpha): 1.0, delta: 0.1, rate(delta): 0.5, rate(phi): 10.0},
+        about={rate(phi): speed.symbol / R, alpha: lean.symbol},
+        efforts={"steer": 5.0},
+        schedule={"speed": 5, "lean": 4},
+    )
     return System(
         "motorcycle",
         bodies=[frame, *wheels, *drawn],
@@ -84,6 +99,7 @@ def motorcycle() -> System:
             Drive("steer", on=delta, limit=15.0),
         ],
         velocities=[alpha, delta, phi],
+        feedback=rider,
     )
 
 
