@@ -49,7 +49,8 @@ SIZE = (400, 300)  # [pixel] of a film
 FPS = 12.5  # frames per second of a film: 8/100 s each, which GIF can say
 FRAMES = (80, 60, 40)  # of a film; fewer where it would be too large
 LARGEST = 700_000  # [bytes] of a film
-READABLE = 300  # operations of an expression that SymPy tidies in a moment
+READABLE = 200  # operations of an expression that SymPy tidies in a moment
+LONGEST = 700  # characters of a formula in a table
 
 INTRODUCTION = """\
 # Gallery
@@ -188,7 +189,10 @@ def inputs(machine: System) -> Iterator[Sequence[str]]:
 def constraints(machine: System) -> Iterator[Sequence[str]]:
     """Yield a row per constraint: w(q) q_dot = 0, or h(q) = 0."""
     for constraint in machine.constraints:
-        yield constraint.name, f"`{formula(held(constraint))} = 0`"
+        text = formula(held(constraint))
+        fits = len(text) <= LONGEST
+        elsewhere = f"long; `plan equations {machine.name}` prints it"
+        yield constraint.name, f"`{text} = 0`" if fits else elsewhere
 
 
 def held(constraint: Constraint) -> sympy.Expr:

@@ -45,12 +45,18 @@ Array = NDArray[np.float64]
 MAKERS: dict[str, Callable[[], System]] = dict(MACHINES)
 MAKERS |= {name: partial(kinolab.systems.get, name) for name in kinolab.systems.names()}
 
-# Where a chart ends: the snakeboard's with parallel wheels, and heading along y.
+# Where a chart ends: the snakeboard's with parallel wheels, and heading along y; the bicycle's
+# where it lies on its side, which takes a second unless it rides.
 INSIDE = {
-    "loose_snakeboard": {"th": 0.3, "phi_b": 0.5, "phi_f": -0.4, "phi_b_dot": 0.1, "phi_f_dot": 0.1}
+    "loose_snakeboard": {
+        **{"th": 0.3, "phi_b": 0.5, "phi_f": -0.4},
+        **{"phi_b_dot": 0.1, "phi_f_dot": 0.1},
+    },
+    "whipple": {"phi": 0.1, "theta": 0.0, "delta": -0.05, "theta_R_dot": 17.0},
 }
 GENTLE = {
-    "loose_snakeboard": 1e-3
+    "loose_snakeboard": 1e-3,
+    "whipple": 0.02,
 }  # share of the limits; its light wheels turn by 150 rad/s^2 else
 
 # Machines whose one mass has no extent.
@@ -164,11 +170,12 @@ def state(name: str, rng: np.random.Generator, speed: float) -> Array:
         else:
             lower, upper = max(c.lower, -1.0), min(c.upper, 2.5)
             q.append(rng.uniform(lower + 0.2 * (upper - lower), upper - 0.3 * (upper - lower)))
-    if any(isinstance(c, PositionConstraint) for c in machine.constraints):
-        q = list(least_squares(gaps(name), q, xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
     x = np.array([*q, *rng.uniform(-speed, speed, made.nx - made.nq)])
     for entry, value in INSIDE.get(name, {}).items():
         x[made.state_names.index(entry)] = value * rng.uniform(0.8, 1.2)
+    if any(isinstance(c, PositionConstraint) for c in machine.constraints):
+        closed = least_squares(gaps(name), x[: made.nq], xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        x[: made.nq] = closed.x
     return made.project(x) if machine.velocities == "all" else x
 
 

@@ -12,7 +12,7 @@ from kinolab.dynamics import Disk, Model
 
 Array = NDArray[np.float64]
 
-MACHINES = ("falling_disk", "unicycle", "motorcycle")
+MACHINES = ("falling_disk", "unicycle", "motorcycle", "whipple")
 
 
 def lowest(model: Model, x: Array) -> Array:

@@ -33,7 +33,7 @@ class Executed:
             motion left what the equations describe.
         x: States, one per step, shape (steps + 1, nx); up to the goal or the collision.
         excess: How far outside the goal it came nearest after the plan's end, in tolerances.
-        off: Largest distance of a state's entry from the plan, in its scale, shape (steps + 1,).
+        off: Largest distance of a state's entry from the plan, weighted, shape (steps + 1,).
         parameters: Of the machine, by name.
     """
 
@@ -45,7 +45,7 @@ class Executed:
 
     @property
     def deviation(self) -> float:
-        """Largest distance from the plan, in scales of the states."""
+        """Largest distance from the plan, in the weights of [metric]."""
         return float(self.off.max())
 
 
@@ -181,5 +181,5 @@ class _Run:
             np.abs(self._tracker.deviation(planned[min(k, len(planned) - 1)], state))
             for k, state in enumerate(x)
         ]
-        off: Array = (np.array(deviations) / self._problem.scales).max(axis=1)
+        off: Array = (np.array(deviations) * self._problem.weights).max(axis=1)
         return off

@@ -108,7 +108,7 @@ def _deviations(axes: Axes, plan: Trajectory, execution: Execution) -> None:
     low, middle, high = np.nanpercentile(table[:, seen], [BAND[0], 50.0, BAND[1]], axis=0)
     axes.fill_between(t, low, high, color="#2a7de1", alpha=0.25, linewidth=0, label="5 to 95 %")
     axes.plot(t, middle, color="#2a7de1", label="median")
-    axes.set(xlabel="t [s]", ylabel="largest deviation [scales of the states]")
+    axes.set(xlabel="t [s]", ylabel="largest deviation, weighted")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="best", fontsize=8)
 

@@ -19,7 +19,7 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-OFF = 0.1  # of a state's scale: a deviation from the plan that counts as large
+OFF = 0.1  # of what [metric] calls large: a deviation from the plan that counts
 EFFORT = 0.5  # of the range between an input's limits: a correction that counts as large
 ENDING = 10.0  # times the weight of a deviation on the way: one at the end of the plan
 FINE = 4  # substeps, where the problem's own integrator cannot be differentiated
@@ -60,7 +60,7 @@ class Tracker:
         ]
         table, nx = np.array(slopes), model.nx
         A, B = table[:, :, :nx], table[:, :, nx : nx + model.nu]
-        Q = np.diag((OFF * problem.scales) ** -2.0)
+        Q = np.diag((problem.weights / OFF) ** 2)
         R = np.diag((EFFORT * np.ptp(model.control_bounds, axis=1)) ** -2.0)
         gains = tvlqr(A, B, Q, R, ENDING * Q)
         return cls(
