@@ -80,10 +80,22 @@ class Layers:
             held: Inputs that act all the time and so belong to the drift.
             exact: Whether to calculate with rational numbers.
         """
-        numbers: AbstractNumbers = Rationals() if exact else Floats()
         values = dict(fields.values) | dict(point)
         convert = rational if exact else _rounded
         values = {name: convert(name, value) for name, value in values.items()}
+        return cls.of(fields, values, degree, Rationals() if exact else Floats(), held=held)
+
+    @classmethod
+    def of(
+        cls,
+        fields: VectorFields,
+        values: Mapping[str, Any],
+        degree: int,
+        numbers: AbstractNumbers,
+        *,
+        held: Mapping[str, float] | None = None,
+    ) -> Layers:
+        """Expand fields in any kind of numbers; ``values`` are of all variables, by name."""
         outputs = [node for parts in fields.components.values() for node in parts]
         jets = jets_of(fields.tape, outputs, fields.state, values, degree - 1, numbers)
         blocks = jets.reshape(len(fields.components), len(fields.state), -1)
