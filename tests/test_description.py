@@ -11,7 +11,7 @@ import pytest
 
 from kinolab import cli, systems
 from kinolab.description import Description, describe, described_as_text, description_to_json
-from kinolab.description.rest import equilibrium
+from kinolab.description.equilibrium import equilibrium
 from kinolab.description.space import mechanisms, space_of
 from kinolab.dynamics import SmallTime, System
 from tests.machines import MACHINES

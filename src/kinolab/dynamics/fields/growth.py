@@ -139,7 +139,15 @@ def _ranks(layers: Layers, *, strong: bool, tolerance: float) -> Iterator[Rank]:
     found: list[Bracket] = [] if strong or layers.drift is None else [layers.drift]
     for layer in layers:
         found += layer
-        yield rank_of(stacked(found), tolerance)
+        yield rank_of_brackets(found, tolerance)
+
+
+def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = TOLERANCE) -> Rank:
+    """Return how many directions brackets span at their point."""
+    if not brackets:
+        return Rank(0)
+    sizes = np.array([bracket.size for bracket in brackets])
+    return rank_of(stacked(brackets), tolerance, sizes)
 
 
 def stacked(brackets: Sequence[Bracket]) -> Vectors:

@@ -18,10 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.fields.growth import HIGHEST_DEGREE, MOST_WORK, filtration, stacked
+from kinolab.dynamics.fields.growth import (
+    HIGHEST_DEGREE,
+    MOST_WORK,
+    filtration,
+    rank_of_brackets,
+    stacked,
+)
 from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
 from kinolab.dynamics.fields.points import complete_point
-from kinolab.dynamics.fields.ranks import TOLERANCE, rank_of
+from kinolab.dynamics.fields.ranks import TOLERANCE
 from kinolab.dynamics.fields.reachable import reachable_subspace
 from kinolab.dynamics.fields.vector_fields import DRIFT, VectorFields
 
@@ -137,7 +143,7 @@ def _not_made_up(
 
 
 def _rank(brackets: Sequence[Bracket], tolerance: float) -> int:
-    return rank_of(stacked(brackets), tolerance).value if brackets else 0
+    return rank_of_brackets(brackets, tolerance).value
 
 
 def _rests(drift: Bracket) -> bool:
