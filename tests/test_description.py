@@ -104,6 +104,7 @@ def test_constraints_are_called_what_they_are(name: str, kinds: list[str]) -> No
         ("unicycle1_v0", [SmallTime.DRIFTLESS]),
         ("unicycle1_v1", []),  # it cannot stop
         ("satellite", [SmallTime.UNREACHABLE]),
+        ("submarine", [SmallTime.KINKED]),  # its drag is |v| v
         ("snakeboard", [SmallTime.UNFINISHED, SmallTime.BRACKETS]),  # steered straight, and not
     ],
 )

@@ -12,6 +12,7 @@ from kinolab.description.equilibrium import equilibrium
 from kinolab.dynamics import (
     LinearControllability,
     Model,
+    SmallTime,
     SmallTimeVerdict,
     System,
     VectorFields,
@@ -33,17 +34,20 @@ class AtRest:
         linear: Of the linearisation about it.
         small_time: Of getting to all states near it in short time; None where inputs do not enter
             linearly.
+        upright: Names of the entries that are 1 where an attitude is not turned.
     """
 
     state: dict[str, float]
     held: dict[str, float]
     linear: LinearControllability
     small_time: SmallTimeVerdict | None
+    upright: frozenset[str] = frozenset()
 
     @property
-    def decided(self) -> bool:
-        """Whether it is known which states near by can be reached in short time."""
-        return self.small_time is None or self.small_time.controllable is not None
+    def open(self) -> bool:
+        """Whether another place of rest may tell which states near by can be reached."""
+        undecided = (SmallTime.UNDECIDED, SmallTime.UNFINISHED)
+        return self.small_time is not None and self.small_time.outcome in undecided
 
 
 def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) -> Iterator[AtRest]:
@@ -64,7 +68,7 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
         left_out.append("controllability in small time: an input does not enter linearly.")
     first = _examined(model, fields, *found)
     yield first
-    other = None if first.decided else equilibrium(model, elsewhere)
+    other = equilibrium(model, elsewhere) if first.open else None
     if other is not None:
         yield _examined(model, fields, *other)
 
@@ -80,6 +84,7 @@ def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:
         small_time=None
         if fields.prolonged
         else small_time_controllability(fields, state, held, limits=limits),
+        upright=frozenset(model.state_names[first + 3] for first in model.attitudes.values()),
     )
 
 

@@ -21,6 +21,7 @@ from kinolab.dynamics import (
     Torque,
     VectorFields,
     angle,
+    growth_vector,
     length,
     move,
     rot_z,
@@ -28,6 +29,7 @@ from kinolab.dynamics import (
     vector_fields,
 )
 from kinolab.dynamics.fields.small_time import is_bad
+from kinolab.errors import InputError
 from tests.machines import kinematic_car, satellite
 
 x, y, z, w = sp.symbols("x y z w", real=True)
@@ -118,6 +120,15 @@ def test_a_force_at_the_centre_and_a_torque_get_everywhere() -> None:
     """Lewis and Murray, 1997: neither pushes one way, and together they push ahead."""
     found = small_time_controllability(vector_fields(hovercraft(0.0, torque=True)), {})
     assert (found.outcome, found.degree) == (SmallTime.BRACKETS, 4)
+
+
+def test_a_kink_has_no_brackets() -> None:
+    """y_dot = x^2 |x| has no third derivative at 0, by which its brackets would decide."""
+    fields = VectorFields.of((x, y), {"u": (1, 0)}, drift=(0, x**2 * abs(x)))
+    assert small_time_controllability(fields, {}).outcome is SmallTime.KINKED
+    with pytest.raises(InputError, match="the vector fields have a kink at this state"):
+        growth_vector(fields, {})
+    assert growth_vector(fields, {"x": 0.1}) == (2,)
 
 
 def test_what_takes_too_much_work_is_said() -> None:

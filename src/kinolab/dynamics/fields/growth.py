@@ -12,8 +12,10 @@ from kinolab.dynamics.fields.brackets import VectorField
 from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
 from kinolab.dynamics.fields.points import complete_point, rational_point
 from kinolab.dynamics.fields.ranks import TOLERANCE, Rank, Vectors, rank_of
+from kinolab.dynamics.fields.smoothness import has_kink
 from kinolab.dynamics.fields.vector_fields import VectorFields
 from kinolab.dynamics.symbols import Parameter
+from kinolab.errors import InputError, Mistake
 
 HIGHEST_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
 MOST_WORK = 400_000_000  # multiplications that one point may take, a few seconds
@@ -70,6 +72,10 @@ def growth_vector(
             that are written, angles as ``pi / 2`` or ``atan(Rational(3, 4))``.
         tolerance: Share of the largest singular value below which one counts as 0.
 
+    Raises:
+        InputError: If the state has no such variable, is a kink of the fields, or is not rational
+            where it must be.
+
     Source: Murray, Sastry, Nonholonomic motion planning: steering using sinusoids, IEEE Trans.
     Automatic Control 38(5), 1993.
     """
@@ -106,6 +112,7 @@ def filtration(
     if at is None:
         return regular
     point = complete_point(fields, at)
+    _check_smooth(fields, point)
     degree = max(len(regular.growth), 1)
     while True:
         ranks = spans(point, degree)
@@ -113,6 +120,12 @@ def filtration(
         if enough or degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work:
             return _made(fields, ranks, regular.complete and enough)
         degree += 1
+
+
+def _check_smooth(fields: VectorFields, point: Mapping[str, Any]) -> None:
+    if has_kink(fields, point):
+        what = "the vector fields have a kink at this state, and no brackets."
+        raise InputError([Mistake("growth vector", what, "Choose a state beside it, or none.")])
 
 
 def _regular(fields: VectorFields, points: Any, spans: Any, work: int) -> Filtration:

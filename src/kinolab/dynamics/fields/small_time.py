@@ -29,6 +29,7 @@ from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
 from kinolab.dynamics.fields.points import complete_point
 from kinolab.dynamics.fields.ranks import TOLERANCE
 from kinolab.dynamics.fields.reachable import reachable_subspace
+from kinolab.dynamics.fields.smoothness import has_kink
 from kinolab.dynamics.fields.vector_fields import DRIFT, VectorFields
 
 AT_REST = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
@@ -42,6 +43,7 @@ class SmallTime(Enum):
     BRACKETS = "It gets to every state near by in short time: Sussmann's condition holds."
     UNDECIDED = "Sussmann's condition is not met, which decides nothing."
     UNFINISHED = "Sussmann's condition asks for longer brackets than there is time for."
+    KINKED = "The equations of motion have a kink there, so that their brackets decide nothing."
     MOVING = "It does not stay at this state, so that Sussmann's condition does not apply."
     ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
     UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
@@ -101,6 +103,8 @@ def small_time_controllability(
         return SmallTimeVerdict(SmallTime.MOVING, 1)
     if local.drift is not None and not exact and _linear(fields, local):
         return SmallTimeVerdict(SmallTime.LINEAR, 2)
+    if has_kink(fields, point):
+        return SmallTimeVerdict(SmallTime.KINKED)
     for degree in range(1, HIGHEST_DEGREE + 1):
         layers = Layers.at(fields, point, degree, held=held, exact=exact)
         verdict = _sussmann(layers, fields.dimension, tolerance)
