@@ -13,7 +13,7 @@ from kinolab import cli, systems
 from kinolab.description import Description, describe, described_as_text, description_to_json
 from kinolab.description.equilibrium import equilibrium
 from kinolab.description.space import mechanisms, space_of
-from kinolab.dynamics import SmallTime, System
+from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
 from tests.machines import MACHINES
 
 ALL = (*systems.names(), *MACHINES)
@@ -137,6 +137,14 @@ def test_an_equilibrium_that_the_inputs_cannot_hold_is_none() -> None:
     assert found is not None
     (theta, _), (torque,) = found
     assert torque == pytest.approx(9.81 * np.sin(theta), abs=1e-8)
+
+
+def test_a_machine_without_inputs_is_described_too() -> None:
+    rod = Body("rod", rot_z(angle("th")) @ move(1.0), mass=1.0)
+    found = describe(System("free", bodies=[rod], gravity=toward("+x")))
+    assert (found.accessible.rank, found.pushes, found.freedom) == (0, 0, 1)
+    assert found.rests[0].linear.directions == ("th", "th_dot")
+    assert "inputs: none" in described_as_text(found)
 
 
 # --- the command ---

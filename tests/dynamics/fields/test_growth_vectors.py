@@ -50,7 +50,7 @@ from kinolab.dynamics import (
 from kinolab.dynamics.energies import kinetic_energy
 from kinolab.errors import InputError, UnknownNameError
 from tests.machines import MACHINES as TEST_MACHINES
-from tests.machines import kinematic_car, satellite, trident_snake
+from tests.machines import kinematic_car, rope_pendulum, satellite, trident_snake
 from tests.oracles.prime_field import growth_over_primes
 
 x, y, z, w, s = sp.symbols("x y z w s", real=True)
@@ -158,6 +158,17 @@ def test_exact_ranks_are_those_of_singular_values(name: str) -> None:
 def test_a_chosen_rational_point_is_exact(psi: Any) -> None:
     fields = allowed_motions(systems.get("rolling_disk"))
     assert growth_vector(fields, {"psi": psi}, exact=True) == (2, 3, 4)
+
+
+def test_a_chosen_point_on_a_loop_is_exact() -> None:
+    """A weight on a rope of length 1 at (3/5, -4/5); none is sampled near, where x^2 + y^2 = 1."""
+    fields = allowed_motions(rope_pendulum())
+    point = {"x": sp.Rational(3, 5), "y": sp.Rational(-4, 5)}
+    assert growth_vector(fields, point, exact=True) == (1,)
+    with pytest.raises(
+        InputError, match=r"satisfy constraints of position\. Give a rational state"
+    ):
+        growth_vector(fields, exact=True)
 
 
 def trailers(count: int) -> System:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -103,19 +104,21 @@ def filtration(
         work: Multiplications that one point may take.
     """
 
-    def spans(point: Mapping[str, Any], degree: int) -> list[Rank]:
+    def spans(point: Mapping[str, Any], degree: int, *, exact: bool) -> list[Rank]:
         layers = Layers.at(fields, point, degree, exact=exact)
         return list(_ranks(layers, strong=strong, tolerance=tolerance))
 
-    points = [rational_point(fields, p) if exact else p for p in fields.points]
-    regular = _regular(fields, points, spans, work)
+    if at is None and exact:
+        points = [rational_point(fields, point) for point in fields.points]
+        return _regular(fields, points, partial(spans, exact=True), work)
+    regular = _regular(fields, fields.points, partial(spans, exact=False), work)
     if at is None:
         return regular
     point = complete_point(fields, at)
     _check_smooth(fields, point)
     degree = max(len(regular.growth), 1)
     while True:
-        ranks = spans(point, degree)
+        ranks = spans(point, degree, exact=exact)
         enough = ranks[-1].value >= regular.rank
         if enough or degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work:
             return _made(fields, ranks, regular.complete and enough)
@@ -128,7 +131,12 @@ def _check_smooth(fields: VectorFields, point: Mapping[str, Any]) -> None:
         raise InputError([Mistake("growth vector", what, "Choose a state beside it, or none.")])
 
 
-def _regular(fields: VectorFields, points: Any, spans: Any, work: int) -> Filtration:
+def _regular(
+    fields: VectorFields,
+    points: Sequence[Mapping[str, Any]],
+    spans: Callable[[Mapping[str, Any], int], list[Rank]],
+    work: int,
+) -> Filtration:
     """Return what is spanned at regular points, where a layer that adds nothing is the last."""
     for degree in range(1, HIGHEST_DEGREE + 1):
         ranks = spans(points[0], degree)
