@@ -56,7 +56,8 @@ def _states(found: Description) -> str:
     if spanned.full:
         return begin + "from every regular state an open set can be reached (accessible)."
     if spanned.complete:
-        return begin + f"{whole - spanned.rank} are out of reach of any input (not accessible)."
+        lost = f"{whole - spanned.rank} are out of reach (not accessible)"
+        return begin + f"{lost}, for something stays as it is whatever the inputs do."
     return begin + "more may be spanned by longer brackets."
 
 

@@ -11,6 +11,7 @@ from sympy.diffgeom import CoordSystem, Manifold, Patch
 
 from kinolab import systems
 from kinolab.dynamics import VectorField, VectorFields, lie_bracket, vector_fields
+from kinolab.dynamics.fields.brackets import written_length
 from kinolab.dynamics.fields.layers import Layers
 from kinolab.dynamics.records import as_written
 from kinolab.errors import InputError
@@ -117,6 +118,22 @@ def test_brackets_at_a_point_need_no_expressions(name: str, degree: int) -> None
             vector = np.array(expected.at(values), dtype=float).ravel()
             size = np.abs(vector).max(initial=1.0)
             np.testing.assert_allclose(bracket.vector, vector, rtol=0, atol=1e-9 * size)
+
+
+def test_a_field_too_long_to_write_is_told_by_its_length() -> None:
+    """Each step of x -> x cos(x) + y doubles the length l and adds 4: 5 * 2^100 - 4 after 100."""
+    tower = x
+    for _ in range(100):
+        tower = sp.Add(sp.Mul(tower, sp.cos(tower)), y)
+    assert written_length(tower) == 5 * 2**100 - 4
+    field = VectorField((x, y), (tower, 1))
+    assert str(field.tidy()).startswith("x: an expression of length 6e+30")
+
+
+def test_lengths_count_what_is_written() -> None:
+    assert written_length(x) == 1
+    assert written_length(x + y) == 3
+    assert written_length(sp.sin(x) * y**2) == 6
 
 
 def test_fields_without_one_component_per_symbol_are_refused() -> None:
