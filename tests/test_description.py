@@ -11,9 +11,9 @@ import pytest
 
 from kinolab import cli, systems
 from kinolab.description import Description, describe, described_as_text, description_to_json
-from kinolab.description.rest import equilibrium
+from kinolab.description.equilibrium import equilibrium
 from kinolab.description.space import mechanisms, space_of
-from kinolab.dynamics import SmallTime, System
+from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
 from tests.machines import MACHINES
 
 ALL = (*systems.names(), *MACHINES)
@@ -104,6 +104,7 @@ def test_constraints_are_called_what_they_are(name: str, kinds: list[str]) -> No
         ("unicycle1_v0", [SmallTime.DRIFTLESS]),
         ("unicycle1_v1", []),  # it cannot stop
         ("satellite", [SmallTime.UNREACHABLE]),
+        ("submarine", [SmallTime.KINKED]),  # its drag is |v| v
         ("snakeboard", [SmallTime.UNFINISHED, SmallTime.BRACKETS]),  # steered straight, and not
     ],
 )
@@ -112,7 +113,7 @@ def test_controllability_at_rest_is_what_is_known(name: str, outcomes: list[Smal
     assert found == outcomes
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", [*systems.names(), "satellite", "four_bar_by_multipliers"])
 def test_every_machine_is_described_in_words_and_in_data(name: str) -> None:
     """What is said of rest is so: the machine stays there."""
     found = described(name)
@@ -136,6 +137,14 @@ def test_an_equilibrium_that_the_inputs_cannot_hold_is_none() -> None:
     assert found is not None
     (theta, _), (torque,) = found
     assert torque == pytest.approx(9.81 * np.sin(theta), abs=1e-8)
+
+
+def test_a_machine_without_inputs_is_described_too() -> None:
+    rod = Body("rod", rot_z(angle("th")) @ move(1.0), mass=1.0)
+    found = describe(System("free", bodies=[rod], gravity=toward("+x")))
+    assert (found.accessible.rank, found.pushes, found.freedom) == (0, 0, 1)
+    assert found.rests[0].linear.directions == ("th", "th_dot")
+    assert "inputs: none" in described_as_text(found)
 
 
 # --- the command ---

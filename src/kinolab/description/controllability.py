@@ -50,12 +50,14 @@ def _configurations(found: Description) -> Iterator[str]:
 def _states(found: Description) -> str:
     spanned, whole = found.accessible, found.accessible.dimension
     growth = ", ".join(map(str, spanned.growth)) or "0"
+    states = "states that the constraints leave" if found.constraints else "state space"
     begin = f"Brackets of the equations of motion span ({growth}) of {whole} dimensions of the "
-    begin += "states that the constraints leave: "
+    begin += f"{states}: "
     if spanned.full:
         return begin + "from every regular state an open set can be reached (accessible)."
     if spanned.complete:
-        return begin + f"{whole - spanned.rank} are out of reach of any input (not accessible)."
+        lost = f"{whole - spanned.rank} are out of reach (not accessible)"
+        return begin + f"{lost}, for something stays as it is whatever the inputs do."
     return begin + "more may be spanned by longer brackets."
 
 
@@ -66,9 +68,14 @@ def _about_rest(rest: AtRest) -> Iterator[str]:
 
 
 def _place(rest: AtRest) -> str:
-    """Name a state of rest by what is not zero in it."""
-    values = (rest.state | rest.held).items()
-    named = [f"{name} = {value:.4g}" for name, value in values if abs(value) > ROUNDING]
+    """Name a state of rest by what is not as it is where nothing is said."""
+    values = rest.state | rest.held
+    usual = {name: 1.0 if name in rest.upright else 0.0 for name in values}
+    named = [
+        f"{name} = {value:.4g}"
+        for name, value in values.items()
+        if abs(value - usual[name]) > ROUNDING
+    ]
     if not named:
         return "rest, all states and inputs 0"
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""

@@ -46,10 +46,13 @@ def modes_of(system: System, *, nonholonomic: int | None, freedom: int) -> tuple
 
 
 def _curved(system: System) -> Mode:
-    round_ones = [c.name for c in system.coordinates if kind_of(c) != "R"]
-    why = f"{', '.join(round_ones)} close on themselves" if len(round_ones) > 1 else ""
-    why = why or (f"{round_ones[0]} closes on itself" if round_ones else "it is R^n")
-    return Mode("configuration space other than R^n", bool(round_ones), why)
+    kinds = {c.name: kind_of(c) for c in system.coordinates}
+    circles = ", ".join(name for name, kind in kinds.items() if kind == "S^1")
+    attitudes = ", ".join(name for name, kind in kinds.items() if kind == "SO(3)")
+    where = [f"{circles} on the circle"] if circles else []
+    where += [f"{attitudes} on SO(3)"] if attitudes else []
+    why = "; ".join(where) or "it is R^n"
+    return Mode("configuration space other than R^n", bool(where), why)
 
 
 def _nonholonomic(count: int | None) -> Mode:

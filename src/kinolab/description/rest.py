@@ -1,16 +1,18 @@
-"""Equilibria of a machine, and what is known about controllability there."""
+"""What is known about a machine's controllability where it can rest."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.description.equilibrium import equilibrium
 from kinolab.dynamics import (
     LinearControllability,
     Model,
+    SmallTime,
     SmallTimeVerdict,
     System,
     VectorFields,
@@ -18,13 +20,8 @@ from kinolab.dynamics import (
     small_time_controllability,
 )
 from kinolab.dynamics.inputs import bounds_of
-from kinolab.errors import SingularError
 
 Array = NDArray[np.float64]
-
-STILL = 1e-9  # of a state's scale per second: what counts as rest
-ROUNDS = 50  # of Newton's method
-CLOSINGS = 20  # steps towards a configuration in which loops close
 
 
 @dataclass(frozen=True)
@@ -37,17 +34,20 @@ class AtRest:
         linear: Of the linearisation about it.
         small_time: Of getting to all states near it in short time; None where inputs do not enter
             linearly.
+        upright: Names of the entries that are 1 where an attitude is not turned.
     """
 
     state: dict[str, float]
     held: dict[str, float]
     linear: LinearControllability
     small_time: SmallTimeVerdict | None
+    upright: frozenset[str] = frozenset()
 
     @property
-    def decided(self) -> bool:
-        """Whether it is known which states near by can be reached in short time."""
-        return self.small_time is None or self.small_time.controllable is not None
+    def open(self) -> bool:
+        """Whether another place of rest may tell which states near by can be reached."""
+        undecided = (SmallTime.UNDECIDED, SmallTime.UNFINISHED)
+        return self.small_time is not None and self.small_time.outcome in undecided
 
 
 def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) -> Iterator[AtRest]:
@@ -68,7 +68,7 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
         left_out.append("controllability in small time: an input does not enter linearly.")
     first = _examined(model, fields, *found)
     yield first
-    other = None if first.decided else equilibrium(model, elsewhere)
+    other = equilibrium(model, elsewhere) if first.open else None
     if other is not None:
         yield _examined(model, fields, *other)
 
@@ -84,6 +84,7 @@ def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:
         small_time=None
         if fields.prolonged
         else small_time_controllability(fields, state, held, limits=limits),
+        upright=frozenset(model.state_names[first + 3] for first in model.attitudes.values()),
     )
 
 
@@ -97,45 +98,3 @@ def _place(model: Model, fields: VectorFields, point: Mapping[str, float]) -> Ar
         if name in matters:
             x[k] = round(point[name], 1)
     return x
-
-
-def equilibrium(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | None:
-    """Return a state in which the machine stays and the inputs that hold it, or None.
-
-    Args:
-        model: The machine.
-        starts: States to begin from, each of shape (nx,); the first that leads to one counts.
-
-    Returns:
-        x of shape (nx,) and u of shape (nu,), within the limits of the inputs.
-    """
-    found = (_equilibrium_near(model, x) for x in starts)
-    return next((pair for pair in found if pair is not None), None)
-
-
-def _equilibrium_near(model: Model, x: Array) -> tuple[Array, Array] | None:
-    """Follow Newton's method on f(x, u) = 0, all velocities 0, by steps of least change in units of
-    scales and ranges."""
-    scales, half = model.state_scales, np.ptp(model.control_bounds, axis=1) / 2
-    lower, upper = model.control_bounds.T
-    movable = scales.copy()
-    movable[model.speeds] = 0.0
-    sizes = np.concatenate([movable, half])
-    x, u = x.copy(), np.clip(np.zeros(model.nu), lower, upper)
-    x[model.speeds] = 0.0
-    for _ in range(CLOSINGS):
-        x = model.project(x)
-    for _ in range(ROUNDS):
-        try:
-            left = model.f(x, u) / scales
-        except SingularError:
-            return None
-        if not np.isfinite(left).all():
-            return None
-        if np.abs(left).max(initial=0.0) <= STILL:
-            inside = (lower - 1e-9 <= u).all() and (u <= upper + 1e-9).all()
-            return (x, u) if inside else None
-        rows = np.hstack(model.jacobian(x, u)) * sizes / scales[:, None]
-        change = np.linalg.lstsq(rows, -left, rcond=1e-10)[0] * sizes
-        x, u = model.project(x + change[: model.nx]), u + change[model.nx :]
-    return None

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from kinolab.description.controllability import sentences
 from kinolab.description.describe import Description
-from kinolab.dynamics.inputs import bounds_of
+from kinolab.dynamics.inputs import Input, bounds_of
 
 WIDTH = 100  # characters of a line
 SHOWN = {True: "yes", False: "no", None: "?"}
@@ -44,7 +44,7 @@ def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
         yield f"    {'  '.join(cells)}".rstrip()
 
 
-def _input_row(entry: object) -> tuple[str, str, str]:
-    lower, upper = bounds_of(entry)  # type: ignore[arg-type]
-    unit = entry.unit  # type: ignore[attr-defined]
-    return entry.name, type(entry).__name__.lower(), f"{lower:g} to {upper:g} {unit}".rstrip()  # type: ignore[attr-defined]
+def _input_row(entry: Input) -> tuple[str, str, str]:
+    lower, upper = bounds_of(entry)
+    kind = type(entry).__name__.lower()
+    return entry.name, kind, f"{lower:g} to {upper:g} {entry.unit}".rstrip()

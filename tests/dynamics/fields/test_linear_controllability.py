@@ -26,7 +26,7 @@ from kinolab.dynamics import (
     toward,
 )
 from kinolab.dynamics.fields.reachable import reachable_subspace
-from kinolab.errors import InputError
+from kinolab.errors import InputError, UnknownNameError
 from tests.machines import four_bar, kinematic_car, satellite
 
 # --- the reachable subspace ---
@@ -149,6 +149,37 @@ def test_a_damped_wheel_that_no_motor_drives_is_still_stabilisable() -> None:
     assert (found.rank, found.directions) == (2, ("b", "b_dot"))
     assert found.stabilisable
     assert not found.controllable
+
+
+def test_a_coin_that_rolls_is_steered_aside() -> None:
+    """At rest turning moves it nowhere; rolling at w, y_dot = R w psi."""
+    model = systems.get("rolling_disk").model()
+    rest = linear_controllability(model, np.zeros(6), without=("x", "phi"))
+    assert (rest.rank, rest.dimension, rest.directions) == (3, 4, ("y",))
+    rolling = linear_controllability(model, [0, 0, 0, 0, 0, 2.0], without=("x", "phi"))
+    assert (rolling.rank, rolling.dimension, rolling.directions) == (4, 4, ())
+
+
+def test_what_others_depend_on_cannot_be_left_out() -> None:
+    model = systems.get("rolling_disk").model()
+    with pytest.raises(InputError, match="y depends on a state that is left out"):
+        linear_controllability(model, [0, 0, 0, 0, 0, 2.0], without=("x", "phi", "psi"))
+    with pytest.raises(UnknownNameError, match="no state is called 'fi'"):
+        linear_controllability(model, np.zeros(6), without=("fi",))
+
+
+def test_modes_that_no_input_moves_are_those_of_popov_belevitch_and_hautus() -> None:
+    """[lambda I - A, B] loses rank at the found modes, and at no other eigenvalue."""
+    model = two_pendulums(1.0).model()
+    found = linear_controllability(model, np.zeros(4))
+    A, B = model.jacobian(np.zeros(4), [0.0])
+    assert len(found.modes) == 2
+    for mode in found.modes:
+        assert np.linalg.matrix_rank(np.hstack([mode * np.eye(4) - A, B]), tol=1e-6) < 4
+    other = two_pendulums(0.5).model()
+    A, B = other.jacobian(np.zeros(4), [0.0])
+    for mode in np.linalg.eigvals(A):
+        assert np.linalg.matrix_rank(np.hstack([mode * np.eye(4) - A, B]), tol=1e-6) == 4
 
 
 def test_a_state_that_moves_has_no_linearisation_here() -> None:

@@ -21,26 +21,17 @@ from kinolab.dynamics import (
     Torque,
     VectorFields,
     angle,
+    growth_vector,
     length,
     move,
     rot_z,
     small_time_controllability,
     vector_fields,
 )
-from kinolab.dynamics.fields.small_time import is_bad
+from kinolab.errors import InputError
 from tests.machines import kinematic_car, satellite
 
 x, y, z, w = sp.symbols("x y z w", real=True)
-
-
-def test_a_bad_bracket_has_an_odd_number_of_drifts_and_an_even_one_of_each_input() -> None:
-    assert is_bad(("drift",))
-    assert is_bad(("a", "drift", "a"))
-    assert is_bad(("b", "a", "drift", "b", "a"))
-    assert not is_bad(("a",))
-    assert not is_bad(("drift", "a"))
-    assert not is_bad(("a", "drift", "b"))
-    assert not is_bad(("drift", "a", "drift", "a"))
 
 
 def test_a_square_that_only_pushes_one_way_is_no_verdict() -> None:
@@ -50,6 +41,23 @@ def test_a_square_that_only_pushes_one_way_is_no_verdict() -> None:
     assert found.outcome is SmallTime.UNDECIDED
     assert found.controllable is None
     assert found.obstacle == ("u", "drift", "u")
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_pushes_of_two_inputs_may_be_opposite(exact: bool) -> None:
+    """z_dot = x^2 - y^2 goes both ways: [u, [drift, u]] + [v, [drift, v]] vanishes."""
+    inputs = {"u": (1, 0, 0), "v": (0, 1, 0)}
+    fields = VectorFields.of((x, y, z), inputs, drift=(0, 0, x**2 - y**2))
+    found = small_time_controllability(fields, {}, exact=exact)
+    assert (found.outcome, found.degree) == (SmallTime.BRACKETS, 3)
+
+
+def test_pushes_of_two_inputs_may_add_up() -> None:
+    """z_dot = x^2 + 2 y^2 only rises, and so does what is left of x^2 - 2 y^2 in the sum."""
+    inputs = {"u": (1, 0, 0), "v": (0, 1, 0)}
+    for factor in (2, -2):
+        fields = VectorFields.of((x, y, z), inputs, drift=(0, 0, x**2 + factor * y**2))
+        assert small_time_controllability(fields, {}).outcome is SmallTime.UNDECIDED
 
 
 @pytest.mark.parametrize("exact", [False, True])
@@ -118,6 +126,15 @@ def test_a_force_at_the_centre_and_a_torque_get_everywhere() -> None:
     """Lewis and Murray, 1997: neither pushes one way, and together they push ahead."""
     found = small_time_controllability(vector_fields(hovercraft(0.0, torque=True)), {})
     assert (found.outcome, found.degree) == (SmallTime.BRACKETS, 4)
+
+
+def test_a_kink_has_no_brackets() -> None:
+    """y_dot = x^2 |x| has no third derivative at 0, by which its brackets would decide."""
+    fields = VectorFields.of((x, y), {"u": (1, 0)}, drift=(0, x**2 * abs(x)))
+    assert small_time_controllability(fields, {}).outcome is SmallTime.KINKED
+    with pytest.raises(InputError, match="the vector fields have a kink at this state"):
+        growth_vector(fields, {})
+    assert growth_vector(fields, {"x": 0.1}) == (2,)
 
 
 def test_what_takes_too_much_work_is_said() -> None:

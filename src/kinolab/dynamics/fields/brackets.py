@@ -14,7 +14,8 @@ from kinolab.dynamics.records import exact
 from kinolab.errors import InputError, Mistake
 
 TIDYING = 2.0  # [s] after which no further component is made more readable
-LONGEST = 400  # operations of a component that SymPy can still simplify in a moment
+LONGEST = 400  # symbols and operations of a component that SymPy can simplify in a moment
+PRINTED = 20_000  # of a component that is written out
 
 
 @final
@@ -72,8 +73,25 @@ def lie_bracket(f: VectorField, g: VectorField) -> VectorField:
     return VectorField(f.variables, [f.along(b) - g.along(a) for a, b in pairs])
 
 
+def written_length(expression: sympy.Expr) -> int:
+    """Return how many symbols, numbers and operations an expression has when it is written out.
+
+    Subexpressions that are shared are visited once; written out they may be more than memory holds.
+    """
+    lengths: dict[sympy.Basic, int] = {}
+    stack = [expression]
+    while stack:
+        missing = [part for part in stack[-1].args if part not in lengths]
+        if missing:
+            stack += missing
+        else:
+            part = stack.pop()
+            lengths[part] = 1 + sum(lengths[inner] for inner in part.args)
+    return lengths[expression]
+
+
 def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
-    if component.count_ops() > LONGEST or time.monotonic() > deadline:
+    if written_length(component) > LONGEST or time.monotonic() > deadline:
         return component
     tried = sympy.trigsimp(sympy.cancel(sympy.expand(component)))
     return min(component, sympy.factor_terms(tried), key=lambda entry: entry.count_ops())
@@ -81,4 +99,6 @@ def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
 
 def _lines(field: VectorField) -> Iterator[str]:
     for x, component in zip(field.variables, field.components, strict=True):
-        yield f"{one_line(x)}: {one_line(component)}"
+        length = written_length(component)
+        text = one_line(component) if length <= PRINTED else f"an expression of length {length:.0e}"
+        yield f"{one_line(x)}: {text}"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,10 @@ from kinolab.dynamics.fields.brackets import VectorField
 from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
 from kinolab.dynamics.fields.points import complete_point, rational_point
 from kinolab.dynamics.fields.ranks import TOLERANCE, Rank, Vectors, rank_of
+from kinolab.dynamics.fields.smoothness import has_kink
 from kinolab.dynamics.fields.vector_fields import VectorFields
 from kinolab.dynamics.symbols import Parameter
+from kinolab.errors import InputError, Mistake
 
 HIGHEST_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
 MOST_WORK = 400_000_000  # multiplications that one point may take, a few seconds
@@ -70,6 +73,10 @@ def growth_vector(
             that are written, angles as ``pi / 2`` or ``atan(Rational(3, 4))``.
         tolerance: Share of the largest singular value below which one counts as 0.
 
+    Raises:
+        InputError: If the state has no such variable, is a kink of the fields, or is not rational
+            where it must be.
+
     Source: Murray, Sastry, Nonholonomic motion planning: steering using sinusoids, IEEE Trans.
     Automatic Control 38(5), 1993.
     """
@@ -97,25 +104,39 @@ def filtration(
         work: Multiplications that one point may take.
     """
 
-    def spans(point: Mapping[str, Any], degree: int) -> list[Rank]:
+    def spans(point: Mapping[str, Any], degree: int, *, exact: bool) -> list[Rank]:
         layers = Layers.at(fields, point, degree, exact=exact)
         return list(_ranks(layers, strong=strong, tolerance=tolerance))
 
-    points = [rational_point(fields, p) if exact else p for p in fields.points]
-    regular = _regular(fields, points, spans, work)
+    if at is None and exact:
+        points = [rational_point(fields, point) for point in fields.points]
+        return _regular(fields, points, partial(spans, exact=True), work)
+    regular = _regular(fields, fields.points, partial(spans, exact=False), work)
     if at is None:
         return regular
     point = complete_point(fields, at)
+    _check_smooth(fields, point)
     degree = max(len(regular.growth), 1)
     while True:
-        ranks = spans(point, degree)
+        ranks = spans(point, degree, exact=exact)
         enough = ranks[-1].value >= regular.rank
         if enough or degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work:
             return _made(fields, ranks, regular.complete and enough)
         degree += 1
 
 
-def _regular(fields: VectorFields, points: Any, spans: Any, work: int) -> Filtration:
+def _check_smooth(fields: VectorFields, point: Mapping[str, Any]) -> None:
+    if has_kink(fields, point):
+        what = "the vector fields have a kink at this state, and no brackets."
+        raise InputError([Mistake("growth vector", what, "Choose a state beside it, or none.")])
+
+
+def _regular(
+    fields: VectorFields,
+    points: Sequence[Mapping[str, Any]],
+    spans: Callable[[Mapping[str, Any], int], list[Rank]],
+    work: int,
+) -> Filtration:
     """Return what is spanned at regular points, where a layer that adds nothing is the last."""
     for degree in range(1, HIGHEST_DEGREE + 1):
         ranks = spans(points[0], degree)
@@ -139,7 +160,15 @@ def _ranks(layers: Layers, *, strong: bool, tolerance: float) -> Iterator[Rank]:
     found: list[Bracket] = [] if strong or layers.drift is None else [layers.drift]
     for layer in layers:
         found += layer
-        yield rank_of(stacked(found), tolerance)
+        yield rank_of_brackets(found, tolerance)
+
+
+def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = TOLERANCE) -> Rank:
+    """Return how many directions brackets span at their point."""
+    if not brackets:
+        return Rank(0)
+    sizes = np.array([bracket.size for bracket in brackets])
+    return rank_of(stacked(brackets), tolerance, sizes)
 
 
 def stacked(brackets: Sequence[Bracket]) -> Vectors:

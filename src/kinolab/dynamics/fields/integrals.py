@@ -7,7 +7,6 @@ from itertools import combinations
 from typing import TypeAlias
 
 import sympy
-from sympy.integrals.manualintegrate import manualintegrate
 
 from kinolab.dynamics.binding import tangent_symbols
 from kinolab.dynamics.chart import velocity_of
@@ -75,6 +74,8 @@ def _closed(slopes: Slopes) -> bool:
 
 def _potential(slopes: Slopes) -> sympy.Expr | None:
     """Integrate along one coordinate after the other."""
+    from sympy.integrals.manualintegrate import manualintegrate
+
     total = sympy.Integer(0)
     for x, slope in slopes.items():
         rest = sympy.trigsimp(sympy.expand(slope - sympy.diff(total, x)))

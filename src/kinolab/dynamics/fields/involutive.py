@@ -23,7 +23,7 @@ from kinolab.dynamics.fields.integrals import DIGITS, integral_of
 from kinolab.dynamics.fields.layers import Layers
 from kinolab.dynamics.fields.linear_controllability import flow_matrix
 from kinolab.dynamics.fields.of_system import allowed_motions
-from kinolab.dynamics.fields.ranks import reduced_rows
+from kinolab.dynamics.fields.ranks import reduced_rows, scales_of
 from kinolab.dynamics.fields.vector_fields import VectorFields
 from kinolab.dynamics.fields.wording import combination_text
 from kinolab.dynamics.records import as_written
@@ -127,11 +127,13 @@ class _Place:
         layers = Layers.at(motions, point, max(len(whole.growth), 1))
         brackets = [bracket for layer in layers for bracket in layer]
         flow = np.linalg.pinv(flow_matrix(binding, values))
-        moves = stacked(brackets) @ flow.T if brackets else np.zeros((1, len(flow)))
-        self.scale = _sizes(np.abs(moves).max(axis=0))
-        moves = moves / self.scale
-        moves = moves / _sizes(np.linalg.norm(moves, axis=1))[:, None]
-        directions = np.linalg.svd(moves, full_matrices=True)[2]
+        moves, sizes = np.zeros((2, 1, len(flow)))
+        if brackets:
+            moves = stacked(brackets) @ flow.T
+            sizes = np.array([bracket.size for bracket in brackets]) @ np.abs(flow.T)
+        lengths, scale = scales_of(sizes)
+        self.scale = scale[0]
+        directions = np.linalg.svd(moves / lengths / scale, full_matrices=True)[2]
         self.reached, self.missing = directions[: whole.rank], directions[whole.rank :]
         flat = binding.tape.evaluate([node for row in rows for node in row.covector], values)
         w = np.reshape(flat, (len(rows), len(self.scale))) * self.scale
@@ -198,7 +200,3 @@ def _common(tables: Sequence[Array]) -> Array:
         return first[:0]
     apart = np.max([np.abs(table - first).max(axis=1, initial=0.0) for table in tables], axis=0)
     return np.asarray(first[apart < SAME])
-
-
-def _sizes(values: Array) -> Array:
-    return np.where(values > 0, values, 1.0)

@@ -23,7 +23,8 @@ from kinolab.dynamics.fields.vector_fields import DRIFT, VectorFields
 
 Word: TypeAlias = tuple[str, ...]  # (X_1, …, X_k) stands for [X_1, [X_2, … X_k]]
 
-ROUNDING = 1e-10  # of a component before cancellation: what is below counts as 0
+ROUNDING = 1e-14  # of a component before cancellation: what is below counts as 0
+EXACT = 1e-6  # likewise: what is below is known to few digits, and is not scaled up to decide ranks
 FLOOR = 1e-2  # of a field's largest coefficient: no other one is taken for more exact than that
 
 
@@ -45,6 +46,12 @@ class Bracket:
     def vector(self) -> Jet:
         """The bracket at the point itself, shape (n,)."""
         return self.jet[:, 0]
+
+    @property
+    def size(self) -> Jet:
+        """How large its components count, shape (n,): those that mostly cancelled as larger."""
+        own = np.abs(self.vector)
+        return own if self.spread is None else np.maximum(own, EXACT * self.spread[:, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +87,22 @@ class Layers:
             held: Inputs that act all the time and so belong to the drift.
             exact: Whether to calculate with rational numbers.
         """
-        numbers: AbstractNumbers = Rationals() if exact else Floats()
         values = dict(fields.values) | dict(point)
         convert = rational if exact else _rounded
         values = {name: convert(name, value) for name, value in values.items()}
+        return cls.of(fields, values, degree, Rationals() if exact else Floats(), held=held)
+
+    @classmethod
+    def of(
+        cls,
+        fields: VectorFields,
+        values: Mapping[str, Any],
+        degree: int,
+        numbers: AbstractNumbers,
+        *,
+        held: Mapping[str, float] | None = None,
+    ) -> Layers:
+        """Expand fields in any kind of numbers; ``values`` are of all variables, by name."""
         outputs = [node for parts in fields.components.values() for node in parts]
         jets = jets_of(fields.tape, outputs, fields.state, values, degree - 1, numbers)
         blocks = jets.reshape(len(fields.components), len(fields.state), -1)

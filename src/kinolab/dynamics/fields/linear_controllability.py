@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from kinolab.dynamics.fields.ranks import TOLERANCE, reduced_rows
 from kinolab.dynamics.fields.reachable import reachable_subspace
 from kinolab.dynamics.fields.wording import combination_text
 from kinolab.dynamics.model import Model
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, UnknownNameError
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,12 @@ class LinearControllability:
 
 
 def linear_controllability(
-    model: Model, x: ArrayLike, u: ArrayLike = (), *, tolerance: float = TOLERANCE
+    model: Model,
+    x: ArrayLike,
+    u: ArrayLike = (),
+    *,
+    without: Collection[str] = (),
+    tolerance: float = TOLERANCE,
 ) -> LinearControllability:
     """Examine the linearisation about an equilibrium, from the exact Jacobians of a model.
 
@@ -61,27 +66,32 @@ def linear_controllability(
         model: The machine.
         x: The equilibrium, shape (nx,).
         u: Inputs that hold it, shape (nu,); zero when left out.
+        without: Names of states that may change all the time and on which no other one depends,
+            such as how far a wheel has rolled in a steady motion. They are left out.
         tolerance: Share of the size of A below which a direction counts as not reached.
 
     Raises:
-        InputError: If the machine does not stay there.
+        InputError: If the machine does not stay there, or a state depends on one left out.
 
     Source: Kalman, Ho, Narendra, Contributions to Differential Equations 1, 1963; Hautus, Indag.
     Math. 31, 1969.
     """
-    state, scales = np.asarray(x, dtype=float), model.state_scales
-    _check_rest(model, model.f(state, u) / scales)
+    state, kept = np.asarray(x, dtype=float), _kept(model, without)
+    names, scales = [model.state_names[i] for i in kept], model.state_scales[kept]
+    _check_rest(model, names, model.f(state, u)[kept] / scales)
     A, B = model.jacobian(state, u)
-    A = A * scales / scales[:, None]
-    B = B * np.ptp(model.control_bounds, axis=1) / 2 / scales[:, None]
+    _check_apart(model, names, np.delete(A, kept, axis=1)[kept] / scales[:, None])
+    A = A[np.ix_(kept, kept)] * scales / scales[:, None]
+    B = B[kept] * np.ptp(model.control_bounds, axis=1) / 2 / scales[:, None]
     reached = reachable_subspace(A, B, tolerance)
-    normals = np.array([row * scales for row in normals_at(model, state)]).reshape(-1, model.nx)
+    normals = np.array([row[kept] * scales for row in normals_at(model, state)])
+    normals = normals.reshape(-1, len(kept))
     rest = _complement(reached, normals)
     rows = reduced_rows(_upright(rest.T / scales))
     return LinearControllability(
         rank=reached.shape[1],
-        dimension=model.nx - len(normals),
-        directions=tuple(combination_text(row, model.state_names) for row in rows),
+        dimension=len(kept) - len(normals),
+        directions=tuple(combination_text(row, names) for row in rows),
         modes=tuple(complex(mode) for mode in np.linalg.eigvals(rest.T @ A @ rest)),
     )
 
@@ -138,9 +148,24 @@ def _upright(rows: Array) -> Array:
     return np.asarray(rows / np.where(largest > 0, largest, 1.0))
 
 
-def _check_rest(model: Model, rates: Array) -> None:
+def _kept(model: Model, without: Collection[str]) -> list[int]:
+    for name in without:
+        if name not in model.state_names:
+            raise UnknownNameError("state", name, known=model.state_names)
+    return [i for i, name in enumerate(model.state_names) if name not in without]
+
+
+def _check_apart(model: Model, names: Sequence[str], slopes: Array) -> None:
+    """Refuse to leave out what others depend on."""
+    if slopes.size and np.abs(slopes).max() > STILL:
+        worst = names[int(np.abs(slopes).max(axis=1).argmax())]
+        what = f"{worst} depends on a state that is left out."
+        raise InputError([Mistake(f"system {model.system.name!r}", what, "Leave fewer out.")])
+
+
+def _check_rest(model: Model, names: Sequence[str], rates: Array) -> None:
     worst = int(np.abs(rates).argmax())
     if not abs(rates[worst]) <= STILL:
-        what = f"it does not stay there: {model.state_names[worst]} changes."
-        remedy = "Give an equilibrium, with the inputs that hold it."
+        what = f"it does not stay there: {names[worst]} changes."
+        remedy = "Give an equilibrium with the inputs that hold it, or leave states out (without)."
         raise InputError([Mistake(f"system {model.system.name!r}", what, remedy)])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 Vectors: TypeAlias = NDArray[Any]  # one per row, of floats or Fractions; shape (count, n)
 
-TOLERANCE = 1e-8  # of the largest singular value; brackets are exact to about 1e-12
+TOLERANCE = 1e-8  # of the largest singular value
 ROUNDS = 4  # of scaling rows and columns in turn, after which little changes
 
 
@@ -31,15 +31,18 @@ class Rank:
     largest_ignored: float = 0.0
 
 
-def rank_of(vectors: Vectors, tolerance: float = TOLERANCE) -> Rank:
+def rank_of(
+    vectors: Vectors, tolerance: float = TOLERANCE, sizes: NDArray[np.float64] | None = None
+) -> Rank:
     """Return how many directions vectors span.
 
-    Floats are scaled first, so that neither units nor the lengths of vectors matter: rows and
-    columns in turn to a largest entry of 1.
+    Floats are scaled first, so that neither units nor the lengths of vectors matter.
 
     Args:
         vectors: Shape (count, n); Fractions (dtype object) are treated exactly.
         tolerance: Share of the largest singular value below which one counts as 0.
+        sizes: Of each entry, for the scales: what is computed less exactly than it is small must
+            not be blown up. The entries' own where left out.
 
     Source: Golub, Van Loan, Matrix Computations, 4th ed., section 5.5.
     """
@@ -47,21 +50,32 @@ def rank_of(vectors: Vectors, tolerance: float = TOLERANCE) -> Rank:
         return Rank(len(pivots_of(vectors)))
     if not vectors.size or not np.abs(vectors).max():
         return Rank(0)
-    values = np.linalg.svd(balanced(vectors), compute_uv=False)
+    rows, columns = scales_of(np.abs(vectors) if sizes is None else sizes)
+    values = np.linalg.svd(vectors / rows / columns, compute_uv=False)
     shares = values / values[0]
     count = int((shares > tolerance).sum())
     ignored = float(shares[count]) if count < len(shares) else 0.0
     return Rank(count, float(shares[count - 1]), ignored)
 
 
-def balanced(vectors: Vectors) -> Vectors:
-    """Scale rows and columns of a matrix of floats until their largest entries are about 1."""
-    matrix = vectors.astype(float)
+def scales_of(sizes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return by what rows and columns are divided for the largest entry of each to be about 1.
+
+    Args:
+        sizes: Of the entries, shape (m, n), none negative.
+
+    Returns:
+        Shapes (m, 1) and (1, n), all positive.
+    """
+    rows, columns = np.ones((len(sizes), 1)), np.ones((1, sizes.shape[1]))
     for _ in range(ROUNDS):
-        for axis in (0, 1):
-            largest = np.abs(matrix).max(axis=axis, keepdims=True)
-            matrix = matrix / np.where(largest > 0, largest, 1.0)
-    return matrix
+        columns = columns * _positive((sizes / rows / columns).max(axis=0, keepdims=True))
+        rows = rows * _positive((sizes / rows / columns).max(axis=1, keepdims=True))
+    return rows, columns
+
+
+def _positive(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(values > 0, values, 1.0)
 
 
 def pivots_of(vectors: Vectors) -> list[int]:
@@ -91,7 +105,7 @@ def reduced_rows(rows: NDArray[np.float64], tolerance: float = TOLERANCE) -> NDA
     """
     matrix, lead = np.array(rows, dtype=float), 0
     size = np.abs(matrix).max(initial=0.0)
-    for column in range(matrix.shape[1] if lead < len(matrix) else 0):
+    for column in range(matrix.shape[1]):
         if lead == len(matrix):
             break
         pivot = lead + int(np.abs(matrix[lead:, column]).argmax())

@@ -1,8 +1,9 @@
 """Whether a machine can get to every state near by in arbitrarily short time, by Sussmann's test.
 
 A bracket is bad if it has an odd number of drifts and an even number of each input: whatever the
-inputs do, it pushes one way. Every bad bracket must be a combination of good ones of fewer fields
-at the state. The condition is sufficient, not necessary.
+inputs do, it pushes one way. At the state the sum of what every bad bracket becomes when inputs are
+exchanged must be a combination of brackets of fewer fields. The condition is sufficient, not
+necessary.
 
 Source: Sussmann, A general theorem on local controllability, SIAM J. Control and Optimization
 25(1), 1987, with theta = 1; Chow, Math. Ann. 117, 1939, without drift.
@@ -10,7 +11,6 @@ Source: Sussmann, A general theorem on local controllability, SIAM J. Control an
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -18,12 +18,20 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.fields.growth import HIGHEST_DEGREE, MOST_WORK, filtration, stacked
+from kinolab.dynamics.fields.bad_brackets import symmetrised
+from kinolab.dynamics.fields.growth import (
+    HIGHEST_DEGREE,
+    MOST_WORK,
+    filtration,
+    rank_of_brackets,
+    stacked,
+)
 from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
 from kinolab.dynamics.fields.points import complete_point
-from kinolab.dynamics.fields.ranks import TOLERANCE, rank_of
+from kinolab.dynamics.fields.ranks import TOLERANCE
 from kinolab.dynamics.fields.reachable import reachable_subspace
-from kinolab.dynamics.fields.vector_fields import DRIFT, VectorFields
+from kinolab.dynamics.fields.smoothness import has_kink
+from kinolab.dynamics.fields.vector_fields import VectorFields
 
 AT_REST = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
 
@@ -36,6 +44,7 @@ class SmallTime(Enum):
     BRACKETS = "It gets to every state near by in short time: Sussmann's condition holds."
     UNDECIDED = "Sussmann's condition is not met, which decides nothing."
     UNFINISHED = "Sussmann's condition asks for longer brackets than there is time for."
+    KINKED = "The equations of motion have a kink there, so that their brackets decide nothing."
     MOVING = "It does not stay at this state, so that Sussmann's condition does not apply."
     ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
     UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
@@ -95,6 +104,8 @@ def small_time_controllability(
         return SmallTimeVerdict(SmallTime.MOVING, 1)
     if local.drift is not None and not exact and _linear(fields, local):
         return SmallTimeVerdict(SmallTime.LINEAR, 2)
+    if has_kink(fields, point):
+        return SmallTimeVerdict(SmallTime.KINKED)
     for degree in range(1, HIGHEST_DEGREE + 1):
         layers = Layers.at(fields, point, degree, held=held, exact=exact)
         verdict = _sussmann(layers, fields.dimension, tolerance)
@@ -105,39 +116,31 @@ def small_time_controllability(
     return SmallTimeVerdict(SmallTime.UNFINISHED, degree)
 
 
-def is_bad(word: Word) -> bool:
-    """Say whether a bracket pushes one way whatever the inputs do."""
-    counts = Counter(word)
-    drifts = counts.pop(DRIFT, 0)
-    return drifts % 2 == 1 and all(count % 2 == 0 for count in counts.values())
-
-
 def _sussmann(layers: Layers, dimension: int, tolerance: float) -> SmallTimeVerdict | None:
     """Judge all brackets there are; None where longer ones must decide."""
-    good: list[Bracket] = []
+    shorter: list[Bracket] = []
     outcome = SmallTime.DRIFTLESS if layers.drift is None else SmallTime.BRACKETS
+    inputs = tuple(bracket.word[0] for bracket in layers.inputs)
     for degree, layer in enumerate(layers, 1):
-        bad = [bracket for bracket in layer if is_bad(bracket.word)]
-        obstacle = next(_not_made_up(bad, good, tolerance), None)
+        bad = symmetrised(layer, inputs)
+        obstacle = next(_not_made_up(bad, shorter, tolerance), None)
         if obstacle is not None:
             return SmallTimeVerdict(SmallTime.UNDECIDED, degree, obstacle.word)
-        good += [bracket for bracket in layer if not is_bad(bracket.word)]
-        if _rank(good, tolerance) == dimension:
+        shorter += layer
+        if rank_of_brackets(shorter, tolerance).value == dimension:
             return SmallTimeVerdict(outcome, degree)
     return None
 
 
 def _not_made_up(
-    bad: Sequence[Bracket], good: Sequence[Bracket], tolerance: float
+    bad: Sequence[Bracket], shorter: Sequence[Bracket], tolerance: float
 ) -> Iterator[Bracket]:
-    """Yield the bad brackets that are no combinations of good ones."""
-    before = _rank(good, tolerance)
-    if bad and _rank([*good, *bad], tolerance) > before:
-        yield from (one for one in bad if _rank([*good, one], tolerance) > before)
-
-
-def _rank(brackets: Sequence[Bracket], tolerance: float) -> int:
-    return rank_of(stacked(brackets), tolerance).value if brackets else 0
+    """Yield the bad brackets that are no combinations of shorter ones."""
+    before = rank_of_brackets(shorter, tolerance).value
+    if bad and rank_of_brackets([*shorter, *bad], tolerance).value > before:
+        for one in bad:
+            if rank_of_brackets([*shorter, one], tolerance).value > before:
+                yield one
 
 
 def _rests(drift: Bracket) -> bool:
