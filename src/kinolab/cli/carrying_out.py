@@ -69,5 +69,5 @@ def carry_out(
     counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
     worst = max(one.deviation for one in execution.runs)
     click.echo(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})")
-    click.echo(f"  largest deviation from the plan: {worst:.3g} of a state's scale")
+    click.echo(f"  largest deviation from the plan: {worst:.3g}, weighted")
     return 0

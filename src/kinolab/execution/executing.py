@@ -21,7 +21,7 @@ from kinolab.world import CollisionChecker
 Array: TypeAlias = NDArray[np.float64]
 Outcome: TypeAlias = Literal["reached", "missed", "collided", "lost"]
 
-SETTLE = 0.25  # of the plan's duration: how much longer it may take to reach the goal
+SETTLE = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Executed:
         outcome: ``reached`` the goal; ``missed`` it; ``collided`` before; or ``lost``, where the
             motion left what the equations describe.
         x: States, one per step, shape (steps + 1, nx); up to the goal or the collision.
-        excess: How far outside the goal it came nearest after the plan's end, in tolerances.
+        excess: How far outside the goal it came nearest around the plan's end, in tolerances.
         off: Largest distance of a state's entry from the plan, weighted, shape (steps + 1,).
         parameters: Of the machine, by name.
     """
@@ -125,15 +125,16 @@ class _Run:
         self._parameters = conditions.machine(self._model, generator)
         spans = np.diff(trajectory.t)
         later = math.ceil(SETTLE * trajectory.duration / spans[-1])
+        self._first = math.floor((1.0 - SETTLE) * len(spans))
         self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
 
     def result(self) -> Executed:
-        """Move until the goal is reached after the plan's end, or it is too late."""
+        """Move until the goal is reached around the plan's end, or it is too late."""
         states, outcome, nearest = [self._plan.x[0]], "missed", math.inf
         try:
             for k, span in enumerate(self._spans):
                 states.append(self._moved(k, states[-1], span))
-                if k + 1 >= len(self._plan.u):
+                if k + 1 >= self._first:
                     nearest = min(nearest, self._problem.goal_excess(states[-1]))
                 if nearest <= 1.0:
                     outcome = "reached"

@@ -61,7 +61,7 @@ def falling_disk() -> System:
     )
     law = Regulator(
         [speed, turn],
-        tracked={theta: 0.1, rate(theta): 0.5, rate(psi): 1.0, rate(phi): 1.0},
+        tracked={theta: 0.2, rate(theta): 1.0, rate(psi): 2.0, rate(phi): 5.0},
         about={rate(phi): speed.symbol / R, rate(psi): turn.symbol},
         schedule={"speed": 4, "turn": 4},
     )

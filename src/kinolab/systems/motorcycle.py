@@ -80,7 +80,7 @@ def motorcycle() -> System:
     )
     rider = Regulator(
         [speed, lean],
-        tracked={alpha: 0.3, rate(alpha): 1.0, delta: 0.1, rate(delta): 0.5, rate(phi): 10.0},
+        tracked={alpha: 0.3, rate(alpha): 1.0, delta: 0.1, rate(delta): 0.5, rate(phi): 30.0},
         about={rate(phi): speed.symbol / R, alpha: lean.symbol},
         efforts={"steer": 5.0},
         schedule={"speed": 5, "lean": 4},
