@@ -411,7 +411,7 @@ def _circular(scenario: Scenario, model: Model) -> np.ndarray:
 
 
 def _goal(scenario: Scenario, model: Model) -> Goal:
-    section = scenario.goal
+    section, kept = scenario.goal, 1.0 - scenario.goal.reserve
     values = _scalars(section.values)
     if section.at_rest:
         values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
@@ -420,17 +420,20 @@ def _goal(scenario: Scenario, model: Model) -> Goal:
     return Goal(
         indices=indices,
         targets=np.array(list(values.values()), dtype=float),
-        tolerances=np.array([section.tolerance_of(name) for name in values]),
+        tolerances=kept * np.array([section.tolerance_of(name) for name in values]),
         circular=_circular(scenario, model)[list(indices)],
         points=tuple(
-            PointTarget(bodies.index(p.body), p.at, p.position, p.tolerance) for p in section.point
+            PointTarget(bodies.index(p.body), p.at, p.position, kept * p.tolerance)
+            for p in section.point
         ),
         directions=tuple(
-            DirectionTarget(bodies.index(d.body), axis_vector(d.axis), _unit(d.target), d.tolerance)
+            DirectionTarget(
+                bodies.index(d.body), axis_vector(d.axis), _unit(d.target), kept * d.tolerance
+            )
             for d in section.direction
         ),
         attitudes=tuple(
-            _attitude_target(name, model.attitudes[name], value, section.tolerance_of(name))
+            _attitude_target(name, model.attitudes[name], value, kept * section.tolerance_of(name))
             for name, value in _rotations(section.values).items()
         ),
         norm=section.norm,

@@ -32,7 +32,8 @@ class Executed:
         outcome: ``reached`` the goal; ``missed`` it; ``collided`` before; or ``lost``, where the
             motion left what the equations describe.
         x: States, one per step, shape (steps + 1, nx); up to the goal or the collision.
-        excess: How far outside the goal it came nearest around the plan's end, in tolerances.
+        excess: How far outside the goal it came nearest around the plan's end, in tolerances
+            of the plan.
         off: Largest distance of a state's entry from the plan, weighted, shape (steps + 1,).
         parameters: Of the machine, by name.
     """
@@ -125,6 +126,7 @@ class _Run:
         self._parameters = conditions.machine(self._model, generator)
         spans = np.diff(trajectory.t)
         later = math.ceil(SETTLE * trajectory.duration / spans[-1])
+        self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
         self._first = math.floor((1.0 - SETTLE) * len(spans))
         self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
 
@@ -136,7 +138,7 @@ class _Run:
                 states.append(self._moved(k, states[-1], span))
                 if k + 1 >= self._first:
                     nearest = min(nearest, self._problem.goal_excess(states[-1]))
-                if nearest <= 1.0:
+                if nearest <= self._enough:
                     outcome = "reached"
                     break
         except KinolabError:

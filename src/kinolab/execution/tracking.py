@@ -19,8 +19,8 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-OFF = 0.1  # of what [metric] calls large: a deviation from the plan that counts
-EFFORT = 0.5  # of the range between an input's limits: a correction that counts as large
+OFF = 0.2  # of what [metric] calls large: a deviation from the plan that counts
+EFFORT = 0.25  # of the range between an input's limits: a correction that counts as large
 ENDING = 10.0  # times the weight of a deviation on the way: one at the end of the plan
 FINE = 4  # substeps, where the problem's own integrator cannot be differentiated
 

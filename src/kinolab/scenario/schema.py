@@ -182,6 +182,9 @@ class GoalSection(Section):
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
     norm: Literal["max", "sum", "euclidean"] = "max"  # of all shares of tolerances
     at_rest: bool = False
+    reserve: Annotated[
+        float, Field(ge=0, lt=1, allow_inf_nan=False), Wanted("a share, 0 or more, below 1")
+    ] = 0.0  # of every tolerance: what a plan leaves to those who carry it out
     point: Annotated[
         tuple[PointGoal, ...], Field(strict=False), Wanted("a list of [[goal.point]] tables")
     ] = ()
