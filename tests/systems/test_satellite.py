@@ -7,12 +7,14 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+import kinolab
 from kinolab import systems
 from kinolab.dynamics import Model
+from kinolab.optimize.shots import Shots
 from tests.oracles.rigid_body import Top, polhode_frequency
 
 Array: TypeAlias = NDArray[np.float64]
@@ -187,3 +189,34 @@ def test_two_wheels_turn_it_about_the_third_axis_by_going_back_and_forth(
     assert (turned.inv() * expected).magnitude() < 1e-10
     assert turned.as_rotvec()[2] == pytest.approx(theta**2, rel=0.1)
     np.testing.assert_allclose(pick(model, x, *wheels(model.system.name)), 0.0, rtol=0, atol=1e-9)
+
+
+# Pointing
+
+
+def test_it_turns_to_its_target_past_the_sun() -> None:
+    """As the scenario says, judged from the quaternions of the plan alone."""
+    problem = kinolab.load("satellite_pointing")
+    plan = problem.solve(seed=1, optimize=False)
+    assert plan.exit_code == 0
+    assert plan.trajectory is not None
+    path = pick(problem.model, plan.trajectory.x, *QUATERNION)
+    looks = Rotation.from_quat(path).apply([1.0, 0.0, 0.0])
+    (sun,), (target,) = problem.keep_outs, problem.goal.directions
+    assert angle(looks, sun.direction).min() > sun.half_angle - 1e-3  # [rad] between two rows
+    assert angle(looks[-1:], target.target)[0] < target.tolerance
+    straight = Rotation.align_vectors([target.target], [[1.0, 0.0, 0.0]])[0].as_rotvec()
+    direct = Rotation.from_rotvec(np.outer(np.linspace(0.0, 1.0, 50), straight))
+    through = angle(direct.apply([1.0, 0.0, 0.0]), sun.direction).min()
+    assert through < sun.half_angle / 3  # there is something to pass
+
+
+def test_of_the_first_guesses_some_become_motions_past_the_sun() -> None:
+    """Their first trust regions are far too wide for long steps; that says nothing of a guess."""
+    shots = Shots(kinolab.load("satellite_pointing"), 80, 1, lambda: False)
+    assert any(shots.next().motion is not None for _ in range(4))
+
+
+def angle(a: Array, b: ArrayLike) -> Array:
+    """Angles in [rad] between unit vectors (n, 3) and one (3,), good where they are small too."""
+    return np.asarray(2 * np.arcsin(np.linalg.norm(a - np.asarray(b), axis=1) / 2))
