@@ -1,4 +1,4 @@
-"""States of a goal point where it says."""
+"""States, guesses and pictures of a goal that says where an axis points."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from kinolab.animation import picture
 from kinolab.optimize.guesses import Guesses
 from kinolab.problem import Problem
 from tests.support import problem_of
@@ -26,6 +27,13 @@ body = "telescope"
 axis = "x"
 target = [-0.6, 0.8, 0.0]
 tolerance = 0.02
+"""
+SUN = """
+[[keep_out]]
+body = "telescope"
+axis = "x"
+direction = [0.0, 0.0, 1.0]
+half_angle = 0.4
 """
 SWING = """
 schema = 1
@@ -82,3 +90,16 @@ def test_a_machine_without_attitudes_has_states_of_its_goal_as_before(tmp_path: 
     problem = problem_of(tmp_path, SWING)
     x = problem.sample_goals(np.random.default_rng(0), np.ones(50))
     assert np.ptp(x[:, 0]) > 4.0  # [rad]; the hinge is anywhere
+
+
+def test_a_picture_shows_where_an_axis_shall_and_must_not_point(tmp_path: Path) -> None:
+    """A cone each, longer than the machine; no ghost, for the goal leaves the attitude open."""
+    problem = problem_of(tmp_path, TURN + SUN)
+    poses = problem.frames(problem.start)[None]
+    shown = picture(problem, poses, np.zeros((1, 0, 2, 3)))
+    wanted, forbidden = shown.cones
+    assert (wanted.forbidden, forbidden.forbidden) == (False, True)
+    assert wanted.direction == pytest.approx((-0.6, 0.8, 0.0))
+    assert (wanted.half_angle, forbidden.half_angle) == (0.02, 0.4)
+    assert wanted.length == forbidden.length > 2.85  # [m] from the centre to the end of a wing
+    assert shown.goal is None
