@@ -101,7 +101,7 @@ def rocks() -> Solid:
 
 
 def _section(s: float) -> Array:
-    """Return the outline (SECTIONS, 3) of the canyon across its middle: a keyhole without lock."""
+    """Return the outline (SECTIONS, 3) of the canyon across its middle, narrower overhead."""
     place, heading = middle(s)
     left, up = np.array([-np.sin(heading), np.cos(heading), 0.0]), np.array([0.0, 0.0, 1.0])
     turn = 2 * np.pi * np.arange(SECTIONS) / SECTIONS

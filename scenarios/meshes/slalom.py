@@ -1,10 +1,10 @@
-"""Courses between barriers that reach out from alternate sides, with a pole at every end; z up, [m].
+"""Courses between barriers that reach out from alternate sides, a pole at every end; z up, [m].
 
-| file                | for           | course x | half width | barriers at x        | way past each |
-|---------------------|---------------|----------|------------|----------------------|---------------|
-| disk_slalom.stl     | falling disk  | 0 to 15  | 2.6        | 3.5, 7.0, 10.5       | 2.2           |
-| unicycle_slalom.stl | unicycle      | 0 to 7   | 1.3        | 2.0, 4.2             | 1.2           |
-| chicane.stl         | motorcycle    | 0 to 110 | 8.0        | 30, 55, 80           | 6.5           |
+| file                | for          | length | half width | barriers at x | way past each |
+|---------------------|--------------|--------|------------|---------------|---------------|
+| disk_slalom.stl     | falling disk | 15     | 2.6        | 3.5, 7, 10.5  | 2.2           |
+| unicycle_slalom.stl | unicycle     | 7      | 1.3        | 2, 4.2        | 1.2           |
+| chicane.stl         | motorcycle   | 110    | 8.0        | 30, 55, 80    | 6.5           |
 
 A barrier leaves the way open on one side; the next one leaves it open on the other. The kerbs along
 both sides end the course.

@@ -24,13 +24,14 @@ import maze  # noqa: E402
 import park  # noqa: E402
 import parking  # noqa: E402
 import slalom  # noqa: E402
+import truss  # noqa: E402
 import warehouse  # noqa: E402
 from maze import DISK_MAZE, THICKNESS  # noqa: E402
 from solids import Solid  # noqa: E402
 
 __all__ = ["DISK_MAZE", "MESHES", "THICKNESS", "drawn", "main"]
 
-WORLDS = (bracket, canyon, cave, factory, maze, park, parking, slalom, warehouse)
+WORLDS = (bracket, canyon, cave, factory, maze, park, parking, slalom, truss, warehouse)
 MESHES: dict[str, Callable[[], Solid]] = {
     name: draw for world in WORLDS for name, draw in world.MESHES.items()
 }

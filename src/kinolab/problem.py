@@ -15,6 +15,7 @@ from kinolab.dynamics import Model, System
 from kinolab.dynamics.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone, Norm
+from kinolab.pointing import pointed
 from kinolab.scenario import Scenario
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 
@@ -237,6 +238,8 @@ class Problem:
     def sample_goal(self, generator: np.random.Generator, spread: float = 1.0) -> Array:
         """Return a state within the goal's tolerances, everything else drawn at random.
 
+        Axes that have a target are turned to point along it where an attitude can.
+
         Args:
             generator: Of the random numbers.
             spread: Factor on the tolerances, for states around the goal.
@@ -258,7 +261,7 @@ class Problem:
             x[entries] = np.clip(near, *self._goal_box(spread))
         else:
             x[entries] = generator.uniform(*self._goal_box(spread))
-        return x
+        return pointed(self.model, goal, x[None])[0] if goal.directions else x
 
     def sample_goals(self, generator: np.random.Generator, spreads: Array) -> Array:
         """Return one state for each factor on the tolerances (n,), shape (n, nx).
@@ -284,7 +287,7 @@ class Problem:
             x[:, entries] = np.clip(near, *box)
         else:
             x[:, entries] = generator.uniform(*box)
-        return x
+        return pointed(self.model, goal, x)
 
     @cached_property
     def sampling_bounds(self) -> Array:

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from kinolab.optimize.free_ways import FreeWays
+from kinolab.optimize.guesses import Guesses
 from kinolab.problem import Problem
 from kinolab.stopping import StoppedError
 from tests.support import problem_of
@@ -192,3 +193,40 @@ def test_looking_for_a_way_ends_when_it_is_stopped(looks_before: int, tmp_path: 
     with pytest.raises(StoppedError):
         FreeWays(problem, np.random.default_rng(1), stop).find(problem.start, goal_of(problem))
     assert asked[0] == looks_before + 1
+
+
+TURN = """
+schema = 1
+title = "A telescope turns past the sun"
+system = { name = "satellite" }
+[goal]
+[[goal.direction]]
+body = "telescope"
+axis = "x"
+target = [-1.0, 0.3, 0.0]
+[[keep_out]]
+body = "telescope"
+axis = "x"
+direction = [0.1, 1.0, 0.0]
+half_angle = 0.6
+"""
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_way_keeps_axes_out_of_forbidden_cones(seed: int, tmp_path: Path) -> None:
+    """The straight way leads through the cone; looks are so close that one grazes it by 0.1 rad."""
+    problem, generator = problem_of(tmp_path, TURN), np.random.default_rng(seed)
+    begin, end = Guesses(problem, generator).straight()
+    ways = FreeWays(problem, generator)
+    assert not ways.is_free(begin, end)
+    way = ways.find(begin, end)
+    assert way is not None
+    (cone,) = problem.keep_outs
+    angles = [cone.angle(problem.frames(x)) for x in between(way)]
+    assert min(angles) > cone.half_angle - 0.1
+
+
+def between(way: Array) -> Array:
+    """Return many states on a way, quaternions on chords."""
+    parts = np.linspace(0.0, 1.0, 30)[:, None]
+    return np.vstack([a + parts * (b - a) for a, b in pairwise(way)])

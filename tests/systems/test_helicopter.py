@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+import kinolab
 from kinolab import systems
 from kinolab.dynamics import Model
 from tests.oracles import helicopter as oracle
@@ -182,3 +183,21 @@ def test_in_its_plane_it_is_the_planar_vertical_take_off_machine(model: Model, t
     felt = R.inv().apply(pick(model, slope, *SPEEDS) + upward) + carried
     assert felt[0] == pytest.approx(0.0, abs=1e-12)
     assert felt[2] == pytest.approx(T * np.cos(tilt) / p["m"] - rate**2 * arm[2], rel=1e-12)
+
+
+# Through the canyon
+
+
+def test_it_flies_over_the_sill_and_under_the_bridge() -> None:
+    """Heights where the script of the canyon puts both; it ends in hover."""
+    problem = kinolab.load("helicopter_canyon")
+    plan = problem.solve(seed=1, optimize=False)
+    assert plan.exit_code == 0
+    assert plan.trajectory is not None
+    model, path = problem.model, plan.trajectory.x
+    places = pick(model, path, "x", "y", "z")
+    for (x, y), low, high in (((10.1, 1.6), 1.3, 5.6), ((21.4, 6.9), 0.0, 2.75)):
+        near = places[np.linalg.norm(places[:, :2] - [x, y], axis=1) < 2.0]
+        over = near[np.linalg.norm(near[:, :2] - [x, y], axis=1).argmin(), 2]
+        assert low + 0.24 < over < high - 0.24  # [m] from the skids, and to the hub
+    np.testing.assert_allclose(pick(model, path[-1], *SPEEDS, *TURNS), 0.0, rtol=0, atol=0.3)

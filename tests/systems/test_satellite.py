@@ -7,12 +7,17 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
+from scipy.linalg import solve_continuous_are
 from scipy.spatial.transform import Rotation
 
+import kinolab
 from kinolab import systems
 from kinolab.dynamics import Model
+from kinolab.optimize.shots import Shots
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
 from tests.oracles.rigid_body import Top, polhode_frequency
 
 Array: TypeAlias = NDArray[np.float64]
@@ -187,3 +192,78 @@ def test_two_wheels_turn_it_about_the_third_axis_by_going_back_and_forth(
     assert (turned.inv() * expected).magnitude() < 1e-10
     assert turned.as_rotvec()[2] == pytest.approx(theta**2, rel=0.1)
     np.testing.assert_allclose(pick(model, x, *wheels(model.system.name)), 0.0, rtol=0, atol=1e-9)
+
+
+# Pointing
+
+
+@pytest.fixture(scope="module")
+def planned() -> tuple[Problem, Trajectory]:
+    """The scenario, and the plan of the first seed."""
+    problem = kinolab.load("satellite_pointing")
+    plan = problem.solve(seed=1)
+    assert plan.exit_code == 0
+    assert plan.trajectory is not None
+    return problem, plan.trajectory
+
+
+def test_it_turns_to_its_target_past_the_sun(planned: tuple[Problem, Trajectory]) -> None:
+    """As the scenario says, judged from the quaternions of the plan alone."""
+    problem, trajectory = planned
+    path = pick(problem.model, trajectory.x, *QUATERNION)
+    looks = Rotation.from_quat(path).apply([1.0, 0.0, 0.0])
+    (sun,), (target,) = problem.keep_outs, problem.goal.directions
+    assert angle(looks, sun.direction).min() > sun.half_angle - 1e-3  # [rad] between two rows
+    assert angle(looks[-1:], target.target)[0] < target.tolerance
+    straight = Rotation.align_vectors([target.target], [[1.0, 0.0, 0.0]])[0].as_rotvec()
+    direct = Rotation.from_rotvec(np.outer(np.linspace(0.0, 1.0, 50), straight))
+    through = angle(direct.apply([1.0, 0.0, 0.0]), sun.direction).min()
+    assert through < sun.half_angle / 3  # there is something to pass
+
+
+def test_a_plan_gets_close_and_feedback_holds_the_target_under_friction(
+    planned: tuple[Problem, Trajectory],
+) -> None:
+    """Dry friction of 2 mN m: alone the plan misses by degrees, with LQR by less than 0.1."""
+    (target,) = planned[0].goal.directions
+    alone, led = (followed(*planned, gain) for gain in (np.zeros((3, 6)), lqr(planned[0].model)))
+    off = np.degrees(angle(alone[-1:], target.target))[0]
+    assert 0.5 < off < 30.0
+    held = np.degrees(angle(led[-600:], target.target))  # a minute
+    assert held.max() < 0.1
+
+
+def lqr(model: Model) -> Array:
+    """Gains (3, 6) on turn and turn rate in body axes, of the double integrators at rest."""
+    B = np.vstack([np.zeros((3, 3)), pick(model, model.jacobian(model.rest())[1].T, *TURNS).T])
+    A = np.eye(6, k=3)
+    Q = np.diag([1 / np.radians(0.02) ** 2] * 3 + [1 / 0.002**2] * 3)
+    return np.asarray(B.T @ solve_continuous_are(A, B, Q, np.eye(3) / TAU**2) * TAU**2)
+
+
+def followed(problem: Problem, trajectory: Trajectory, gain: Array) -> Array:
+    """Where the telescope looks every 0.1 s along a plan under friction and a minute after it."""
+    model, t, h = problem.model, trajectory.t, 0.1
+    x, looks = problem.start, []
+    for time in np.arange(0.0, t[-1] + 60.0, h):
+        k = min(int(np.searchsorted(t, time, side="right")) - 1, len(t) - 1)
+        wanted, u = trajectory.x[k], trajectory.u[k] if k < len(trajectory.u) else np.zeros(3)
+        if k < len(trajectory.u):
+            wanted = model.step(wanted, u, time - t[k]) if time > t[k] else wanted
+        turns = [Rotation.from_quat(pick(model, at, *QUATERNION)) for at in (wanted, x)]
+        rates = pick(model, x, *TURNS) - pick(model, wanted, *TURNS)
+        error = np.append((turns[0].inv() * turns[1]).as_rotvec(), rates)
+        x = model.step(x, np.clip(u - gain @ error, -TAU, TAU), h, substeps=4, **FRICTION)
+        looks.append(turns[1].apply([1.0, 0.0, 0.0]))
+    return np.array(looks)
+
+
+def test_of_the_first_guesses_some_become_motions_past_the_sun() -> None:
+    """Their first trust regions are far too wide for long steps; that says nothing of a guess."""
+    shots = Shots(kinolab.load("satellite_pointing"), 80, 1, lambda: False)
+    assert any(shots.next().motion is not None for _ in range(4))
+
+
+def angle(a: Array, b: ArrayLike) -> Array:
+    """Angles in [rad] between unit vectors (n, 3) and one (3,), good where they are small too."""
+    return np.asarray(2 * np.arcsin(np.linalg.norm(a - np.asarray(b), axis=1) / 2))

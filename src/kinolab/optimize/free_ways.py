@@ -205,6 +205,10 @@ class FreeWays:
             place = frames.reshape(len(line), -1, 3, 4)[:, :, "xyz".index(axis), 3]
             outside = ((place < lower) | (place > upper)).any(axis=1)
             free = min(free, int(outside.argmax()) if outside.any() else free)
+        for cone in problem.keep_outs:
+            axis = frames.reshape(len(line), -1, 3, 4)[:, cone.body, :, :3] @ np.asarray(cone.axis)
+            inside = axis @ np.asarray(cone.direction) > np.cos(cone.half_angle)
+            free = min(free, int(inside.argmax()) if inside.any() else free)
         return free
 
     def _unwound(self, way: Array) -> Array:

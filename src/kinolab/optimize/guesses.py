@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.optimize.knots import Knots, resampled
+from kinolab.pointing import pointed
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
@@ -38,7 +39,8 @@ class Guesses:
     def straight(self, turns: Sequence[int] = ()) -> Array:
         """Return the straight way from start to goal, shape (2, nx).
 
-        What the goal leaves open stays as at the start, but for speeds, which vanish.
+        What the goal leaves open stays as at the start, but for speeds, which vanish, and for
+        attitudes, which turn by the least angle that makes axes point at their targets.
 
         Args:
             turns: How many turns each angle on the circle makes more than the shortest way does,
@@ -52,6 +54,7 @@ class Guesses:
             own = slice(attitude.index, attitude.index + 4)
             target = np.array(attitude.target)
             end[own] = target if start[own] @ target >= 0 else -target
+        end = pointed(problem.model, goal, end[None])[0]
         circles = self.circles
         end[circles] -= 2 * np.pi * np.round((end[circles] - start[circles]) / (2 * np.pi))
         if len(turns):

@@ -106,7 +106,8 @@ def descend(
         done = change.promised <= STILL * before and sum(missing) <= enough
         stuck = restoring and so_far < NEARLY and sum(found) > 0.5 * so_far
         radius = _radius(radius, ratio, change.length)
-        course.append(sum(missing))
+        if ratio > ACCEPTED or len(course) > 1 or made > FEW:  # else a region has yet to be found
+            course.append(sum(missing))
         stuck |= len(course) > FEW and course[-1] > (1 - pace) * course[-1 - FEW]
         if done or stuck or radius < SMALLEST:
             break

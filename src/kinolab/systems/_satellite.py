@@ -31,6 +31,7 @@ from kinolab.dynamics.shapes import AxisName
 MOMENTS = (10.0, 12.0, 8.0)  # [kg m^2] of the whole satellite with its wheels held
 FASTEST = 418.9  # [rad/s], 4000 turns a minute
 STRONGEST = 0.1  # [N m]
+TURNED = 1000.0  # [rad] that a wheel turns in a manoeuvre, which is a large difference
 SMOOTHING = 0.1  # [rad/s] of dry friction in a bearing
 GOLD, BLUE, DARK, GREY = (0.87, 0.69, 0.3), (0.16, 0.27, 0.52), (0.2, 0.22, 0.26), (0.6, 0.62, 0.65)
 
@@ -44,13 +45,13 @@ def satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
     A wheel resists half as much across its axis as along it. What a wheel that does not turn
     weighs is part of the bus.
     """
-    bus, I_w = orient(rotation("R", speed=0.3)), parameter("I_w", 0.01, "kg m^2")
+    bus, I_w = orient(rotation("R", speed=0.1)), parameter("I_w", 0.01, "kg m^2")
     moments = [
         parameter(f"J_{axis}", J, "kg m^2") - sum(I_w if w == axis else I_w / 2 for w in wheels)
         for axis, J in zip("xyz", MOMENTS, strict=True)
     ]
     hull = Body("bus", bus, inertia=tuple(moments), shape=Box(1.0, 1.0, 1.2), color=GOLD)
-    angles = {axis: angle(f"wheel_{axis}", speed=FASTEST) for axis in wheels}
+    angles = {axis: angle(f"wheel_{axis}", speed=FASTEST, scale=TURNED) for axis in wheels}
     turning = {axis: _wheel(bus, axis, q, I_w) for axis, q in angles.items()}
     return System(
         name,
