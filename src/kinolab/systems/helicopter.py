@@ -5,16 +5,12 @@ from __future__ import annotations
 import sympy
 
 from kinolab.dynamics import (
-    Attitude,
     Body,
     Box,
     Capsule,
     Control,
-    Coordinate,
     Cylinder,
     Disk,
-    Reference,
-    Regulator,
     Shape,
     System,
     Wrench,
@@ -22,7 +18,6 @@ from kinolab.dynamics import (
     move,
     orient,
     parameter,
-    rate,
     rot_x,
     rotation,
     toward,
@@ -42,8 +37,7 @@ def helicopter() -> System:
     its hub and by the stiffness of its blades. The main rotor turns clockwise seen from above, so
     that its drag turns the body to the left and the tail rotor pushes the tail to the left.
     Rotors turn at a governed speed and have no inertia of their own; drag of the fuselage and the
-    tail rotor's own torque are left out. Axes: x ahead, y to the left, z up. A controller follows
-    velocities along and across the heading, a climb rate and a turn rate.
+    tail rotor's own torque are left out. Axes: x ahead, y to the left, z up.
 
     Source: Koo, Sastry, Output tracking control design of a helicopter model based on approximate
     linearization, CDC 1998, with its drag of the rotor; an X-Cell .60 by Gavrilets, Mettler, Feron,
@@ -74,32 +68,6 @@ def helicopter() -> System:
         gravity=toward("-z", g),
         inputs=[T, T_t, a, b],
         efforts=[_main_rotor(fuselage, T, a, b), _tail_rotor(fuselage, T_t)],
-        feedback=_pilot((x, y, z), R),
-    )
-
-
-def _pilot(place: tuple[Coordinate, Coordinate, Coordinate], R: Attitude) -> Regulator:
-    """Hold velocities along and across the heading, a climb rate and a turn rate.
-
-    It looks at the vertical as the body sees it, which says how it leans whatever its heading is.
-    """
-    a, b, c, w = R.quaternion
-    ahead_of, left_of = 2 * (a * c - w * b), 2 * (b * c + w * a)  # of the vertical, in body axes
-    cosine, sine = w * w + a * a - b * b - c * c, 2 * (w * c + a * b)
-    level = sympy.sqrt(cosine**2 + sine**2)
-    vx, vy, vz = (rate(axis) for axis in place)
-    ahead, aside = (cosine * vx + sine * vy) / level, (cosine * vy - sine * vx) / level
-    roll, pitch, yaw = R.turn_rate
-    held = {ahead: ("ahead", 3.0), aside: ("aside", 1.5), vz: ("climb", 1.5), yaw: ("yaw", 1.0)}
-    references = [
-        Reference(name, limit=limit, unit="rad/s" if name == "yaw" else "m/s")
-        for name, limit in held.values()
-    ]
-    rates = {ahead: 1.0, aside: 1.0, vz: 1.0, pitch: 1.0, roll: 1.0, yaw: 1.0}
-    return Regulator(
-        references,
-        tracked={ahead_of: 0.15, left_of: 0.15, **rates},
-        about=dict(zip(held, (entry.symbol for entry in references), strict=True)),
     )
 
 
