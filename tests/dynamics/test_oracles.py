@@ -42,8 +42,14 @@ from tests.machines import MACHINES, four_bar, trident_snake, wheeled_hull
 
 Array = NDArray[np.float64]
 
+
+def plant(name: str) -> System:
+    """Return a registered machine without its controller: laws of mechanics speak of its inputs."""
+    return kinolab.systems.get(name).with_feedback(None)
+
+
 MAKERS: dict[str, Callable[[], System]] = dict(MACHINES)
-MAKERS |= {name: partial(kinolab.systems.get, name) for name in kinolab.systems.names()}
+MAKERS |= {name: partial(plant, name) for name in kinolab.systems.names()}
 
 # Where a chart ends: the snakeboard's with parallel wheels, and heading along y; the bicycle's
 # where it lies on its side, which takes a second unless it rides.

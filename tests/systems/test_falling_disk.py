@@ -100,7 +100,7 @@ def contact_velocity(disk: Frame, phi: Any, r: Any) -> tuple[Any, Any]:
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return systems.get("falling_disk").model()
+    return systems.get("falling_disk").model().plant
 
 
 def moments(k: float) -> dict[str, float]:

@@ -23,7 +23,7 @@ STRAIGHT = 1e-12  # [m] or [rad]
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return systems.get("motorcycle").model()
+    return systems.get("motorcycle").model().plant
 
 
 @pytest.fixture(scope="module")

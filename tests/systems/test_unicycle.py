@@ -61,7 +61,7 @@ def held(machine: System) -> System:
 def test_without_body_and_reaction_wheel_it_is_the_coin_that_falls() -> None:
     """At any pitch that is held: what has no mass cannot matter. Accelerations reach 100."""
     without = held(systems.get("unicycle")).model()
-    coin = systems.get("falling_disk", m=M_W, R=R).model()
+    coin = systems.get("falling_disk", m=M_W, R=R).model().plant
     x = 2 * random(50, 10)
     x[:, 3] /= 2
     shared = [0, 1, 2, 3, 4, 7, 8, 9]

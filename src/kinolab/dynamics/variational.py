@@ -91,7 +91,7 @@ class VariationalIntegrator:
 
     def __init__(self, system: System) -> None:
         _check(system)
-        self.model = Model(system)
+        self.model = Model(system.with_feedback(None))  # it is pushed by inputs, not by a law
         content = f"variational {machine_to_json(system)}"
         _, code = cached(content, lambda: ({}, _build(system, self.model.redundant)))
         self._library = link(code, ["march", "saddle"])

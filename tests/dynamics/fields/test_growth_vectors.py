@@ -50,7 +50,7 @@ from kinolab.dynamics import (
 from kinolab.dynamics.energies import kinetic_energy
 from kinolab.errors import InputError, UnknownNameError
 from tests.machines import MACHINES as TEST_MACHINES
-from tests.machines import kinematic_car, rope_pendulum, satellite, trident_snake
+from tests.machines import kinematic_car, rope_pendulum, trident_snake, wheeled_hull
 from tests.oracles.prime_field import growth_over_primes
 
 x, y, z, w, s = sp.symbols("x y z w s", real=True)
@@ -102,7 +102,7 @@ def zero_momentum_satellite() -> System:
 
     The momentum in body axes follows from the kinetic energy that kinolab derives.
     """
-    whole = satellite()
+    whole = wheeled_hull()
     (R,) = (c for c in whole.coordinates if isinstance(c, Attitude))
     wheels = [c for c in whole.coordinates if isinstance(c, Coordinate)]
     energy = kinetic_energy(whole)
@@ -216,7 +216,7 @@ def test_a_car_straight_ahead_takes_a_field_more_to_choose_its_wheels_turns(
 
 def test_wheels_inside_a_satellite_change_no_momentum() -> None:
     """Of 12 states three follow from the angular momentum, whatever three motors do."""
-    found = filtration(vector_fields(satellite()), strong=True)
+    found = filtration(vector_fields(wheeled_hull()), strong=True)
     assert (found.rank, found.dimension, found.complete, found.full) == (9, 12, True, False)
 
 

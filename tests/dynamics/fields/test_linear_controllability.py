@@ -27,7 +27,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.fields.reachable import reachable_subspace
 from kinolab.errors import InputError, UnknownNameError
-from tests.machines import four_bar, kinematic_car, satellite
+from tests.machines import four_bar, kinematic_car, wheeled_hull
 
 # --- the reachable subspace ---
 
@@ -111,7 +111,7 @@ def test_a_car_does_not_move_aside_to_first_order() -> None:
 
 def test_a_satellites_momentum_moves_nothing() -> None:
     """J w + I Omega stays; the norm of the quaternion is no state."""
-    found = linear_controllability(satellite().model(), satellite().model().rest())
+    found = linear_controllability(wheeled_hull().model(), wheeled_hull().model().rest())
     assert (found.rank, found.dimension) == (6, 12)
     assert len(found.directions) == 6
     assert not any("R_w " in f"{direction} " for direction in found.directions)

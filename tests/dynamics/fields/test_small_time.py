@@ -29,7 +29,7 @@ from kinolab.dynamics import (
     vector_fields,
 )
 from kinolab.errors import InputError
-from tests.machines import kinematic_car, satellite
+from tests.machines import kinematic_car, wheeled_hull
 
 x, y, z, w = sp.symbols("x y z w", real=True)
 
@@ -93,7 +93,7 @@ def test_a_coin_that_rolls_does_not_stay() -> None:
 
 
 def test_what_momentum_forbids_is_out_of_reach() -> None:
-    found = small_time_controllability(vector_fields(satellite()), {})
+    found = small_time_controllability(vector_fields(wheeled_hull()), {})
     assert found.outcome is SmallTime.UNREACHABLE
     assert found.controllable is False
 
