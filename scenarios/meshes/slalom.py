@@ -3,7 +3,6 @@
 | file                | for          | length | half width | barriers at x | way past each |
 |---------------------|--------------|--------|------------|---------------|---------------|
 | disk_slalom.stl     | falling disk | 15     | 2.6        | 3.5, 7, 10.5  | 2.2           |
-| unicycle_slalom.stl | unicycle     | 7      | 1.3        | 2, 4.2        | 1.2           |
 | chicane.stl         | motorcycle   | 110    | 8.0        | 30, 55, 80    | 6.5           |
 
 A barrier leaves the way open on one side; the next one leaves it open on the other. The kerbs along
@@ -41,18 +40,12 @@ class Course:
 
 
 DISK = Course(15.0, 2.6, (3.5, 7.0, 10.5), 0.4, 0.5, 0.16)
-UNICYCLE = Course(7.0, 1.3, (2.0, 4.2), 0.1, 0.25, 0.08)
 CHICANE = Course(110.0, 8.0, (30.0, 55.0, 80.0), 1.5, 0.9, 0.6)
 
 
 def disk_slalom() -> Solid:
     """Return low walls with poles at their ends."""
     return _course(DISK, _wall)
-
-
-def unicycle_slalom() -> Solid:
-    """Return planks with poles at their ends, as on a workshop's floor."""
-    return _course(UNICYCLE, _wall)
 
 
 def chicane() -> Solid:
@@ -123,7 +116,7 @@ def _tyres(course: Course) -> list[Solid]:
     for k in range(len(course.barriers)):
         x, _, end = _ends(course, k)
         for n in range(3):
-            z = 0.24 * n
+            z = 0.25 * n  # a gap between tyres
             ring = turned([(0.33, z), (0.4, z + 0.05), (0.4, z + 0.19), (0.33, z + 0.24)], 24)
             parts.append(ring.moved(x, end + np.sign(end) * 0.2))
     posts = [box((0.3, 0.3, 5.0), (6.0, side * (course.half - 0.3), 0.0)) for side in (-1, 1)]
@@ -137,5 +130,4 @@ def _tyres(course: Course) -> list[Solid]:
 MESHES = {
     "chicane.stl": chicane,
     "disk_slalom.stl": disk_slalom,
-    "unicycle_slalom.stl": unicycle_slalom,
 }

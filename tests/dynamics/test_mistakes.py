@@ -64,16 +64,19 @@ def test_two_bodies_of_one_name() -> None:
 
 def test_two_coordinates_of_one_name() -> None:
     assert mistakes_of(Body("b", move(X, length("x")), mass=1)) == [
-        "name 'x': 2 coordinates, rates, inputs, states or parameters have this name. "
+        "name 'x': 2 coordinates, rates, inputs, states, "
+        "references or parameters have this name. "
         "Give each a name of its own.",
-        "name 'x_dot': 2 coordinates, rates, inputs, states or parameters have this name. "
+        "name 'x_dot': 2 coordinates, rates, inputs, states, "
+        "references or parameters have this name. "
         "Give each a name of its own.",
     ]
 
 
 def test_a_parameter_named_like_a_rate() -> None:
     assert mistakes_of(ball(mass=parameter("x_dot", 1))) == [
-        "name 'x_dot': 2 coordinates, rates, inputs, states or parameters have this name. "
+        "name 'x_dot': 2 coordinates, rates, inputs, states, "
+        "references or parameters have this name. "
         "Give each a name of its own."
     ]
 
@@ -81,7 +84,8 @@ def test_a_parameter_named_like_a_rate() -> None:
 def test_two_parameters_of_one_name() -> None:
     inertia = parameter("m", 1.0, "kg m^2")
     assert mistakes_of(ball(mass=MASS, inertia=inertia)) == [
-        "name 'm': 2 coordinates, rates, inputs, states or parameters have this name. "
+        "name 'm': 2 coordinates, rates, inputs, states, "
+        "references or parameters have this name. "
         "Give each a name of its own."
     ]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.dynamics.derivation import derive
 from kinolab.dynamics.fields.points import first
 from kinolab.dynamics.fields.vector_fields import VectorFields
+from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.linear import Guards
 from kinolab.dynamics.symbols import Attitude
 from kinolab.dynamics.system import System
@@ -133,8 +135,19 @@ def _prolonged(
         drift=(*derivative, *(tape.zero for _ in inputs)),
         inputs=unit,
         dimension=whole.dimension + len(inputs),
+        points=tuple({**point, **_within_limits(system, point)} for point in whole.points),
         prolonged=True,
     )
+
+
+def _within_limits(system: System, point: Mapping[str, float]) -> dict[str, float]:
+    """Return sampled inputs moved well between their limits: a thrust must not be negative."""
+    moved = {}
+    for entry in system.inputs:
+        lower, upper = bounds_of(entry)
+        share = 0.5 + 0.25 * math.tanh(point[entry.name])
+        moved[entry.name] = lower + share * (upper - lower)
+    return moved
 
 
 def _with_own_velocities(system: System) -> System:
