@@ -134,7 +134,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 def test_a_terminal_shows_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = terminal(monkeypatch)
-    with commands._compilation_told(commands._Progress(quiet=False)):
+    with commands._compilation_told(commands.Progress(quiet=False)):
         assert fresh() == 3
     shown = re.sub(r": [0-9]+ s, ", ": … s, ", screen.getvalue()).split("\r\033[K")
     assert shown == ["", f"{LINE}: … s, 1 function …", f"{LINE}: … s, 2 functions …"]
@@ -142,13 +142,13 @@ def test_a_terminal_shows_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_a_quiet_command_says_nothing_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = terminal(monkeypatch)
-    with commands._compilation_told(commands._Progress(quiet=True)):
+    with commands._compilation_told(commands.Progress(quiet=True)):
         fresh()
     assert screen.getvalue() == ""
 
 
 def test_a_log_is_told_at_most_every_five_seconds(capsys: pytest.CaptureFixture[str]) -> None:
-    progress = commands._Progress(quiet=False)
+    progress = commands.Progress(quiet=False)
     progress("searching")
     with commands._compilation_told(progress):
         fresh()
@@ -159,7 +159,7 @@ def test_what_was_compiled_before_is_not_told(monkeypatch: pytest.MonkeyPatch) -
     screen = terminal(monkeypatch)
     function = numba.njit(lambda x: x + 1)
     function(1)
-    with commands._compilation_told(commands._Progress(quiet=False)), compilation() as counted:
+    with commands._compilation_told(commands.Progress(quiet=False)), compilation() as counted:
         function(1)
     assert (counted.functions, counted.seconds) == (0, 0.0)
     assert screen.getvalue() == ""
