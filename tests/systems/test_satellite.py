@@ -201,7 +201,7 @@ def test_two_wheels_turn_it_about_the_third_axis_by_going_back_and_forth(
 def planned() -> tuple[Problem, Trajectory]:
     """The scenario, and the plan of the first seed."""
     problem = kinolab.load("satellite_pointing")
-    plan = problem.solve(seed=1)
+    plan = problem.solve(seed=1, optimize=False)  # the same one however fast the machine is
     assert plan.exit_code == 0
     assert plan.trajectory is not None
     return problem, plan.trajectory
