@@ -151,7 +151,8 @@ class Model:
 
     def address(self, function: str) -> int:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
-        return self._library.address(PREFIX * (function in self._closed) + function)
+        name = PREFIX + function if function in self._closed else function
+        return self._library.address(name)
 
     @cached_property
     def plant(self) -> Model:

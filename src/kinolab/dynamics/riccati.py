@@ -5,7 +5,8 @@ Source: Anderson, Moore, Optimal Control: Linear Quadratic Methods, 1990, chapte
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Callable
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,7 @@ def lqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     Raises:
         NotStabilisableError: If there is no such gain.
     """
-    try:
-        P = solve_continuous_are(A, B, Q, R)
-    except (LinAlgError, ValueError) as error:
-        raise NotStabilisableError(f"there is no stabilising gain ({error})") from error
+    P = _solution(solve_continuous_are, A, B, Q, R)
     return np.linalg.solve(R, B.T @ P)
 
 
@@ -59,11 +57,16 @@ def dlqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     Raises:
         NotStabilisableError: If there is no such gain.
     """
+    P = _solution(solve_discrete_are, A, B, Q, R)
+    return np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
+
+
+def _solution(solve: Callable[..., Any], *matrices: Array) -> Any:
+    """Return the stabilising solution of a Riccati equation."""
     try:
-        P = solve_discrete_are(A, B, Q, R)
+        return solve(*matrices)
     except (LinAlgError, ValueError) as error:
         raise NotStabilisableError(f"there is no stabilising gain ({error})") from error
-    return np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
 
 
 def tvlqr(A: Array, B: Array, Q: Array, R: Array, final: Array) -> Array:
