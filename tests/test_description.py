@@ -122,7 +122,7 @@ def test_every_machine_is_described_in_words_and_in_data(name: str) -> None:
     assert len(data["modes"]) == 6
     assert all(entry["name"] in text for entry in (*data["inputs"], *data["constraints"]))
     assert max(map(len, text.splitlines())) <= 100
-    model = machine(name).model()
+    model = machine(name).model().plant
     for rest in data["rests"]:
         x = [rest["state"][state] for state in model.state_names]
         u = [rest["held"][control] for control in model.control_names]
@@ -180,3 +180,11 @@ def test_the_command_describes_a_machine_of_ones_own(
 def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["describe", "rolling_disc"]) == 2
     assert "Did you mean 'rolling_disk'?" in capsys.readouterr().err
+
+
+def test_a_controller_that_must_not_rest_says_nothing_of_where_its_machine_can() -> None:
+    """The coin stands on its rim without torque; its controller wants at least 1.2 m/s."""
+    disk = systems.get("falling_disk")
+    controlled, alone = map(description_to_json, map(describe, (disk, disk.with_feedback(None))))
+    assert controlled == alone
+    assert not any("no state was found" in text for text in controlled["left_out"])

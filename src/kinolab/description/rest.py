@@ -58,7 +58,7 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
         fields: Its vector fields.
         left_out: Gains sentences about what could not be found out.
     """
-    model = system.model()
+    model = system.model().plant  # a controller may refuse to rest; the machine can
     elsewhere = [_place(model, fields, point) for point in fields.points]
     found = equilibrium(model, [model.rest(), *elsewhere])
     if found is None:
