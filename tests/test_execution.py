@@ -170,3 +170,11 @@ def test_plan_execute_counts_and_draws(
     assert not (tmp_path / "execution.json").exists()
     assert run(["execute", str(tmp_path), "--noise", "-1"]) == 2
     assert "--noise" in capsys.readouterr().err
+
+
+def test_leaving_the_workspace_is_no_success(problem: Problem, trajectory: Trajectory) -> None:
+    fenced = replace(problem, world=replace(problem.world, bounds={"x": (-1.0, 1.5)}))
+    (one,) = execute(fenced, trajectory, Conditions(), runs=1).runs
+    assert one.outcome == "strayed"
+    assert one.x[-1][0] > 1.5 - 1.0  # a pole that leans ahead leaves it first
+    assert len(one.x) < len(trajectory.x)

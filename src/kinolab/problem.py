@@ -137,7 +137,7 @@ class Problem:
             for name, value, (lower, upper) in zip(names, values, bounds, strict=True):
                 if not lower - ROUNDING <= value <= upper + ROUNDING:
                     yield name, float(value), float(lower), float(upper)
-        yield from self._outside_world(self.frames(x))
+        yield from self.outside_world(self.frames(x))
 
     def outside_limits(self, x: Array) -> NDArray[np.bool_]:
         """Say of several states (m, nx) which have ``limit_violations``, shape (m,)."""
@@ -149,11 +149,15 @@ class Problem:
             for axis, limits in self.world.bounds.items():
                 outside = outside | _outside(frames[:, :, "xyz".index(axis), 3], np.array([limits]))
             for k in np.flatnonzero(~outside) if self.keep_outs else ():
-                outside[k] = any(True for _ in self._outside_world(frames[k].reshape(-1, 12)))
+                outside[k] = any(True for _ in self.outside_world(frames[k].reshape(-1, 12)))
         return outside
 
-    def _outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
-        """Yield the bodies whose origin is outside the workspace, and axes in forbidden cones."""
+    def outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
+        """Yield what is outside the workspace or in a forbidden cone: (name, value, lower, upper).
+
+        Args:
+            frames: Poses of the bodies, shape (bodies, 12).
+        """
         for cone in self.keep_outs:
             angle = cone.angle(frames)
             if not angle >= cone.half_angle - ROUNDING:

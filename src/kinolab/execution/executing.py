@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.execution.conditions import Conditions
+from kinolab.execution.surveillance import Fault, Surveillance
 from kinolab.execution.tracking import Tracker
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.world import CollisionChecker
 
 Array: TypeAlias = NDArray[np.float64]
-Outcome: TypeAlias = Literal["reached", "missed", "collided", "lost"]
+Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
 
 SETTLE = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
 
@@ -29,9 +29,10 @@ class Executed:
     """One time that a plan was carried out.
 
     Attributes:
-        outcome: ``reached`` the goal; ``missed`` it; ``collided`` before; or ``lost``, where the
-            motion left what the equations describe.
-        x: States, one per step, shape (steps + 1, nx); up to the goal or the collision.
+        outcome: ``reached`` the goal; ``missed`` it; ``collided`` before; ``strayed`` from the
+            workspace or into a forbidden cone; or ``lost``, where the motion left what the
+            equations describe.
+        x: States, one per step, shape (steps + 1, nx); up to the goal or what ended it.
         excess: How far outside the goal it came nearest around the plan's end, in tolerances
             of the plan.
         off: Largest distance of a state's entry from the plan, weighted, shape (steps + 1,).
@@ -71,7 +72,7 @@ class Execution:
 
     @property
     def reached(self) -> int:
-        """How often it reached the goal without touching anything."""
+        """How often it reached the goal without touching anything or straying."""
         return self.counts.get("reached", 0)
 
 
@@ -101,10 +102,11 @@ def execute(
     """
     if not len(trajectory.u):
         raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
-    tracker, made = Tracker.along(problem, trajectory), []
+    tracker, surveillance, made = Tracker.along(problem, trajectory), Surveillance(problem), []
     for k in range(runs):
         generator = np.random.default_rng([seed, k])
-        made.append(_Run(problem, trajectory, tracker, conditions, generator).result())
+        run = _Run(problem, trajectory, tracker, surveillance, conditions, generator)
+        made.append(run.result())
         told(k + 1)
     return Execution(conditions, seed, tuple(made))
 
@@ -117,11 +119,12 @@ class _Run:
         problem: Problem,
         trajectory: Trajectory,
         tracker: Tracker,
+        surveillance: Surveillance,
         conditions: Conditions,
         generator: np.random.Generator,
     ) -> None:
         self._problem, self._plan, self._tracker = problem, trajectory, tracker
-        self._model = problem.whole or problem.model
+        self._model, self._surveillance = problem.whole or problem.model, surveillance
         self._conditions, self._generator = conditions, generator
         self._parameters = conditions.machine(self._model, generator)
         spans = np.diff(trajectory.t)
@@ -132,22 +135,25 @@ class _Run:
 
     def result(self) -> Executed:
         """Move until the goal is reached around the plan's end, or it is too late."""
-        states, outcome, nearest = [self._plan.x[0]], "missed", math.inf
+        states, nearest = [self._plan.x[0]], math.inf
+        outcome: Outcome = "missed"
         try:
             for k, span in enumerate(self._spans):
                 states.append(self._moved(k, states[-1], span))
                 if k + 1 >= self._first:
-                    nearest = min(nearest, self._problem.goal_excess(states[-1]))
+                    excess = self._surveillance.goal_excess(states[-1], self._parameters)
+                    nearest = min(nearest, excess)
                 if nearest <= self._enough:
                     outcome = "reached"
                     break
         except KinolabError:
             outcome = "lost"
         x = np.array(states)
-        hit = self._first_collision(x)
-        if hit is not None:
-            outcome, x = "collided", x[: hit + 1]
-        return Executed(outcome, x, nearest, self._off(x), self._parameters)  # type: ignore[arg-type]
+        fault = self._surveillance.first_fault(x, self._parameters)
+        if fault is not None:
+            last, outcome = fault
+            x = x[: last + 1]
+        return Executed(outcome, x, nearest, self._off(x), self._parameters)
 
     def _moved(self, k: int, x: Array, span: float) -> Array:
         """Return the state after a step of the machine as it is, its controller believing else."""
@@ -162,21 +168,6 @@ class _Run:
         if not np.isfinite(after).all():
             raise KinolabError("the motion is not finite")
         return after
-
-    def _first_collision(self, x: Array) -> int | None:
-        problem, model = self._problem, self._problem.model
-        if self._parameters != problem.system.parameter_values:
-            system = problem.system.with_parameters(**self._parameters)
-            problem = replace(problem, system=system)  # a wheel may be larger, too
-        ends = model.cables(x, **self._parameters) if problem.cables else None
-        frames = model.frames(x, **self._parameters)
-        return self._checker(problem).first_collision(frames, ends)
-
-    def _checker(self, problem: Problem) -> CollisionChecker:
-        """Return what tells contact with the machine as it is; the world's clearance is no part."""
-        world = replace(problem.world, clearance=0.0)
-        pairs = problem.system.collisions
-        return CollisionChecker(problem.bodies, world, cables=problem.cables, self_pairs=pairs)
 
     def _off(self, x: Array) -> Array:
         planned = self._plan.x

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = NDArray[np.float64]
 
-COLOURS = {"reached": "#2a7de1", "missed": "#e0a100", "collided": "#d62728", "lost": "#7b3294"}
+COLOURS = {
+    "reached": "#2a7de1",
+    "missed": "#e0a100",
+    "collided": "#d62728",
+    "strayed": "#e377c2",
+    "lost": "#7b3294",
+}
 SIZE = (11.0, 4.8)  # inches
 BAND = (5.0, 95.0)  # percentiles
 MOST_FACES = 20_000  # of a mesh that are drawn
