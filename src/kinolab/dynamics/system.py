@@ -166,9 +166,10 @@ class System:
 
     def number(self, expression: Any) -> float:
         """Evaluate an expression in parameters alone."""
-        values = self.parameter_values
-        named = {parameter: values[parameter.name] for parameter in self.parameters}
-        return float(exact(expression).subs(named))
+        stated, values = exact(expression), self.parameter_values
+        known = (entry for entry in stated.atoms(Parameter) if entry.name in values)
+        named = [(entry, values[entry.name]) for entry in known]
+        return float(stated.subs(named) if named else stated)
 
     def resolved_shapes(self, body: Body) -> tuple[Any, ...]:
         """Return a body's shapes with their dimensions as numbers."""
