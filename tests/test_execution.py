@@ -11,6 +11,19 @@ import pytest
 
 import kinolab
 from kinolab.cli import run
+from kinolab.dynamics import (
+    Body,
+    Box,
+    Force,
+    System,
+    Viscous,
+    length,
+    move,
+    orient,
+    parameter,
+    rate,
+    rotation,
+)
 from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.execution import Conditions, Tracker, execute
@@ -88,7 +101,7 @@ def test_feedback_along_the_plan_makes_up_for_wrong_parameters(
     closed = execute(problem, trajectory, wrong, runs=20)
     assert closed.reached == 20
     tracker = Tracker.along(problem, trajectory)
-    assert tracker.gains.shape == (len(trajectory.u), 1, 4)
+    assert tracker.gains.shape == (len(trajectory.u) + 1, 1, 4)  # the last one holds its end
     worst = max(run.deviation for run in closed.runs)
     assert worst > 1e-3  # the machines do differ
 
@@ -142,6 +155,79 @@ def test_shares_are_shares() -> None:
         assert name in str(caught.value)
 
 
+CARRIAGE = """
+schema = 1
+title = "A carriage on rails"
+[system]
+file = "machine.json"
+[world]
+ground = "plane"
+[bounds]
+x = [-1.0, 6.0]
+[goal]
+x = 5.0
+[integration]
+step = 0.1
+"""
+
+
+@pytest.fixture
+def carriage(tmp_path: Path) -> tuple[Problem, Trajectory]:
+    """1 kg, pushed for a second and braked for one, in closed form; drag is not known to it."""
+    x, c = length("x", speed=2.0), parameter("c", 0.0, "N s/m")
+    frame = move(x, 0, 0.3)
+    box = Body("box", frame, mass=parameter("m", 1.0, "kg"), shape=Box(0.4, 0.3, 0.2))
+    inputs = [Force("push", on=box, along=frame.x, limit=2.0)]
+    machine = System("carriage", bodies=[box], inputs=inputs, efforts=[Viscous(rate(x), c)])
+    (tmp_path / "machine.json").write_text(machine_to_json(machine))
+    (tmp_path / "carriage.toml").write_text(CARRIAGE)
+    t = np.linspace(0.0, 2.0, 21)
+    gone = np.where(t < 1.0, t**2 / 2, 1.0 - (2.0 - t) ** 2 / 2)
+    states = np.stack([gone, np.minimum(t, 2.0 - t)], axis=1)
+    u = np.where(t[:-1] < 0.99, 1.0, -1.0)[:, None]
+    plan = Trajectory(t, states, u, ("x", "x_dot"), ("push",))
+    return kinolab.load(tmp_path / "carriage.toml"), plan
+
+
+def test_what_ends_at_rest_stays_there_though_it_was_braked_to_the_end(
+    carriage: tuple[Problem, Trajectory],
+) -> None:
+    (one,) = execute(*carriage, Conditions(built={"m": 1.1}), runs=1).runs
+    assert one.outcome == "missed"  # the goal is elsewhere, so that it goes on
+    assert len(one.x) > len(carriage[1].x)
+    assert np.abs(one.x[-1] - (1.0, 0.0)).max() < 0.02
+
+
+def test_what_the_plan_did_not_know_shows_without_feedback(
+    carriage: tuple[Problem, Trajectory],
+) -> None:
+    """Pushed alike, with drag: v' = u - c v in closed form."""
+    c, plan = 0.4, carriage[1]
+    (alone,) = execute(*carriage, Conditions(built={"c": c}, tracked=False), runs=1).runs
+    end = (2.0 * np.exp(-c) - 1.0 - np.exp(-2.0 * c)) / c
+    assert alone.x[len(plan.u), 1] == pytest.approx(end, abs=1e-4)
+    (led,) = execute(*carriage, Conditions(built={"c": c}), runs=1, large=0.02).runs
+    assert led.deviation < alone.deviation / 5
+
+
+def test_a_parameter_that_does_not_exist_is_refused(
+    carriage: tuple[Problem, Trajectory],
+) -> None:
+    with pytest.raises(InputError, match="drag"):
+        execute(*carriage, Conditions(built={"drag": 1.0}))
+
+
+def test_machines_that_nobody_can_build_are_drawn_again() -> None:
+    """Two moments of inertia of a thin disk must add up to the third: half of all draws fail."""
+    m, J = parameter("m", 1.0, "kg"), parameter("J", 1.0, "kg m^2")
+    plate = Body("plate", orient(rotation("R", speed=1.0)), mass=m, inertia=(J, J, 2.0))
+    with pytest.raises(InputError):
+        System("plate", bodies=[plate]).with_parameters(J=0.9)
+    generator, conditions = np.random.default_rng(1), Conditions(parameters=0.05)
+    drawn = [conditions.machine(System("plate", bodies=[plate]), generator) for _ in range(20)]
+    assert all(1.0 <= machine.parameter_values["J"] <= 1.05 for machine in drawn)
+
+
 def test_a_plan_without_steps_cannot_be_carried_out(
     problem: Problem, trajectory: Trajectory
 ) -> None:
@@ -170,6 +256,8 @@ def test_plan_execute_counts_and_draws(
     assert not (tmp_path / "execution.json").exists()
     assert run(["execute", str(tmp_path), "--noise", "-1"]) == 2
     assert "--noise" in capsys.readouterr().err
+    assert run(["execute", str(tmp_path), "--set", "mass"]) == 2
+    assert "there is no '=' in it" in capsys.readouterr().err
 
 
 def test_leaving_the_workspace_is_no_success(problem: Problem, trajectory: Trajectory) -> None:

@@ -19,6 +19,22 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 @click.option("--parameters", **SHARE, help="Parameters vary by this share of their value.")
 @click.option("--noise", **SHARE, help="Of measured states, in shares of their scales.")
 @click.option("--disturbance", **SHARE, help="Of inputs, in shares of their range.")
+@click.option(
+    "--set",
+    "built",
+    metavar="NAME=VALUE",
+    multiple=True,
+    help="A parameter of the machine as it was built (repeated).",
+)
+@click.option(
+    "--large",
+    type=click.FloatRange(0.0, 1.0, min_open=True),
+    metavar="SHARE",
+    default=0.2,
+    show_default=True,
+    help="Deviation, of what [metric] calls large, that gains answer strongly: less is stiffer.",
+)
+@click.option("--untracked", is_flag=True, help="No gains along the plan.")
 @click.option("--runs", type=click.IntRange(1, 100_000), default=100, show_default=True)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -29,6 +45,9 @@ def carry_out(
     parameters: float,
     noise: float,
     disturbance: float,
+    built: tuple[str, ...],
+    large: float,
+    untracked: bool,
     runs: int,
     seed: int,
     as_json: bool,
@@ -47,14 +66,16 @@ def carry_out(
 
     INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
-    conditions = Conditions(parameters, noise, disturbance)
+    conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
     progress("reading the run and compiling the machine")
     run = read_run(folder)
 
     def told(made: int) -> None:
         progress(f"carried out {made} of {runs} times", passing=True)
 
-    execution = execute(run.problem, run.trajectory, conditions, runs=runs, seed=seed, told=told)
+    execution = execute(
+        run.problem, run.trajectory, conditions, runs=runs, seed=seed, large=large, told=told
+    )
     progress.close()
     report = execution_to_json(execution)
     with INTERRUPTS.writing():
@@ -71,3 +92,15 @@ def carry_out(
     click.echo(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})")
     click.echo(f"  largest deviation from the plan: {worst:.3g}, weighted")
     return 0
+
+
+def _values(texts: tuple[str, ...]) -> dict[str, Any]:
+    """Return values by name from ``NAME=VALUE``; whether a machine takes them it says itself."""
+    from kinolab.errors import InputError
+    from kinolab.scenario.overrides import apply_overrides
+
+    values: dict[str, Any] = {}
+    _, mistakes = apply_overrides(values, texts)
+    if mistakes:
+        raise InputError(mistakes)
+    return values

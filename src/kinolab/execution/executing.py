@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.execution.conditions import Conditions
 from kinolab.execution.surveillance import Fault, Surveillance
-from kinolab.execution.tracking import Tracker
+from kinolab.execution.tracking import LARGE, Tracker
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
@@ -83,6 +83,7 @@ def execute(
     *,
     runs: int = 100,
     seed: int = 1,
+    large: float = LARGE,
     told: Callable[[int], None] = lambda _: None,
 ) -> Execution:
     """Carry out a plan in closed loop, with gains along it that know the nominal machine.
@@ -95,14 +96,17 @@ def execute(
         conditions: What is wrong with the machine and its sensors.
         runs: How often.
         seed: Of the random numbers.
+        large: The deviation that gains along the plan answer with a quarter of the inputs' range,
+            as a share of what the metric calls large; less makes them stiffer.
         told: Is called with the number of runs made, after each.
 
     Raises:
-        InputError: If the plan has no steps.
+        InputError: If the plan has no steps, or the machine is not built with such parameters.
     """
     if not len(trajectory.u):
         raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
-    tracker, surveillance, made = Tracker.along(problem, trajectory), Surveillance(problem), []
+    tracker, surveillance = Tracker.along(problem, trajectory, large=large), Surveillance(problem)
+    made = []
     for k in range(runs):
         generator = np.random.default_rng([seed, k])
         run = _Run(problem, trajectory, tracker, surveillance, conditions, generator)
@@ -126,7 +130,8 @@ class _Run:
         self._problem, self._plan, self._tracker = problem, trajectory, tracker
         self._model, self._surveillance = problem.whole or problem.model, surveillance
         self._conditions, self._generator = conditions, generator
-        self._parameters = conditions.machine(self._model, generator)
+        self._built = conditions.machine(problem.system, generator)
+        self._parameters = self._built.parameter_values
         spans = np.diff(trajectory.t)
         later = math.ceil(SETTLE * trajectory.duration / spans[-1])
         self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
@@ -149,7 +154,7 @@ class _Run:
         except KinolabError:
             outcome = "lost"
         x = np.array(states)
-        fault = self._surveillance.first_fault(x, self._parameters)
+        fault = self._surveillance.first_fault(x, self._built)
         if fault is not None:
             last, outcome = fault
             x = x[: last + 1]
@@ -159,7 +164,10 @@ class _Run:
         """Return the state after a step of the machine as it is, its controller believing else."""
         problem, model = self._problem, self._model
         seen = self._conditions.measured(problem, x, self._generator)
-        acting = model.acting(seen, self._tracker.inputs(k, seen))
+        wanted = (
+            self._tracker.inputs(k, seen) if self._conditions.tracked else self._tracker.planned(k)
+        )
+        acting = model.acting(seen, wanted)
         held = self._conditions.disturbed(model.plant, acting, self._generator)
         settings = problem.scenario.integration
         after = model.plant.step(

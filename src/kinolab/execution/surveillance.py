@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics import System
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
@@ -26,14 +27,15 @@ class Surveillance:
     def __init__(self, problem: Problem) -> None:
         self._problem = replace(problem, world=replace(problem.world, clearance=0.0))
 
-    def first_fault(self, x: Array, parameters: dict[str, float]) -> tuple[int, Fault] | None:
+    def first_fault(self, x: Array, built: System) -> tuple[int, Fault] | None:
         """Return the first state in which something is wrong, and what; None for a sound motion.
 
         Args:
             x: States, shape (N, nx).
-            parameters: Of the machine that was there, by name.
+            built: The machine that was there.
         """
-        problem, model = self._as_built(parameters), self._problem.model
+        problem, model = self._as_built(built), self._problem.model
+        parameters = built.parameter_values
         frames = model.frames(x, **parameters)
         ends = model.cables(x, **parameters) if problem.cables else None
         hit = problem.checker().first_collision(frames, ends)
@@ -47,12 +49,11 @@ class Surveillance:
         goal, model = self._problem.goal, self._problem.model
         return goal.excess(x, model.frames(x, **parameters) if goal.needs_frames else None)
 
-    def _as_built(self, parameters: dict[str, float]) -> Problem:
+    def _as_built(self, system: System) -> Problem:
         """Return the problem of a machine whose shapes follow its parameters: larger wheels, say.
 
         Where they do not, it is the same one, whose search trees of meshes are there.
         """
-        system = self._problem.system.with_parameters(**parameters)
         built = replace(self._problem, system=system)
         same = built.bodies == self._problem.bodies and built.cables == self._problem.cables
         return self._problem if same else built

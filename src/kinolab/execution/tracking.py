@@ -11,16 +11,16 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import dlqr, tvlqr
-from kinolab.dynamics.riccati import NotStabilisableError
+from kinolab.dynamics import Model, tvlqr
 from kinolab.optimize.step_map import METHODS, StepMap
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-OFF = 0.2  # of what [metric] calls large: a deviation from the plan that counts
+LARGE = 0.2  # of what [metric] calls large: a deviation from the plan that counts
 EFFORT = 0.25  # of the range between an input's limits: a correction that counts as large
+STAYING = 1000  # steps after the plan for which its end is worth keeping
 ENDING = 10.0  # times the weight of a deviation on the way: one at the end of the plan
 FINE = 4  # substeps, where the problem's own integrator cannot be differentiated
 
@@ -32,9 +32,8 @@ class Tracker:
     Attributes:
         problem: Whose plan it is.
         x: Planned states, shape (N+1, nx).
-        u: Planned inputs, shape (N, nu).
-        gains: On the deviations, shape (N, nu, nx).
-        staying: Gain about the last state, shape (nu, nx).
+        u: Planned inputs, and those that hold the last state, shape (N+1, nu).
+        gains: On the deviations, and on those from the last state, shape (N+1, nu, nx).
         limits: Of the inputs, shape (nu, 2): all that the machine can do, [bounds] apart.
     """
 
@@ -42,40 +41,48 @@ class Tracker:
     x: Array
     u: Array
     gains: Array
-    staying: Array
     limits: Array
 
     @classmethod
-    def along(cls, problem: Problem, trajectory: Trajectory) -> Tracker:
-        """Design gains along a plan; it must have at least one step."""
+    def along(cls, problem: Problem, trajectory: Trajectory, *, large: float = LARGE) -> Tracker:
+        """Design gains along a plan.
+
+        Args:
+            problem: Whose plan it is.
+            trajectory: The plan, of at least one step.
+            large: The deviation that is worth a large correction, as a share of what the metric
+                calls large.
+        """
         model, settings = problem.whole or problem.model, problem.scenario.integration
         method, substeps = settings.method, settings.substeps
         if method not in METHODS:
             method, substeps = "rk4", FINE
         step = StepMap(model, method, substeps)
         x, u, spans = trajectory.x, trajectory.inputs, np.diff(trajectory.t)
+        u = np.vstack([u, _keeping(model, x[-1], u[-1])])
         slopes = [
             step.linearised(x[k : k + 1], u[k : k + 1], float(span))[1][0]
-            for k, span in enumerate(spans)
+            for k, span in enumerate([*spans, spans[-1]])
         ]
         table, nx = np.array(slopes), model.nx
         A, B = table[:, :, :nx], table[:, :, nx : nx + model.nu]
-        Q = np.diag((problem.weights / OFF) ** 2)
+        Q = np.diag((problem.weights / large) ** 2)
         R = np.diag((EFFORT * np.ptp(model.control_bounds, axis=1)) ** -2.0)
-        gains = tvlqr(A, B, Q, R, ENDING * Q)
-        return cls(
-            problem, x, u, gains, _staying(A[-1], B[-1], Q, R, gains[-1]), model.control_bounds
-        )
+        gains = [*tvlqr(A[:-1], B[:-1], Q, R, ENDING * Q), _staying(A[-1], B[-1], Q, R)]
+        return cls(problem, x, u, np.array(gains), model.control_bounds)
+
+    def planned(self, k: int) -> Array:
+        """Return the inputs that were planned for step k, or for staying there, shape (nu,)."""
+        return np.asarray(self.u[min(k, len(self.u) - 1)])
 
     def inputs(self, k: int, seen: Array) -> Array:
         """Return the inputs of step k at a measured state, within their limits, shape (nu,).
 
-        After the end of the plan its last inputs and its last state are what is kept to.
+        After the end of the plan its last state is what is kept to.
         """
-        step = min(k, len(self.u) - 1)
-        gain = self.gains[step] if k < len(self.u) else self.staying
-        off = self.deviation(self.x[min(k, len(self.u))], seen)
-        wanted: Array = np.clip(self.u[step] - gain @ off, *self.limits.T)
+        at = min(k, len(self.u) - 1)
+        off = self.deviation(self.x[at], seen)
+        wanted: Array = np.clip(self.u[at] - self.gains[at] @ off, *self.limits.T)
         return wanted
 
     def deviation(self, planned: Array, x: Array) -> Array:
@@ -90,9 +97,23 @@ class Tracker:
         return np.asarray(off)
 
 
-def _staying(A: Array, B: Array, Q: Array, R: Array, last: Array) -> Array:
-    """Return the gain about the last state; the last one of the plan where none is stabilising."""
-    try:
-        return dlqr(A, B, Q, R)
-    except NotStabilisableError:
-        return last
+def _keeping(model: Model, x: Array, u: Array) -> Array:
+    """Return inputs near others under which a state changes least, shape (nu,): they hold it there.
+
+    The inputs that end a plan are those that brake it.
+    """
+    slope = model.jacobian(x, u)[1]
+    change = np.linalg.lstsq(slope, model.f(x, u), rcond=None)[0]
+    kept: Array = np.clip(u - change, *model.control_bounds.T)
+    return kept
+
+
+def _staying(A: Array, B: Array, Q: Array, R: Array) -> Array:
+    """Return the gain about the last state, for so many steps that it hardly changes any more.
+
+    The algebraic equation has no solution where something can neither be changed nor fades: the
+    norm of a quaternion, the angular momentum of a satellite.
+    """
+    n, (nx, nu) = STAYING, B.shape
+    always, inputs = np.broadcast_to(A, (n, nx, nx)), np.broadcast_to(B, (n, nx, nu))
+    return np.asarray(tvlqr(always, inputs, Q, R, Q)[0])
