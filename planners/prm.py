@@ -64,7 +64,8 @@ class PRM(AbstractPlanner):
         }
         times = problem.step * np.arange(len(inputs) + 1, dtype=float)
         shares = explorer.rejections.shares()
-        return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares)
+        graph = explorer.roadmap.graph(problem.model.nx)
+        return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares, graph)
 
 
 def _grow(explorer: Explorer, count: int, budget: Budget) -> bool:

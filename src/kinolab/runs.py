@@ -27,6 +27,7 @@ from kinolab.loading import build_problem
 from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.scenario import Origin, Scenario, load_scenario, write_scenario
+from kinolab.search_graph import SearchGraph, read_graph
 from kinolab.trajectory import Trajectory, read_csv
 from kinolab.user_code import python_reference, text_of
 from kinolab.verification import Certificate, Check, verify
@@ -34,7 +35,8 @@ from kinolab.verification import Certificate, Check, verify
 SCHEMA_VERSION = 1
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
-OPTIONAL = ("trajectory.csv", "trajectory.npz", "result.yaml", "animation.gif", *EXECUTION)
+MOTION = ("trajectory.csv", "trajectory.npz", "search.npz")
+OPTIONAL = (*MOTION, "result.yaml", "animation.gif", *EXECUTION)
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,16 @@ class Run:
     problem: Problem
     report: dict[str, Any]
     trajectory: Trajectory
+
+    @property
+    def graph(self) -> SearchGraph | None:
+        """What the search explored, None where that was not kept.
+
+        Raises:
+            InputError: If its file is damaged.
+        """
+        path = self.folder / "search.npz"
+        return read_graph(path, self.problem.model.state_names) if path.is_file() else None
 
 
 def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
@@ -61,6 +73,8 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
         files["trajectory.csv"] = plan.trajectory.to_csv().encode()
         files["trajectory.npz"] = plan.trajectory.to_npz()
         files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
+    if plan.graph is not None:
+        files["search.npz"] = plan.graph.to_npz(problem.model.state_names)
     files["report.json"] = _json(report)
     stale = {*OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)

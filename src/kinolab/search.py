@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from kinolab.problem import Problem
+    from kinolab.search_graph import SearchGraph
 
 __all__ = [
     "AbstractPlanner",
@@ -59,6 +60,7 @@ class SearchResult:
         iterations: Number of extensions tried.
         statistics: Numbers worth reporting, by name.
         rejections: Share of all refused motions, by cause and by who is to blame.
+        graph: What it explored, None where a planner keeps nothing of the kind.
     """
 
     outcome: Outcome
@@ -67,6 +69,7 @@ class SearchResult:
     iterations: int
     statistics: Mapping[str, float] = field(default_factory=dict)
     rejections: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    graph: SearchGraph | None = None
 
 
 @dataclass

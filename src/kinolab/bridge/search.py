@@ -16,7 +16,9 @@ from kinolab.bridge.bridge import Bridge
 from kinolab.problem import Problem
 from kinolab.propagation.true_end import true_excess
 from kinolab.search import Budget, Outcome, SearchResult
+from kinolab.search_graph import SearchGraph
 
+MOST = 3000  # states that are copied out of OMPL, at 40 us each
 GROWTH = 1.5  # of the length of a round over the one before
 
 
@@ -80,7 +82,24 @@ def search(
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.counts.items()}
     statistics |= {"missed_the_goal_in_truth": float(misses), "restarts": float(rounds.restarts)}
     shares = bridge.rejections.shares()
-    return SearchResult(_outcome(rounds, len(u)), t, u, budget.iterations, statistics, shares)
+    graph = None if rounds.all_over else _graph(bridge, planner)  # it takes more time than is left
+    outcome = _outcome(rounds, len(u))
+    return SearchResult(outcome, t, u, budget.iterations, statistics, shares, graph)
+
+
+def _graph(bridge: Bridge, planner: Any) -> SearchGraph:
+    """Copy a planner's tree out of OMPL."""
+    data = ob.PlannerData(bridge.problem_definition.getSpaceInformation())
+    planner.getPlannerData(data)
+    size = data.numVertices()
+    parents = np.full(size, -1)
+    for k in range(size):
+        parents[list(data.getEdges(k))] = k
+
+    def states(kept: Any) -> Any:
+        return np.array([bridge.read(data.getVertex(int(k)).getState()) for k in kept])
+
+    return SearchGraph.of_tree(states, parents, most=MOST)
 
 
 class _Rounds:

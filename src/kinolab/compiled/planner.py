@@ -29,6 +29,7 @@ from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
 from kinolab.propagation.true_end import true_excess
 from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
+from kinolab.search_graph import SearchGraph
 from kinolab.tree_search import AbstractTreeSearch
 
 if TYPE_CHECKING:
@@ -331,5 +332,6 @@ def result(
     named = {"limit": LIMIT, "collision": COLLISION, "equations": EQUATIONS}
     counts = {f"rejected_by_{cause}": float(nodes.tally[k]) for cause, k in named.items()}
     counts |= {"propagations": float(nodes.tally[TRIED]), "nodes": float(nodes.size[0])}
-    times, inputs = rows(problem, u)
-    return SearchResult(outcome, times, inputs, budget.iterations, counts | statistics)
+    (times, inputs), size = rows(problem, u), int(nodes.size[0])
+    graph = SearchGraph.of_tree(lambda kept: nodes.x[kept], nodes.parent[:size])
+    return SearchResult(outcome, times, inputs, budget.iterations, counts | statistics, graph=graph)

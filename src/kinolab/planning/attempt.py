@@ -198,6 +198,7 @@ class _Attempt:
             {cause: dict(shares) for cause, shares in result.rejections.items()},
             message or result.outcome.value,
             interrupted=self.budget.interrupted,
+            graph=result.graph,
         )
 
 

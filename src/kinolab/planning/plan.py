@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
 
@@ -84,6 +85,7 @@ class Plan:
         attempts: How every seed ended that was tried, this one's included.
         interrupted: Whether the user ended the search; a plan that was verified before is kept.
         improvements: All motions that were verified, in the order of time.
+        graph: What the search explored that the motion began with; None where that is not kept.
     """
 
     status: str
@@ -101,6 +103,7 @@ class Plan:
     attempts: tuple[Attempt, ...] = ()
     interrupted: bool = False
     improvements: tuple[Improvement, ...] = ()
+    graph: SearchGraph | None = None
 
     @property
     def exit_code(self) -> int:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from kinolab.search_graph import SearchGraph
+
 Array: TypeAlias = NDArray[np.float64]
 
 
@@ -35,6 +37,11 @@ class Roadmap:
         known = self.motions.get((begin, end))
         if known is None or len(inputs) < len(known):
             self.motions[begin, end] = inputs
+
+    def graph(self, nx: int) -> SearchGraph:
+        """Return its states, of nx entries each, and which of them motions join."""
+        edges = np.array(list(self.motions), dtype=np.int32).reshape(-1, 2)
+        return SearchGraph(np.array(self.milestones).reshape(-1, nx), edges)
 
     def copy(self) -> Roadmap:
         """Return a roadmap to which milestones can be added without changing this one."""

@@ -1,0 +1,86 @@
+"""What a search has explored: states, and which of them it joined."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.errors import InputError, Mistake
+
+Array: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.integer]
+
+MOST = 10_000  # states that are kept of a tree: a picture shows no more
+
+
+@dataclass(frozen=True, eq=False)
+class SearchGraph:
+    """A tree or a roadmap of states.
+
+    Attributes:
+        x: States, shape (n, nx).
+        edges: Pairs of rows of ``x`` that were joined, the earlier one first, shape (m, 2).
+    """
+
+    x: Array
+    edges: Integers
+
+    @classmethod
+    def of_tree(
+        cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = MOST
+    ) -> SearchGraph:
+        """Return a tree, thinned to so many states where it has more.
+
+        What is left is joined to its nearest ancestor that is left.
+
+        Args:
+            states: Returns the states of some rows, shape (rows, nx).
+            parents: Row of each state's parent, shape (n,); -1 for a root.
+            most: States that are kept.
+        """
+        size = len(parents)
+        kept = np.zeros(size, dtype=bool)
+        kept[:: max(-(-size // most), 1)] = True
+        kept |= np.asarray(parents) < 0
+        above, own = np.asarray(parents).astype(np.int64), np.flatnonzero(kept)
+        ancestors = above[own]
+        while (skipped := (ancestors >= 0) & ~kept[ancestors]).any():
+            ancestors = np.where(skipped, above[ancestors], ancestors)
+        rows, joined = np.cumsum(kept) - 1, ancestors >= 0
+        edges = np.stack([rows[ancestors[joined]], rows[own[joined]]], axis=1)
+        return cls(np.array(states(own)), edges.astype(np.int32))
+
+    def to_npz(self, state_names: Sequence[str]) -> bytes:
+        """Return the file format of ``search.npz``."""
+        out = io.BytesIO()
+        np.savez_compressed(
+            out, x=self.x, edges=self.edges.astype(np.int32), state_names=np.array(state_names)
+        )
+        return out.getvalue()
+
+
+def read_graph(path: Path, state_names: Sequence[str]) -> SearchGraph:
+    """Read a ``search.npz``.
+
+    Raises:
+        InputError: If it is damaged or belongs to another machine.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            x, edges, names = file["x"], file["edges"], tuple(file["state_names"].tolist())
+    except (BadZipFile, EOFError, KeyError, OSError, ValueError) as error:
+        raise InputError(
+            [Mistake(str(path), f"it is damaged ({error}).", "Plan again.")]
+        ) from error
+    fits = x.ndim == 2 and names == tuple(state_names) and x.shape[1] == len(names)
+    inside = edges.ndim == 2 and edges.shape[1] == 2 and edges.dtype.kind == "i"
+    if not (fits and inside and (not edges.size or 0 <= edges.min() <= edges.max() < len(x))):
+        raise InputError([Mistake(str(path), "it is not of this machine.", "Plan again.")])
+    return SearchGraph(x, edges)
