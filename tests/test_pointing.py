@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -103,3 +104,16 @@ def test_a_picture_shows_where_an_axis_shall_and_must_not_point(tmp_path: Path) 
     assert (wanted.half_angle, forbidden.half_angle) == (0.02, 0.4)
     assert wanted.length == forbidden.length > 2.85  # [m] from the centre to the end of a wing
     assert shown.goal is None
+
+
+def test_a_clearance_widens_what_plans_keep_out_of_and_nothing_else(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, TURN + SUN.replace("half_angle", "clearance = 0.1\nhalf_angle"))
+    (cone,) = problem.keep_outs
+    frames = problem.frames(problem.start)
+    aside = (np.cos(0.45), np.sin(0.45), 0.0)  # [rad] from the axis; its direction stays apart
+    looking = replace(cone, direction=aside)
+    assert cone.half_angle == pytest.approx(0.5)
+    assert looking.angle(frames) < looking.half_angle
+    assert looking.angle(frames) > looking.forbidden.half_angle == pytest.approx(0.4)
+    shown = picture(problem, frames[None], np.zeros((1, 0, 2, 3)))
+    assert shown.cones[1].half_angle == pytest.approx(0.4)

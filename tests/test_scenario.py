@@ -575,7 +575,8 @@ direction_goal = st.fixed_dictionaries(
     {"body": name, "axis": axis, "target": direction}, optional={"tolerance": angle}
 )
 cone = st.fixed_dictionaries(
-    {"body": name, "axis": axis, "direction": direction, "half_angle": angle}
+    {"body": name, "axis": axis, "direction": direction, "half_angle": angle},
+    optional={"clearance": angle},
 )
 goal = st.builds(
     lambda free, fixed: {**free, **fixed},

@@ -62,7 +62,8 @@ def _cones(problem: Problem, poses: np.ndarray) -> Iterator[Cone]:
         yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
     for cone in problem.keep_outs:
         apex = _place(poses[cone.body])
-        yield Cone(apex, cone.direction, cone.half_angle, length, forbidden=True)
+        half_angle = cone.forbidden.half_angle
+        yield Cone(apex, cone.direction, half_angle, length, forbidden=True)
 
 
 def _reach(body: BodyGeometry) -> float:

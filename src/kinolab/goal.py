@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -66,13 +66,20 @@ class KeepOutCone:
         body: Index of the body.
         axis: Unit vector in the body's frame.
         direction: Unit vector in the world.
-        half_angle: Of the cone, in [rad].
+        half_angle: Of the cone that plans keep out of, in [rad].
+        clearance: How much of it is a distance that is kept from the forbidden one, in [rad].
     """
 
     body: int
     axis: tuple[float, float, float]
     direction: tuple[float, float, float]
     half_angle: float
+    clearance: float = 0.0
+
+    @property
+    def forbidden(self) -> KeepOutCone:
+        """The cone without the distance that plans keep from it."""
+        return replace(self, half_angle=self.half_angle - self.clearance, clearance=0.0)
 
     def angle(self, frames: Array) -> float:
         """Return the angle in [rad] between the axis and the direction at poses (bodies, 12)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -354,7 +355,8 @@ def _problem(scenario: Scenario, whole: Model, model: Model, world: World) -> Pr
                 [body.name for body in system.bodies].index(cone.body),
                 axis_vector(cone.axis),
                 _unit(cone.direction),
-                cone.half_angle,
+                min(cone.half_angle + cone.clearance, math.pi),
+                min(cone.clearance, math.pi - cone.half_angle),
             )
             for cone in scenario.keep_out
         ),

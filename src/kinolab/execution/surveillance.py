@@ -18,14 +18,16 @@ Fault: TypeAlias = Literal["collided", "strayed"]
 class Surveillance:
     """Judges motions of machines with other parameters in the world of a problem.
 
-    The world's clearance is what a plan keeps in reserve; here only contact counts.
+    What a plan keeps from obstacles and cones is its reserve; here they count as they are.
 
     Args:
         problem: Of the plan.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem = replace(problem, world=replace(problem.world, clearance=0.0))
+        world = replace(problem.world, clearance=0.0)
+        cones = tuple(cone.forbidden for cone in problem.keep_outs)
+        self._problem = replace(problem, world=world, keep_outs=cones)
 
     def first_fault(self, x: Array, built: System) -> tuple[int, Fault] | None:
         """Return the first state in which something is wrong, and what; None for a sound motion.

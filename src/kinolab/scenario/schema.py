@@ -213,6 +213,9 @@ class KeepOut(Section):
     axis: Axis
     direction: Direction
     half_angle: Angle
+    clearance: Annotated[
+        float, Field(ge=0, le=math.pi), Wanted("an angle from 0 to 3.14159 [rad]")
+    ] = 0.0  # that plans keep from the cone
 
 
 class IntegrationSection(Section):
