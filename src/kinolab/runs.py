@@ -25,6 +25,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
 from kinolab.loading import build_problem
 from kinolab.planning import Plan
+from kinolab.plots import FILES
 from kinolab.problem import Problem
 from kinolab.scenario import Origin, Scenario, load_scenario, write_scenario
 from kinolab.search_graph import SearchGraph, read_graph
@@ -36,7 +37,8 @@ SCHEMA_VERSION = 1
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
 MOTION = ("trajectory.csv", "trajectory.npz", "search.npz")
-OPTIONAL = (*MOTION, "result.yaml", "animation.gif", *EXECUTION)
+PLOTS = tuple(f"plots/{name}" for name in FILES)  # by ``plan plot``
+OPTIONAL = (*MOTION, "result.yaml", "animation.gif", *EXECUTION, *PLOTS)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import click
 from kinolab.cli.carrying_out import carry_out
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.plotting import plot
 from kinolab.cli.progress import Progress
 from kinolab.errors import InputError, KinolabError, Mistake
 
@@ -318,6 +319,7 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
 
 
 plan.add_command(carry_out)
+plan.add_command(plot)
 
 
 @plan.command("list")

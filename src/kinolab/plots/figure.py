@@ -1,0 +1,65 @@
+"""What all plots look like, and the bytes of a file."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Format: TypeAlias = Literal["svg", "png"]
+
+PLAN, START, GOAL, LIMIT = "#2a7de1", "#2ca02c", "#d62728", "#9a9a9a"
+WIDTH = 7.0  # inches, which fit a page
+RESOLUTION = 150  # dots per inch of a PNG
+STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "kinolab",  # the same plan gives the same file
+    "svg.fonttype": "none",  # text stays text, which can be searched and edited
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.6,
+}
+
+
+def figure_of(
+    rows: int, columns: int, size: tuple[float, float], title: str
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a table of axes, row by row.
+
+    Args:
+        rows: How many below one another.
+        columns: How many beside one another.
+        size: Width and height, in inches.
+        title: Above them.
+    """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        figure.suptitle(title)
+    return figure, list(axes)
+
+
+def written(figure: Figure, form: Format) -> bytes:
+    """Return a figure as a file."""
+    from matplotlib import rc_context
+
+    out = io.BytesIO()
+    undated = {"Date": None} if form == "svg" else {}
+    with rc_context(STYLE):
+        figure.savefig(out, format=form, dpi=RESOLUTION, metadata=undated)
+    return out.getvalue()
+
+
+def label(name: str, unit: str) -> str:
+    """Return how an axis is labelled."""
+    return f"{name} [{unit}]" if unit else name

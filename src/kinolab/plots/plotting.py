@@ -1,0 +1,50 @@
+"""All plots of a plan."""
+
+from __future__ import annotations
+
+from kinolab.plots.figure import Format, written
+from kinolab.plots.phase import phase_portraits
+from kinolab.plots.plane import configuration_plane
+from kinolab.plots.timelines import inputs_over_time, states_over_time
+from kinolab.problem import Problem
+from kinolab.search_graph import SearchGraph
+from kinolab.trajectory import Trajectory
+
+FORMS: tuple[Format, ...] = ("svg", "png")
+NAMES = ("states", "inputs", "phase", "configuration")
+FILES = tuple(f"{name}.{form}" for form in FORMS for name in NAMES)
+
+
+def plots(
+    problem: Problem,
+    trajectory: Trajectory,
+    graph: SearchGraph | None = None,
+    *,
+    form: Format = "svg",
+    plane: tuple[str, str] | None = None,
+) -> dict[str, bytes]:
+    """Return all plots that a plan gives, as files by their names.
+
+    Args:
+        problem: Whose plan it is.
+        trajectory: The plan.
+        graph: What the search explored, drawn in the configuration plane.
+        form: SVG or PNG.
+        plane: Coordinates of the configuration plane; those in which the plan moves most if left
+            out.
+
+    Raises:
+        InputError: If there is no such coordinate.
+    """
+    title = problem.scenario.title
+    figures = (
+        states_over_time(problem, trajectory, title),
+        inputs_over_time(problem, trajectory, title),
+        phase_portraits(problem, trajectory, title),
+        configuration_plane(problem, trajectory, graph, title, plane),
+    )
+    return {
+        f"{name}.{form}": written(figure, form)
+        for name, figure in zip(NAMES, figures, strict=True)
+        if figure is not None
+    }
