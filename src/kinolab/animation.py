@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from kinolab.problem import Problem
-from kinolab.render import Cone, Ghost, GoalRegion, Picture, gif_parts, make_film
+from kinolab.render import Cone, Ghost, GoalRegion, Picture, View, gif_parts, make_film, mp4
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import BodyGeometry, triangles
 
@@ -27,6 +28,45 @@ def animate(problem: Problem, trajectory: Trajectory) -> bytes:
         title=problem.scenario.title,
     )
     return b"".join(gif_parts(film, settings.size))
+
+
+def video(
+    problem: Problem,
+    trajectory: Trajectory,
+    *,
+    size: tuple[int, int] | None = None,
+    fps: float = 30.0,
+    speed: float | None = None,
+    view: View | None = None,
+) -> bytes:
+    """Return the trajectory as an MP4 film.
+
+    Args:
+        problem: Where it is.
+        trajectory: What is shown.
+        size: Width and height in [pixel]; even numbers. These and what follows are the scenario's
+            where left out.
+        fps: Frames per second.
+        speed: Seconds of motion per second of film.
+        view: From where it is seen.
+
+    Raises:
+        InputError: If PyAV is not installed, or the size is odd.
+    """
+    settings = problem.scenario.render
+    poses, size = problem.model.frames(trajectory.x), size or settings.size
+    shown = picture(problem, poses, problem.model.cables(trajectory.x))
+    film = make_film(
+        replace(shown, view=view or settings.view),
+        trajectory.t,
+        poses,
+        size=size,
+        fps=fps,
+        speed=speed or settings.speed,
+        title=problem.scenario.title,
+        video=True,
+    )
+    return mp4(film, size, fps)
 
 
 def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:

@@ -38,7 +38,8 @@ EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
 MOTION = ("trajectory.csv", "trajectory.npz", "search.npz")
 PLOTS = tuple(f"plots/{name}" for name in FILES)  # by ``plan plot``
-OPTIONAL = (*MOTION, "result.yaml", "animation.gif", *EXECUTION, *PLOTS)
+PICTURES = ("animation.gif", "animation.mp4")
+OPTIONAL = (*MOTION, "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
 @dataclass(frozen=True)

@@ -61,20 +61,21 @@ def make_film(
     fps: float = 25.0,
     speed: float = 1.0,
     title: str = "",
+    video: bool = False,
 ) -> Film:
-    """Resample a motion to frames and set its scene.
+    """Resample a motion to frames and set its scene; a video may have more frames than a GIF.
 
     Raises:
         ValueError: If times and poses do not fit together, are not finite, or times decrease.
     """
     t, table = np.asarray(times, dtype=np.float64), pose_table(poses)
     _check(t, table, len(picture.bodies))
-    playback = schedule(float(t[0]), float(t[-1]), fps, speed)
+    playback = schedule(float(t[0]), float(t[-1]), fps, speed, video=video)
     stage = build_stage(picture, table, size)
     if len(t) == 1:
         t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
     moved = interpolate_poses(t, table, playback.times)
-    moved = whirled(moved, [body.whirl for body in picture.bodies], playback.delay / 100.0)
+    moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
     return Film(stage, playback, moved, _cables(picture, t, playback.times), title)
 
 

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 Array: TypeAlias = NDArray[np.float64]
 
-MOST_FRAMES = 400
+MOST_FRAMES = 400  # of a picture that is mailed or shown on a page
 SHORTEST_DELAY = 2  # [1/100 s]; viewers slow down what asks for less
+MOST_OF_VIDEO = 100_000  # frames: an hour
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,20 +22,28 @@ class Playback:
 
     Args:
         times: Shape (nf,), the first and last are those of the motion.
-        delay: How long a frame stays, in [1/100 s].
+        period: How long a frame stays, in [s].
         speed: Seconds of motion per second of film.
     """
 
     times: Array
-    delay: int
+    period: float
     speed: float
 
+    @property
+    def delay(self) -> int:
+        """How long a frame stays, in [1/100 s]."""
+        return round(100.0 * self.period)
 
-def schedule(start: float, end: float, fps: float = 25.0, speed: float = 1.0) -> Playback:
-    """Spread frames over a motion, at most ``MOST_FRAMES`` of them.
 
-    The delay is a whole number of 1/100 s, as GIF demands, so ``fps`` is met approximately. A long
-    motion is shown faster, at a speed that is a multiple of a half.
+def schedule(
+    start: float, end: float, fps: float = 25.0, speed: float = 1.0, *, video: bool = False
+) -> Playback:
+    """Spread frames over a motion.
+
+    A frame stays for a whole number of 1/100 s, as GIF demands, so ``fps`` is met approximately,
+    and there are at most ``MOST_FRAMES`` of them: a long motion is shown faster, at a speed that is
+    a multiple of a half. A video meets ``fps`` and may be long.
 
     Raises:
         ValueError: If the motion ends before it starts, or a rate is not positive.
@@ -44,14 +53,14 @@ def schedule(start: float, end: float, fps: float = 25.0, speed: float = 1.0) ->
             f"a film needs end >= start, fps > 0 and speed > 0; "
             f"got start = {start}, end = {end}, fps = {fps}, speed = {speed}"
         )
-    delay = max(SHORTEST_DELAY, round(100.0 / fps))
-    slowest = (end - start) / ((MOST_FRAMES - 1) * delay / 100.0)
+    period = 1.0 / fps if video else max(SHORTEST_DELAY, round(100.0 / fps)) / 100.0
+    slowest = (end - start) / (((MOST_OF_VIDEO if video else MOST_FRAMES) - 1) * period)
     if speed < slowest:
         speed = float(np.ceil(2.0 * slowest - 1e-9) / 2.0)
-    step = speed * delay / 100.0
+    step = speed * period
     count = int(np.ceil((end - start) / step - 1e-9))
     times = np.append(start + step * np.arange(count), end)
-    return Playback(times, delay, speed)
+    return Playback(times, period, speed)
 
 
 def interpolate_poses(times: Array, poses: Array, at: Array) -> Array:
