@@ -32,9 +32,11 @@ from kinolab.user_code import python_reference, text_of
 from kinolab.verification import Certificate, Check, verify
 
 SCHEMA_VERSION = 1
+PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
-OPTIONAL = ("trajectory.csv", "trajectory.npz", "result.yaml", "animation.gif", *EXECUTION)
+PICTURES = ("animation.gif", PAGE, MODEL)
+OPTIONAL = ("trajectory.csv", "trajectory.npz", "result.yaml", *PICTURES, *EXECUTION)
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Run:
 
 
 def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
-    """Write all files of a run but its animation, and return its report.
+    """Write all files of a run but its pictures, and return its report.
 
     Files of an earlier run in the same folder are replaced; what this run does not have is
     removed, so that the folder never mixes two runs.
