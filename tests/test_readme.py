@@ -53,7 +53,10 @@ def masked(text: str) -> str:
     return re.sub(r"in [0-9.]+ s\b", "in … s", moved)
 
 
-def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_python_of_the_readme_runs(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     _, *examples = blocks("python")
     names: dict[str, Any] = {}
     for example in examples:

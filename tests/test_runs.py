@@ -20,7 +20,7 @@ import kinolab
 from kinolab import cli
 from kinolab.errors import InputError
 from kinolab.files import write_whole
-from kinolab.runs import check_run, read_run, write_run
+from kinolab.runs import PICTURES, check_run, read_run, write_run
 from kinolab.scenario import load_scenario
 from tests.conftest import Finished, Solved
 from tests.support import OPEN, plan, problem_of
@@ -48,6 +48,8 @@ def test_a_run_has_the_files_that_are_promised(maze_run: Finished) -> None:
         "report.json",
         "scenario.toml",
         "animation.gif",
+        "scene.html",
+        "result.glb",
         "assets",
         "assets/machine.json",
         "assets/1_rolling_disk_maze.stl",
@@ -147,7 +149,7 @@ def test_the_animation_moves(maze_run: Finished) -> None:
 
 
 def test_the_animation_can_be_left_out(table_run: Finished) -> None:
-    assert not (table_run.folder / "animation.gif").exists()
+    assert not any((table_run.folder / name).exists() for name in PICTURES)
 
 
 # --- it can be mailed ---
@@ -357,7 +359,8 @@ def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(
     """The first has a mesh and a picture, the second has neither."""
     run = read_run(table_run.folder)
     write_run(tmp_path / "run", run.problem, short.plan)
-    write_whole(tmp_path / "run" / "animation.gif", b"GIF89a")
+    for name in PICTURES:
+        write_whole(tmp_path / "run" / name, b"of the first")
     write_run(tmp_path / "run", short.problem, short.plan)
     found = {str(p.relative_to(tmp_path / "run")) for p in (tmp_path / "run").rglob("*")}
     write_run(tmp_path / "fresh", short.problem, short.plan)
@@ -369,14 +372,15 @@ def test_a_run_that_finds_nothing_leaves_no_motion_of_the_one_before(
     short: Solved, tmp_path: Path
 ) -> None:
     write_run(tmp_path, short.problem, short.plan)
-    write_whole(tmp_path / "animation.gif", b"GIF89a")
+    for name in PICTURES:
+        write_whole(tmp_path / name, b"of the one before")
     still = problem_of(tmp_path / "still", OPEN, "bounds.psi_dot=[-1e-9, 1e-9]", "start.y=1")
     found = still.solve(max_iterations=5)
     if found.trajectory is not None:
         pytest.fail("the search was meant to find nothing")
     report = write_run(tmp_path, still, found)
     assert report["status"] == "not_found"
-    for name in ("trajectory.csv", "trajectory.npz", "animation.gif"):
+    for name in ("trajectory.csv", "trajectory.npz", *PICTURES):
         assert not (tmp_path / name).exists()
     assert code_of(tmp_path) == 2  # there is no trajectory to check
 

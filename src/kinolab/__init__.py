@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from kinolab import systems
     from kinolab.diagnosis import Diagnosis, diagnose
     from kinolab.loading import load
+    from kinolab.pages import save_glb, save_page
     from kinolab.planning import Plan
     from kinolab.problem import Problem
     from kinolab.trajectory import Trajectory
@@ -24,6 +25,8 @@ __all__ = [
     "Trajectory",
     "diagnose",
     "load",
+    "save_glb",
+    "save_page",
     "systems",
     "verify",
 ]
@@ -36,6 +39,8 @@ _HOMES = {
     "Trajectory": "kinolab.trajectory",
     "diagnose": "kinolab.diagnosis",
     "load": "kinolab.loading",
+    "save_glb": "kinolab.pages",
+    "save_page": "kinolab.pages",
     "verify": "kinolab.verification",
 }
 

@@ -34,11 +34,12 @@ from kinolab.user_code import python_reference, text_of
 from kinolab.verification import Certificate, Check, verify
 
 SCHEMA_VERSION = 1
+PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
 MOTION = ("trajectory.csv", "trajectory.npz", "search.npz")
 PLOTS = tuple(f"plots/{name}" for name in FILES)  # by ``plan plot``
-PICTURES = ("animation.gif", "animation.mp4")
+PICTURES = ("animation.gif", "animation.mp4", PAGE, MODEL)
 OPTIONAL = (*MOTION, "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
@@ -63,7 +64,7 @@ class Run:
 
 
 def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
-    """Write all files of a run but its animation, and return its report.
+    """Write all files of a run but its pictures, and return its report.
 
     Files of an earlier run in the same folder are replaced; what this run does not have is
     removed, so that the folder never mixes two runs.

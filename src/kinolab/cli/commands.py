@@ -21,6 +21,7 @@ from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.plotting import plot
 from kinolab.cli.progress import Progress
+from kinolab.cli.viewing import view
 from kinolab.errors import InputError, KinolabError, Mistake
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def plan() -> None:
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
-@click.option("--no-animation", is_flag=True, help="Leave animation.gif out.")
+@click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
 @click.option("--no-diagnosis", is_flag=True, help="Do not look for why nothing was found.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 def _scenario(
@@ -130,8 +131,8 @@ def _scenario(
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
         if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
-            progress("drawing the animation")
-            _animate(problem, found, folder)
+            progress("drawing the pictures")
+            _show(problem, found, folder, report)
     progress.close()
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
@@ -238,12 +239,15 @@ def _progress_of(found: Plan, *, anytime: bool) -> str:
     )
 
 
-def _animate(problem: Problem, found: Plan, folder: Path) -> None:
+def _show(problem: Problem, found: Plan, folder: Path, report: dict[str, Any]) -> None:
+    """Write the film, the page and the scene of a motion."""
     from kinolab.animation import animate
     from kinolab.files import write_whole
+    from kinolab.pages import write_scene
 
     assert found.trajectory is not None
     write_whole(folder / "animation.gif", animate(problem, found.trajectory))
+    write_scene(folder, problem, found.trajectory, report)
 
 
 def _diagnose(
@@ -322,6 +326,7 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
 plan.add_command(carry_out)
 plan.add_command(plot)
 plan.add_command(film)
+plan.add_command(view)
 
 
 @plan.command("list")
@@ -385,7 +390,7 @@ def _describe(what: str, as_json: bool) -> int:
 )
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder; default runs/<name>.")
-@click.option("--no-animation", is_flag=True, help="Leave animation.gif out.")
+@click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 def _simulate(
     what: str,
@@ -413,11 +418,11 @@ def _simulate(
     moved = Plan("simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself.")
     folder = out or Path("runs") / f"{problem.name}_simulated"
     with INTERRUPTS.writing():
-        write_run(folder, problem, moved)
+        report = write_run(folder, problem, moved)
     if not no_animation:
-        progress("drawing the animation")
+        progress("drawing the pictures")
         with _compilation_told(progress):
-            _animate(problem, moved, folder)
+            _show(problem, moved, folder, report)
     progress.close()
     click.echo(f"simulated: {trajectory.duration:g} s\n  written to {folder}")
     return moved.exit_code

@@ -78,8 +78,8 @@ def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage
     """
     machine = paint_machine(picture.bodies)
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
-    cloud = _everything(picture, machine, motion)
-    floor = _floor(cloud) if picture.stands_on_ground else None
+    cloud = seen_points(picture, machine, motion)
+    floor = floor_under(cloud) if picture.stands_on_ground else None
     if floor is not None:
         cloud = np.concatenate([cloud, _corners(floor)])
     camera = frame_scene(cloud, up, picture.view, size)
@@ -95,7 +95,7 @@ def pose_table(poses: ArrayLike) -> Array:
     return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table
 
 
-def _everything(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> Array:
+def seen_points(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> Array:
     """Points whose convex hull contains all that is drawn, shape (n, 3)."""
     parts = [np.asarray(body.vertices, dtype=np.float64) for body in picture.obstacles]
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
@@ -136,7 +136,8 @@ def _bounds(picture: Picture, found: Array) -> Array:
     return np.array([[box[i, 0], box[j, 1], box[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
 
 
-def _floor(cloud: Array) -> Floor:
+def floor_under(cloud: Array) -> Floor:
+    """Return the rectangle of the ground below points of shape (n, 3), with a margin."""
     low, high = cloud[:, :2].min(axis=0), cloud[:, :2].max(axis=0)
     margin = 0.02 * float(np.max(high - low))
     return Floor(low - margin, high + margin)

@@ -1,0 +1,84 @@
+"""A plan, or a scenario before planning, as the content of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kinolab.animation import picture
+from kinolab.errors import EndpointError
+from kinolab.pages.keys import key_poses
+from kinolab.pages.series import plotted
+from kinolab.planning import Plan
+from kinolab.problem import Problem
+from kinolab.render.page import Content
+from kinolab.runs import check_to_json
+from kinolab.trajectory import Trajectory
+
+
+def content_of(
+    problem: Problem, trajectory: Trajectory | None, facts: Mapping[str, Any]
+) -> Content:
+    """Return everything that a page shows.
+
+    Args:
+        problem: The machine in its world.
+        trajectory: The plan's; without one the machine stands at its start.
+        facts: About the plan, by the names of a report's keys.
+    """
+    shown = _standing(problem) if trajectory is None else trajectory
+    x, model = shown.x, problem.model
+    scene = picture(problem, model.frames(x), model.cables(x))
+    system = problem.system
+    return Content(
+        title=problem.scenario.title,
+        name=str(facts.get("scenario", problem.name)),  # a run's file is always scenario.toml
+        machine=system.name,
+        picture=scene if trajectory is not None else replace(scene, path=None, start=None),
+        keys=key_poses(problem, shown),
+        knots=shown.t,
+        series=plotted(model, shown),
+        constraints=[constraint.name for constraint in system.constraints],
+        facts=facts,
+        speed=problem.scenario.render.speed,
+    )
+
+
+def facts_of(plan: Plan) -> dict[str, Any]:
+    """Return about a plan what its report would tell a page."""
+    checks = plan.certificate.checks if plan.certificate else ()
+    return {
+        "status": plan.status,
+        "message": plan.message,
+        "planner": plan.planner,
+        "seed": plan.seed,
+        "iterations": plan.iterations,
+        "cost": plan.cost,
+        "duration": plan.cost,
+        "goal_distance": plan.goal_distance,
+        "verification": [check_to_json(check) for check in checks],
+    }
+
+
+def readiness(problem: Problem) -> dict[str, Any]:
+    """Return whether a problem can be planned for, and what is wrong with its start and goal."""
+    try:
+        problem.check_endpoints()
+    except EndpointError as error:
+        return {"status": "impossible", "message": str(error)}
+    return {"status": "ready", "message": "Start and goal are possible."}
+
+
+def _standing(problem: Problem) -> Trajectory:
+    """Return the machine at its start, as a motion of a single knot."""
+    names = problem.model.plant.control_names
+    return Trajectory(
+        np.zeros(1),
+        problem.start[None],
+        np.zeros((0, len(names))),
+        problem.model.state_names,
+        names,
+    )

@@ -1,0 +1,82 @@
+// The machine's bodies and cables, and where they are.
+
+import { edgesOf, geometryOf } from "./meshes.js";
+
+const LOOKS = 60; // moments at which the machine's reach is measured
+
+/** Build the machine; `show(t)` moves it, `middle(t)` and `reach` say where and how large it is. */
+export function buildMachine(data, array, motion) {
+  const group = new THREE.Group();
+  const ink = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.75 });
+  const bodies = data.bodies.map((body) => buildBody(body, array, ink));
+  bodies.forEach(({ frame }) => group.add(frame));
+  const cables = motion.ends(motion.first) && buildCables(group);
+
+  const show = (t) => {
+    bodies.forEach(({ frame, spinning, whirl }, k) => {
+      frame.position.set(...motion.place(k, t));
+      frame.quaternion.set(...motion.turn(k, t));
+      spinning.rotation.z = whirl * t;
+    });
+    if (cables) cables.geometry.setPositions(taut(motion.ends(t)));
+  };
+  const middle = (t) => {
+    const mean = new THREE.Vector3();
+    for (let k = 0; k < motion.bodies; k++) mean.add(new THREE.Vector3(...motion.place(k, t)));
+    return mean.divideScalar(Math.max(motion.bodies, 1));
+  };
+  const paint = (colors) => {
+    ink.color.set(colors.ink === 0xdfe5ee ? 0x0c0f14 : colors.ink);
+    if (cables) cables.material.color.set(colors.ink);
+  };
+  return { group, bodies, show, middle, paint, reach: reachOf(bodies, motion, middle) };
+}
+
+function buildBody({ name, whirl, mesh }, array, ink) {
+  const frame = new THREE.Group(), spinning = new THREE.Group();
+  frame.name = name;
+  frame.add(spinning);
+  const geometry = geometryOf(mesh, array);
+  const paints = mesh.colors.map(({ rgb }) => new THREE.MeshLambertMaterial({
+    color: new THREE.Color().setRGB(...rgb, "srgb"), side: THREE.DoubleSide,
+    polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+  const surface = new THREE.Mesh(geometry, paints);
+  surface.castShadow = true;
+  const edges = new THREE.LineSegments(edgesOf(mesh, array), ink);
+  spinning.add(surface, edges);
+  return { name, frame, spinning, whirl, geometry, mesh };
+}
+
+function buildCables(group) {
+  const geometry = new THREE.LineSegmentsGeometry();
+  const cables = new THREE.LineSegments2(geometry, new THREE.LineMaterial({ linewidth: 2.2 }));
+  cables.frustumCulled = false;
+  group.add(cables);
+  return cables;
+}
+
+/** Leave out cables without finite ends: they are slack. */
+function taut(ends) {
+  const kept = [];
+  for (let k = 0; k < ends.length; k += 6) {
+    const segment = ends.slice(k, k + 6);
+    if (segment.every(Number.isFinite)) kept.push(...segment);
+  }
+  return kept.length ? kept : [0, 0, 0, 0, 0, 0];
+}
+
+/** How far the machine reaches from the middle of its bodies at most, in [m]. */
+function reachOf(bodies, motion, middle) {
+  let reach = 1e-3;
+  for (let i = 0; i < LOOKS; i++) {
+    const t = motion.first + ((motion.last - motion.first) * i) / (LOOKS - 1), mean = middle(t);
+    bodies.forEach(({ geometry }, k) => {
+      if (!geometry.attributes.position.count) return;
+      if (!geometry.boundingSphere) geometry.computeBoundingSphere();
+      const { center, radius } = geometry.boundingSphere;
+      const away = new THREE.Vector3(...motion.place(k, t)).sub(mean).length();
+      reach = Math.max(reach, away + center.length() + radius);
+    });
+  }
+  return reach;
+}

@@ -1,0 +1,62 @@
+// What became of the plan: the verdict with its checks, planner, seed, duration.
+
+import { element, number, section } from "./dom.js";
+
+const WORDS = {
+  solved: ["Solved and verified", "good"], simulated: ["Simulated", "fair"],
+  approximate: ["Approximate", "fair"], local_minimum: ["Local minimum", "fair"],
+  not_found: ["Not found", "bad"], verification_failed: ["Verification failed", "bad"],
+  interrupted: ["Interrupted", "fair"],
+  ready: ["Not planned yet", "fair"], impossible: ["Start or goal impossible", "bad"],
+};
+
+/** Write title, subtitle and badge. */
+export function buildHeading(data, byId) {
+  const { facts } = data;
+  byId("title").textContent = byId("title").title = data.title;
+  const parts = [data.machine, facts.planner && `${facts.planner}, seed ${facts.seed}`,
+                 facts.duration != null && `${facts.duration.toFixed(2)} s`];
+  byId("subtitle").textContent = parts.filter(Boolean).join(" · ");
+  const [word, kind] = WORDS[facts.status] ?? ["Not planned yet", "fair"];
+  byId("badge").textContent = word;
+  byId("badge").className = kind;
+}
+
+/** Return the part of the panel that tells what became of the plan. */
+export function buildReport(data) {
+  const { facts } = data, checks = facts.verification ?? [];
+  const rows = { Machine: data.machine, Scenario: data.name, Planner: facts.planner, Seed: facts.seed,
+                 Iterations: facts.iterations,
+                 Duration: facts.duration == null ? null : `${number(facts.duration)} s`,
+                 Cost: facts.cost === facts.duration ? null : number(facts.cost),
+                 "Off the goal's centre": facts.goal_distance == null ? null : number(facts.goal_distance) };
+  const list = element("dl", { class: "facts" });
+  for (const [name, value] of Object.entries(rows))
+    if (value !== null && value !== undefined) list.append(element("dt", {}, name), element("dd", {}, String(value)));
+  const message = facts.message ? [element("p", { class: "message" }, facts.message)] : [];
+  const passed = checks.filter((check) => check.passed).length;
+  return section("Plan", true, ...message, list, ...(checks.length ? [checkList(checks, passed)] : []));
+}
+
+/** The checks, folded where all of them passed. */
+function checkList(checks, passed) {
+  const list = element("ul", { class: "checks", "aria-label": "Checks" });
+  for (const { name, value, limit, passed, detail } of checks) {
+    const row = element("li", { class: passed ? "passed" : "failed" },
+      element("span", { class: "mark", role: "img", "aria-label": passed ? "passed" : "failed" }, passed ? "✓" : "✗"),
+      element("span", {}, name),
+      element("span", { class: "value", title: "found, and the largest that passes" }, `${number(value)} ≤ ${number(limit)}`));
+    if (detail) row.append(element("span", { class: "detail" }, detail));
+    list.append(row);
+  }
+  const all = passed === checks.length;
+  const title = element("span", { class: all ? "verdict passed" : "verdict failed" }, `${passed} of ${checks.length} checks passed`);
+  return element("details", { class: "checked", ...(all ? {} : { open: "" }) }, element("summary", {}, title), list);
+}
+
+/** Return the part of the panel that names what the machine keeps at zero. */
+export function buildConstraints(data) {
+  const list = element("ul", { class: "list" });
+  data.constraints.forEach((name) => list.append(element("li", {}, name)));
+  return section("Constraints held throughout", false, list);
+}
