@@ -45,6 +45,7 @@ def test_a_run_has_the_files_that_are_promised(maze_run: Finished) -> None:
     assert found == {
         "trajectory.csv",
         "trajectory.npz",
+        "search.npz",
         "report.json",
         "scenario.toml",
         "animation.gif",

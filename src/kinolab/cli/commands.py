@@ -247,7 +247,7 @@ def _show(problem: Problem, found: Plan, folder: Path, report: dict[str, Any]) -
 
     assert found.trajectory is not None
     write_whole(folder / "animation.gif", animate(problem, found.trajectory))
-    write_scene(folder, problem, found.trajectory, report)
+    write_scene(folder, problem, found.trajectory, report, found.graph)
 
 
 def _diagnose(

@@ -67,7 +67,7 @@ def _page_of_run(folder: Path, progress: Progress) -> Path:
         progress("drawing the page")
         run = read_run(folder)
         with INTERRUPTS.writing():
-            write_scene(folder, run.problem, run.trajectory, run.report)
+            write_scene(folder, run.problem, run.trajectory, run.report, run.graph)
     return page
 
 

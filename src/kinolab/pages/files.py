@@ -13,11 +13,16 @@ from kinolab.problem import Problem
 from kinolab.render.glb_scene import glb_scene
 from kinolab.render.page import Content, page_html
 from kinolab.runs import MODEL, PAGE
+from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
 
 
 def write_scene(
-    folder: Path, problem: Problem, trajectory: Trajectory, facts: Mapping[str, Any]
+    folder: Path,
+    problem: Problem,
+    trajectory: Trajectory,
+    facts: Mapping[str, Any],
+    graph: SearchGraph | None = None,
 ) -> None:
     """Write ``scene.html`` and ``result.glb`` of a motion, each whole or not at all.
 
@@ -26,8 +31,9 @@ def write_scene(
         problem: The machine in its world.
         trajectory: How it moves.
         facts: The run's report.
+        graph: What the search explored.
     """
-    content = content_of(problem, trajectory, facts)
+    content = content_of(problem, trajectory, facts, graph)
     write_whole(folder / PAGE, page_html(content).encode())
     write_whole(folder / MODEL, glb_scene(content))
 
@@ -67,4 +73,4 @@ def save_glb(problem: Problem, plan: Plan, path: str | Path) -> Path:
 def _content(problem: Problem, plan: Plan | None) -> Content:
     if plan is None:
         return content_of(problem, None, readiness(problem))
-    return content_of(problem, plan.trajectory, facts_of(plan))
+    return content_of(problem, plan.trajectory, facts_of(plan), plan.graph)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.animation import picture
 from kinolab.errors import EndpointError
@@ -16,11 +17,17 @@ from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.render.page import Content
 from kinolab.runs import check_to_json
+from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 def content_of(
-    problem: Problem, trajectory: Trajectory | None, facts: Mapping[str, Any]
+    problem: Problem,
+    trajectory: Trajectory | None,
+    facts: Mapping[str, Any],
+    graph: SearchGraph | None = None,
 ) -> Content:
     """Return everything that a page shows.
 
@@ -28,6 +35,7 @@ def content_of(
         problem: The machine in its world.
         trajectory: The plan's; without one the machine stands at its start.
         facts: About the plan, by the names of a report's keys.
+        graph: What its search explored.
     """
     shown = _standing(problem) if trajectory is None else trajectory
     x, model = shown.x, problem.model
@@ -43,8 +51,15 @@ def content_of(
         series=plotted(model, shown),
         constraints=[constraint.name for constraint in system.constraints],
         facts=facts,
+        tree=None if graph is None else _branches(problem, graph),
         speed=problem.scenario.render.speed,
     )
+
+
+def _branches(problem: Problem, graph: SearchGraph) -> Array:
+    """Return how the machine's first body went from state to state, shape (edges, 2, 3)."""
+    places = problem.model.frames(graph.x)[:, 0, 3::4]
+    return np.asarray(places[graph.edges])
 
 
 def facts_of(plan: Plan) -> dict[str, Any]:
