@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kinolab.cli.carrying_out import carry_out
+from kinolab.cli.exhibiting import exhibit
 from kinolab.cli.filming import film
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
@@ -326,6 +327,7 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
 plan.add_command(carry_out)
 plan.add_command(plot)
 plan.add_command(film)
+plan.add_command(exhibit)
 plan.add_command(view)
 
 

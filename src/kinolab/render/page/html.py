@@ -17,17 +17,22 @@ LIBRARY = "three.min.js"
 def page_html(content: Content) -> str:
     """Return the page; it needs no network and asks for none."""
     data, pack = page_data(content)
-    return _filled(
+    return filled(
         _source("page.html"),
         {
             "title": html.escape(content.title),
             "style": _source("page.css"),
-            "library": _inside_script(_source(LIBRARY)),
+            "library": library(),
             "script": _inside_script(bundle(_modules(), "main")),
             "data": json.dumps(data, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
             "pack": pack,
         },
     )
+
+
+def library() -> str:
+    """Return three.js as it stands in every page."""
+    return _inside_script(_source(LIBRARY))
 
 
 def _source(name: str) -> str:
@@ -42,7 +47,7 @@ def _modules() -> dict[str, str]:
     }
 
 
-def _filled(template: str, parts: Mapping[str, str]) -> str:
+def filled(template: str, parts: Mapping[str, str]) -> str:
     """Put each part in the place of its {{name}}; what stands inside a part is left alone."""
     pieces = template.split("{{")
     filled = [pieces[0]]
