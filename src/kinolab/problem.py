@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -324,7 +324,13 @@ class Problem:
         """
         from kinolab.planning import solve
 
-        return solve(self, planner, seed, time_limit, **options)
+        return replace(solve(self, planner, seed, time_limit, **options), problem=self)
+
+    def _repr_html_(self) -> str:
+        """Show world, start and goal in a notebook, in three dimensions."""
+        from kinolab.pages import notebook_frame
+
+        return notebook_frame(self, None)
 
     def to_ompl(self) -> Bridge:
         """Return the problem as OMPL objects, for any OMPL control planner.

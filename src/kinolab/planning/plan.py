@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from kinolab.problem import Problem
 from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
@@ -86,6 +87,7 @@ class Plan:
         interrupted: Whether the user ended the search; a plan that was verified before is kept.
         improvements: All motions that were verified, in the order of time.
         graph: What the search explored that the motion began with; None where that is not kept.
+        problem: What it solves, where ``problem.solve`` gave it; a notebook shows the plan in it.
     """
 
     status: str
@@ -104,6 +106,15 @@ class Plan:
     interrupted: bool = False
     improvements: tuple[Improvement, ...] = ()
     graph: SearchGraph | None = None
+    problem: Problem | None = field(default=None, repr=False, compare=False)
+
+    def _repr_html_(self) -> str | None:
+        """Show it in a notebook, in three dimensions; in words where it does not know its world."""
+        if self.problem is None:
+            return None
+        from kinolab.pages import notebook_frame
+
+        return notebook_frame(self.problem, self)
 
     @property
     def exit_code(self) -> int:
