@@ -35,6 +35,8 @@ __all__ = [
 Array: TypeAlias = NDArray[np.float64]
 T = TypeVar("T")
 
+LOOK = 0.5  # [s] between two pictures of what is explored
+
 
 class Outcome(Enum):
     """How a search ended; the value is the sentence the user reads."""
@@ -80,6 +82,7 @@ class Budget:
         time_limit: In [s].
         max_iterations: None for no limit.
         progress: Called about four times a second with the iterations and the seconds so far.
+        viewer: Called about twice a second with what was explored so far, by planners that can say.
         interrupted: Set from outside to end the search soon.
         improve: Seconds after its first motion in which a planner may itself look for shorter ones;
             None for those of the scenario.
@@ -95,6 +98,7 @@ class Budget:
     time_limit: float
     max_iterations: int | None = None
     progress: Callable[[int, float], None] | None = None
+    viewer: Callable[[SearchGraph], None] | None = None
     interrupted: bool = False
     improve: float | None = None
     below: float = math.inf
@@ -104,6 +108,7 @@ class Budget:
     prepared: float = 0.0
     clock: Callable[[], float] = time.monotonic
     _next_report: float = 0.25
+    _next_look: float = 0.0
     _calls: int = 0  # of ``end``
     _patience: float = float("inf")  # calls of ``end`` that do not break off what is running
     _broken: bool = False
@@ -191,6 +196,12 @@ class Budget:
             return True
         self.spend(1)
         return False
+
+    def show(self, explored: Callable[[], SearchGraph]) -> None:
+        """Let somebody watch what is explored, if anybody does and it is time."""
+        if self.viewer and (elapsed := self.elapsed) > self._next_look:
+            self.viewer(explored())
+            self._next_look = elapsed + LOOK
 
     def _report(self) -> None:
         if self.progress and (elapsed := self.elapsed) > self._next_report:

@@ -142,6 +142,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         while not improvement.over and (iterations := pieces.next(min(left, asides.due))):
             ended, made = tree.grow(iterations)
             pieces.done(made)
+            budget.show(lambda: explored(tree.nodes))
             left -= made
             found = asides.after(made, tree)
             if ended == REACHED:
@@ -332,6 +333,12 @@ def result(
     named = {"limit": LIMIT, "collision": COLLISION, "equations": EQUATIONS}
     counts = {f"rejected_by_{cause}": float(nodes.tally[k]) for cause, k in named.items()}
     counts |= {"propagations": float(nodes.tally[TRIED]), "nodes": float(nodes.size[0])}
-    (times, inputs), size = rows(problem, u), int(nodes.size[0])
-    graph = SearchGraph.of_tree(lambda kept: nodes.x[kept], nodes.parent[:size])
-    return SearchResult(outcome, times, inputs, budget.iterations, counts | statistics, graph=graph)
+    times, inputs = rows(problem, u)
+    return SearchResult(
+        outcome, times, inputs, budget.iterations, counts | statistics, graph=explored(nodes)
+    )
+
+
+def explored(nodes: Tree) -> SearchGraph:
+    """Return a copy of a tree, thinned where it is large."""
+    return SearchGraph.of_tree(lambda kept: nodes.x[kept], nodes.parent[: int(nodes.size[0])])
