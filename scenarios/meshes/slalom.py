@@ -3,6 +3,7 @@
 | file                | for          | length | half width | barriers at x | way past each |
 |---------------------|--------------|--------|------------|---------------|---------------|
 | disk_slalom.stl     | falling disk | 15     | 2.6        | 3.5, 7, 10.5  | 2.2           |
+| unicycle_slalom.stl | unicycle     | 7.6    | 1.3        | 2, 3.8, 5.6   | 1.1           |
 | chicane.stl         | motorcycle   | 110    | 8.0        | 30, 55, 80    | 6.5           |
 
 A barrier leaves the way open on one side; the next one leaves it open on the other. The kerbs along
@@ -40,12 +41,18 @@ class Course:
 
 
 DISK = Course(15.0, 2.6, (3.5, 7.0, 10.5), 0.4, 0.5, 0.16)
+ONE_WHEEL = Course(7.6, 1.3, (2.0, 3.8, 5.6), 0.2, 0.25, 0.08)
 CHICANE = Course(110.0, 8.0, (30.0, 55.0, 80.0), 1.5, 0.9, 0.6)
 
 
 def disk_slalom() -> Solid:
     """Return low walls with poles at their ends."""
     return _course(DISK, _wall)
+
+
+def unicycle_slalom() -> Solid:
+    """Return the same, for a machine of half a metre that turns more tightly."""
+    return _course(ONE_WHEEL, _wall)
 
 
 def chicane() -> Solid:
@@ -130,4 +137,5 @@ def _tyres(course: Course) -> list[Solid]:
 MESHES = {
     "chicane.stl": chicane,
     "disk_slalom.stl": disk_slalom,
+    "unicycle_slalom.stl": unicycle_slalom,
 }

@@ -53,6 +53,12 @@ def test_a_machine_that_cannot_stop_is_told_its_lower_limit(tmp_path: Path) -> N
     assert sentence.endswith("to hold it takes v = 0 m/s or rad/s (its limit is 0.25).")
 
 
+def test_a_machine_with_feedback_is_told_the_limit_of_its_reference() -> None:
+    problem = kinolab.load("unicycle_slalom")
+    (sentence,) = holding_sentences(problem, holding(problem, problem.start), None)
+    assert sentence.endswith("to hold it takes speed = 0 m/s (its limit is 0.85).")
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.5, math.pi])
 def test_a_weight_within_the_motors_strength_is_held(angle: float, tmp_path: Path) -> None:
     problem = problem_of(tmp_path, PENDULUM, f"start.theta={angle}")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import kinolab
+from kinolab.dynamics import Body, Force, Potential, Sphere, System, length, move
+from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.problem import Problem
 from kinolab.steering.last_step import LastStep
 from tests.support import OPEN, coin_after, problem_of
@@ -63,6 +67,29 @@ def test_machines_that_are_not_flat_are_steered_near_the_goal_alone() -> None:
     reached = [x for x in outside if last.leads_in(x.tolist(), board.goal_excess(x))]
     assert reached
     assert not last.leads_in(reached[0].tolist(), 10.1)
+
+
+RUNAWAY = """
+schema = 1
+title = "A mass that is pushed away at 100/s"
+system.file = "machine.json"
+world.bounds = { x = [-1, 1] }
+goal.x = 0.0
+integration.step = 0.05
+"""
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_machine_that_runs_away_is_not_steered_and_no_mistake(tmp_path: Path) -> None:
+    """After 160 steps it is 1e290 m away: finite, but its square is not."""
+    x = length("x", speed=1.0)
+    mass = Body("mass", move(x), mass=1.0, shape=Sphere(0.1))
+    force = Force("push", on=mass, along=move().x, limit=1.0)
+    away = System("away", bodies=[mass], efforts=[Potential(-5000 * x**2)], inputs=[force])
+    (tmp_path / "machine.json").write_text(machine_to_json(away))
+    problem = problem_of(tmp_path, RUNAWAY)
+    last = LastStep(problem, every=1, zoom=10.0, stop=never)
+    assert not last.leads_in([0.5, 0.0], problem.goal_excess(np.array([0.5, 0.0])))
 
 
 def test_nothing_is_looked_for_when_time_is_up(narrow: Problem) -> None:

@@ -22,7 +22,7 @@ STATES = (*NAMES, *(f"{name}_dot" for name in FREE))
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return systems.get("unicycle").model()
+    return systems.get("unicycle").model().plant
 
 
 def state(**values: float) -> Array:

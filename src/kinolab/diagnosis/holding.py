@@ -99,7 +99,9 @@ def _why(problem: Problem, held: Holding) -> str:
     if not held.needed:
         return f"no inputs keep {name} from changing"
     limits = dict(zip(problem.model.control_names, problem.model.control_bounds, strict=True))
-    units = {entry.name: entry.unit for entry in problem.system.inputs}
+    system = problem.system
+    chosen = system.inputs if system.feedback is None else system.feedback.references
+    units = {entry.name: entry.unit for entry in chosen}
     wanted = [
         f"{which} = {value:.4g} {units[which]}".rstrip()
         + f" (its limit is {limits[which][0 if value < limits[which][0] else 1]:g})"

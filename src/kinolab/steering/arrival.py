@@ -32,6 +32,7 @@ ENOUGH = 0.5  # of the tolerance: what is left covers the integrator's error
 ROUNDS = 15  # of least squares
 EFFORT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
 NUDGE = 1e-4  # of an input's range, for slopes by differences
+FAR = 1e9  # tolerances from the goal that count as no more than that
 GLANCE = 16  # steps of a motion between two looks at whether to stop
 
 
@@ -120,6 +121,7 @@ class Arrival:
         def residual(shares: Array) -> Array:
             reached = end(shares)
             errors = goal_errors(self._problem, x if reached is None else reached)
+            errors = np.clip(errors, -FAR, FAR)  # what runs away has squares that are not finite
             return np.concatenate([errors, EFFORT * shares])
 
         def slopes(shares: Array) -> Array:

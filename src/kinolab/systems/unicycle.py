@@ -9,6 +9,8 @@ from kinolab.dynamics import (
     Box,
     Cylinder,
     Disk,
+    Feedback,
+    Reference,
     System,
     Torque,
     angle,
@@ -23,12 +25,14 @@ from kinolab.dynamics import (
     velocity,
     zero,
 )
+from kinolab.systems._balance import Ahead, Aside
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.6  # [rad] at most, to the side and ahead
 WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] that are drawn; R, h and l are what counts
 HULL = (0.09, 0.07, 0.06)  # [m] edges of the body
 RING = 0.075  # [m] radius of the reaction wheel
+SPEED, LEANS = (0.0, 1.5), 0.2  # [m/s], [rad] that its controller can be asked for
 
 
 def unicycle() -> System:
@@ -39,6 +43,8 @@ def unicycle() -> System:
     ahead. The drive turns wheel and body against each other, the other motor body and reaction
     wheel, so that lean and pitch can be held even at a standstill. Nothing turns the heading there
     but leaning and pitching in turn; while it rolls, the wheel's momentum turns it into its lean.
+    Its controller follows a speed and a lean, which decides the turn rate: at 1 m/s a lean needs no
+    torque to be kept, as weight and the turn that it makes are in balance.
 
     Masses, sizes and torques are chosen, of the order of robots of this kind, with a wheel so heavy
     that it steers well. The body is a homogeneous cuboid.
@@ -79,6 +85,26 @@ def unicycle() -> System:
         inertia=(I_r, I_r / 2, I_r / 2),
         shape=Disk(RING, thickness=0.016, axis="x"),
     )
+    first, second = m_w * R + m_b * (R + h) + m_r * (R + l), m_b * h + m_r * l  # moments of mass
+    masses, (I_x, I_y, _) = m_w + m_b + m_r, _cuboid(m_b)
+    spin = m_w * R**2 / 2  # moment of inertia of the wheel about its axle
+    gyroscope = (R * first + spin) * rate(phi) * rate(psi)
+    across = m_w * R**2 * sympy.Rational(5, 4) + I_x + m_b * (R + h) ** 2 + m_r * (R + l) ** 2
+    aside = Aside(across, g * first * sympy.sin(theta) + gyroscope)
+    ahead = Ahead(
+        rolling=spin + masses * R**2,
+        coupling=second * R,
+        tilting=I_y + m_b * h**2 + I_r / 2 + m_r * l**2,
+        weight=second * g,
+    )
+    speed, lean = (
+        Reference("speed", limit=SPEED, unit="m/s"),
+        Reference("lean", limit=LEANS, unit="rad"),
+    )
+    law = {
+        "drive": ahead.torque(alpha, rate(phi) - speed.symbol / R),
+        "react": aside.torque(theta, lean.symbol),
+    }
     V = velocity(track)
     return System(
         "unicycle",
@@ -90,6 +116,7 @@ def unicycle() -> System:
             Torque("react", on=flywheel, about=pitched.x, reacts_on=body, limit=1.0),
         ],
         velocities=[psi, theta, phi, alpha, gamma],
+        feedback=Feedback([speed, lean], law),
     )
 
 
