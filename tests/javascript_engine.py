@@ -44,5 +44,5 @@ class Engine:
         """Return the value of a function's body in which the arguments are a, b, c, …"""
         names = ", ".join("abcdefgh"[: len(arguments)])
         given = ", ".join(json.dumps(argument) for argument in arguments)
-        answer = self._context.eval(f"JSON.stringify((({names}) => {{ {body} }})({given}))")
-        return json.loads(answer) if answer is not None else None
+        answer = self._context.eval(f"JSON.stringify((({names}) => {{ {body} }})({given}) ?? null)")
+        return json.loads(answer)

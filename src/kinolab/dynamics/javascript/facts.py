@@ -35,7 +35,6 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
         "cables": len(system.cables),
         "gravity": list(system.gravity.down) if system.gravity else None,
         "requirements": [requirement.name for requirement in system.requirements],
-        "sizes": _sizes(derivation),
     }
 
 
@@ -74,17 +73,3 @@ def _decided(entries: Sequence[Any]) -> list[dict[str, Any]]:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def _sizes(derivation: Derivation) -> dict[str, int]:
-    d = derivation
-    return {
-        "frames": len(d.frames),
-        "cables": len(d.cables),
-        "velocities": len(d.velocities),
-        "energy": len(d.energy),
-        "constraint_residual": len(d.constraint_residual),
-        "constraint_forces": len(d.constraint_forces),
-        "requirements": len(d.requirements),
-        "project": len(d.projection),
-    }

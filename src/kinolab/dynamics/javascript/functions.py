@@ -16,14 +16,14 @@ SINGULAR = 1  # the status of a result that a guard forbids; one that is not fin
 LONGEST = 160  # characters of an expression, above which a node becomes a constant
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-OWN = ("fmax", "sign")  # of ``machine.js``: those of Math do other things with NaN
+OWN = ("fmax", "sign")  # of the runtime: those of Math do other things with NaN
 BUILT_IN = {"fabs": "Math.abs"}
 
 
 def emit_function(function: Function, tape: Tape) -> str:
     """Return the text of ``name(x, u, p, out)``, which writes into out and returns a status.
 
-    The status is 0, or what ``machine.js`` calls SINGULAR or NOT_FINITE.
+    The status is 0, or what the runtime calls SINGULAR or NOT_FINITE.
     """
     wanted = (*function.outputs, *function.guards)
     body = _Body(tape, function.arguments, wanted)

@@ -21,7 +21,8 @@ from kinolab.dynamics.outputs import Function, outputs_of, tangent_of
 from kinolab.files import read_sealed, write_sealed
 
 MAGIC = b"kinolab javascript 1\n"
-RUNTIME = Path(__file__).with_name("machine.js")
+RUNTIME = Path(__file__).parent / "runtime"  # of every machine the same
+PARTS = ("basics", "linear_algebra", "steps", "lines_of_action", "arrows", "shapes", "machine")
 EMITTED = (
     *("f", "frames", "cables", "energy", "constraint_residual", "constraint_forces"),
     *("requirements", "project"),
@@ -34,7 +35,7 @@ def javascript_of(model: Model, *, implicit: bool = False) -> str:
     The value mirrors ``Model``: ``f(x, u, p)``, ``step(x, u, dt, p, method, substeps)``,
     ``frames(x, p)``, ``energy(x, u, p)``, ``constraintForces(x, u, p)``, … with ``p`` an array of
     parameters in the order of ``parameters``; where the machine has feedback, u are references and
-    ``plant`` is the machine without it. ``machine.js`` beside this file says the rest.
+    ``plant`` is the machine without it. ``runtime/machine.js`` says the rest.
 
     Args:
         model: Whose equations are emitted; nothing is derived if it was asked for before.
@@ -55,13 +56,18 @@ def _written(model: Model, implicit: bool) -> str:
     d = derive(system)
     holding, shapes = holding_of(system, d), shapes_of(system, d.binding)
     functions = [*_of_machine(d, model, implicit), *holding.functions, shapes.function]
-    facts = facts_of(model, d) | {"constraints": holding.facts, "shapes": shapes.facts}
+    sizes = {function.name: len(function.outputs) for function in functions}
+    facts = facts_of(model, d) | {
+        "sizes": sizes,
+        "constraints": holding.facts,
+        "shapes": shapes.facts,
+    }
     names = ", ".join(function.name for function in functions)
     return "\n".join(
         [
             "(() => {",
             '"use strict";',
-            RUNTIME.read_text(encoding="utf-8"),
+            _runtime(),
             *(emit_function(function, d.binding.tape) for function in functions),
             f"return assemble({as_json(facts)}, {{ {names} }});",
             "})()",
@@ -87,4 +93,9 @@ def _key(model: Model, implicit: bool) -> str:
 @cache
 def _own_code() -> str:
     here = Path(__file__).parent
-    return code_in(here) + code_in(here.parent) + RUNTIME.read_text(encoding="utf-8")
+    return code_in(here) + code_in(here.parent) + _runtime()
+
+
+@cache
+def _runtime() -> str:
+    return "\n".join((RUNTIME / f"{part}.js").read_text(encoding="utf-8") for part in PARTS)
