@@ -10,6 +10,7 @@ import numpy as np
 
 from kinolab.animation import picture
 from kinolab.errors import EndpointError
+from kinolab.pages.driving import driving_of
 from kinolab.pages.keys import key_poses
 from kinolab.pages.series import plotted
 from kinolab.planning import Plan
@@ -44,6 +45,7 @@ def content_of(
         constraints=[constraint.name for constraint in system.constraints],
         facts=facts,
         speed=problem.scenario.render.speed,
+        driving=driving_of(problem, shown),
     )
 
 
