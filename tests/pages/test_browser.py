@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import io
 import re
-import shutil
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,31 +17,13 @@ from PIL import Image
 import kinolab
 from kinolab.motion import true_motion
 from tests.conftest import Solved
+from tests.pages.browsing import Opener, needs_chromium
 from tests.support import OPEN, problem_of
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-FLAGS = (
-    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-    *("--no-first-run", "--disable-quic"),
-)
 NEAR = 1e-4  # [m], and of the entries of rotations
-OWN = ("file:", "data:", "blob:")
-WIDE, PHONE = {"width": 1000, "height": 640}, {"width": 390, "height": 844}
+PHONE = {"width": 390, "height": 844}
 
-Opener = Callable[..., Any]
-
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium on this machine")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield chromium
-        chromium.close()
+pytestmark = needs_chromium
 
 
 @pytest.fixture(scope="module")
@@ -63,33 +43,13 @@ def page_file(rolled: Solved, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def opened(browser: Any, page_file: Path) -> Iterator[Opener]:
-    """Open the page; in the end nothing was asked of a network, and nothing went wrong."""
-    contexts, asked, said = [], [], []
+def opened(browse: Opener, page_file: Path) -> Opener:
+    """Open the coin's page, or another one."""
 
-    def guard(route: Any) -> None:
-        if not route.request.url.startswith(OWN):
-            asked.append(route.request.url)
-            route.abort()
-        else:
-            route.continue_()
+    def open_(path: Path = page_file, **options: Any) -> Any:
+        return browse(path, **options)
 
-    def open_(path: Path = page_file, fragment: str = "", **options: Any) -> Any:
-        context = browser.new_context(**{"viewport": WIDE, "reduced_motion": "reduce"} | options)
-        contexts.append(context)
-        page = context.new_page()
-        page.route("**/*", guard)
-        page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.goto(path.as_uri() + fragment)
-        page.evaluate("async () => { await kinolab.ready; }")
-        return page
-
-    yield open_
-    for context in contexts:
-        context.close()
-    assert asked == []
-    assert said == []
+    return open_
 
 
 @pytest.fixture(scope="module")

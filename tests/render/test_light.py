@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kinolab.dynamics.shapes import Box
 from kinolab.render.camera import frame_scene
+from kinolab.render.ink import pen
 from kinolab.render.light import LAMPS, lamps, main_light, shade, shadow_points
+from kinolab.render.mesh import weld
+from kinolab.render.raster import GROUND, blank, darken
+from kinolab.world.geometry import triangles
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -38,3 +43,33 @@ def test_a_face_is_brightest_toward_the_light_and_never_black() -> None:
     toward, beside, away = shade(grey, normals, UP)[:, 0].astype(int)
     assert toward > beside
     assert beside == away > 50  # of 255; ambient light
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.1])
+def test_faces_that_look_at_a_lamp_cast_the_whole_shadow(turn: float) -> None:
+    """A closed body's other faces lie in the shadow of these, so leaving them out shows nowhere."""
+    size = (120, 90)
+    corners = [[-1.0, -1.0, 0.0], [1.0, 1.0, 1.5]]
+    tool = pen(frame_scene(corners, size=size), size, UP, 1)
+    c, s = np.cos(turn), np.sin(turn)
+    tilted = [[1, 0, 0, 0.1], [0, c, -s, 0.0], [0, s, c, 0.9]]
+    body = weld(*triangles(Box(0.8, 0.5, 0.6)), (1.0, 0.0, 0.0)).moved(np.ravel(tilted))
+    for k, lamp in enumerate(lamps(tool.light)):
+        shadows = [tool.shadows(body)[k], tool.at(shadow_points(body.vertices, lamp))[body.faces]]
+        assert len(shadows[0]) < len(shadows[1])
+        pictures = []
+        for cast in shadows:
+            canvas = blank(size, (200, 200, 200))
+            canvas.kind[:] = GROUND
+            darken(canvas, cast, k, np.full(3, 0.5))
+            pictures.append(canvas.color)
+        assert (pictures[0] == pictures[1]).all()
+        assert (pictures[0] == 100).any()
+
+
+def test_an_open_surface_casts_the_shadow_of_both_its_sides() -> None:
+    size = (60, 60)
+    tool = pen(frame_scene([[-1, -1, 0], [1, 1, 1]], size=size), size, UP, 1)
+    sheet = [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]]
+    for faces in ([[0, 1, 2]], [[0, 2, 1]]):
+        assert all(len(cast) == 1 for cast in tool.shadows(weld(sheet, faces, (1.0, 0.0, 0.0))))

@@ -17,6 +17,7 @@ from kinolab.dynamics.feedback import Feedback
 from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.ir import Register, Routine
 from kinolab.dynamics.lowering import Lowering
+from kinolab.dynamics.outputs import Function
 from kinolab.dynamics.steppers import METHODS, STEP
 from kinolab.dynamics.system import System
 from kinolab.dynamics.tape import Node, Tape
@@ -43,15 +44,14 @@ def emit_closed_loop(derivation: Derivation, system: System, feedback: Feedback)
     Raises:
         InputError: If the law rests on what it gives, or has a symbol of nothing.
     """
-    d, binding = derivation, derivation.binding
-    tape, states, inputs = binding.tape, len(d.state), len(binding.inputs)
-    references = [tape.variable(f"reference {entry.name}") for entry in feedback.references]
-    outputs = _law(derivation, system, feedback, references)
-    arguments = {"x": d.state, "u": references, "p": binding.parameters}
+    binding = derivation.binding
+    tape, states, inputs = binding.tape, len(derivation.state), len(binding.inputs)
+    law = law_of(derivation, system, feedback)
+    references, outputs = law.arguments["u"], law.outputs
     size = len(references)
     return "\n".join(
         [
-            emit_function("law", tape, arguments, outputs),
+            emit_function("law", tape, law.arguments, outputs),
             _emit_law_tangent(derivation, references, outputs),
             emit_jacobian(states, size, inputs, name="law_jacobian", tangent="law_tangent"),
             *(_emit_closed(name, inputs) for name in RATES),
@@ -65,11 +65,14 @@ def emit_closed_loop(derivation: Derivation, system: System, feedback: Feedback)
     )
 
 
-def _law(
-    derivation: Derivation, system: System, feedback: Feedback, references: Sequence[Node]
-) -> list[Node]:
-    """Return the inputs as nodes, in the machine's order and cut at their limits."""
+def law_of(derivation: Derivation, system: System, feedback: Feedback) -> Function:
+    """Return the inputs as a function of state and references, cut at their limits.
+
+    Raises:
+        InputError: If the law rests on what it gives, or has a symbol of nothing.
+    """
     binding, tape = derivation.binding, derivation.binding.tape
+    references = [tape.variable(f"reference {entry.name}") for entry in feedback.references]
     symbols = [entry.symbol for entry in feedback.references]
     own = dict(zip(symbols, references, strict=True))
     lower = Lowering(tape, {**binding.lower.symbols, **own})
@@ -82,7 +85,8 @@ def _law(
             remedy = "Use coordinates, independent rates and references in it."
             raise InputError([Mistake(f"system {system.name!r} feedback", what, remedy)])
         nodes.append(_between(tape, node, *bounds_of(entry)))
-    return nodes
+    arguments = {"x": derivation.state, "u": references, "p": binding.parameters}
+    return Function("law", arguments, nodes)
 
 
 def _between(tape: Tape, node: Node, lower: float, upper: float) -> Node:

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from kinolab.dynamics.cancellation import Cancellation
 from kinolab.dynamics.derivation import Derivation
 from kinolab.dynamics.ir import Register, Routine, literal
+from kinolab.dynamics.outputs import Function, outputs_of, tangent_of
 from kinolab.dynamics.steppers import emit_linear_algebra, emit_steppers
 from kinolab.dynamics.tape import Node, Tape
 
@@ -28,41 +28,16 @@ BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 SINGULAR, NOT_FINITE = 1, 2
 
-NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
-STATE_ONLY = ("frames", "cables", "mass_matrix", "project")
-
 
 def emit_module(derivation: Derivation) -> str:
     """Return the IR text of all functions of a machine."""
-    d, binding = derivation, derivation.binding
-    arguments = {"x": d.state, "u": binding.inputs, "p": binding.parameters}
-    outputs: dict[str, Sequence[Node]] = {
-        "velocity": d.velocities,
-        "flow": d.flow,
-        "frames": d.frames,
-        "cables": d.cables,
-        "point_speed": d.point_speeds,
-        "cable_speed": d.cable_speeds,
-        "energy": d.energy,
-        "power": d.power,
-        "mass_matrix": d.mass_matrix,
-        "constraint_residual": d.constraint_residual,
-        "constraint_forces": d.constraint_forces,
-        "requirements": d.requirements,
-        "project": d.projection,
-    }
-    short = Cancellation(binding.tape).rewritten
-    functions = [emit_function("f", binding.tape, arguments, short(d.derivative), short(d.guards))]
-    for name, nodes in outputs.items():
-        taken = {k: v for k, v in arguments.items() if k != "u" or name not in STATE_ONLY}
-        guards = short(d.chart_guards) if name in NEED_CHART else ()
-        functions.append(emit_function(name, binding.tape, taken, short(nodes), guards))
-    sizes = (len(d.state), len(binding.inputs))
+    d, tape = derivation, derivation.binding.tape
+    sizes = (len(d.state), len(d.binding.inputs))
     return "\n".join(
         [
             *_declarations(),
-            *functions,
-            _emit_tangent(derivation),
+            *(_emitted(tape, function) for function in outputs_of(d)),
+            _emitted(tape, tangent_of(d)),
             emit_jacobian(*sizes, sizes[0]),
             *emit_linear_algebra(),
             *emit_steppers(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
@@ -70,6 +45,10 @@ def emit_module(derivation: Derivation) -> str:
             emit_rows(*sizes, name="rows_under"),
         ]
     )
+
+
+def _emitted(tape: Tape, function: Function) -> str:
+    return emit_function(function.name, tape, function.arguments, function.outputs, function.guards)
 
 
 def emit_function(
@@ -161,26 +140,6 @@ def _declarations() -> list[str]:
         *(f"declare double @{_symbol(name)}(double)" for name in (*INTRINSICS, *LIBRARY)),
         "declare double @llvm.maxnum.f64(double, double)",
     ]
-
-
-def _emit_tangent(derivation: Derivation) -> str:
-    """Return the derivative of f along a direction of states and inputs.
-
-    int tangent(const double *x, *u, *p, *dx, *du, double *out, long mode)
-    """
-    binding, tape = derivation.binding, derivation.binding.tape
-    x_seeds = [tape.variable(f"d {tape.operations[n].label}") for n in derivation.state]
-    u_seeds = [tape.variable(f"d {tape.operations[n].label}") for n in binding.inputs]
-    seeds = dict(zip((*derivation.state, *binding.inputs), (*x_seeds, *u_seeds), strict=True))
-    outputs = tape.derivative(derivation.derivative, seeds)
-    arguments = {
-        "x": derivation.state,
-        "u": binding.inputs,
-        "p": binding.parameters,
-        "dx": x_seeds,
-        "du": u_seeds,
-    }
-    return emit_function("tangent", tape, arguments, outputs)
 
 
 def emit_jacobian(

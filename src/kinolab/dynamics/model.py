@@ -16,7 +16,7 @@ from kinolab.dynamics.chart import condition_number
 from kinolab.dynamics.closed_loop import CLOSED, PREFIX, emit_closed_loop, functions_of
 from kinolab.dynamics.compilation import compile_ir, link
 from kinolab.dynamics.derivation import derive
-from kinolab.dynamics.emission import NEED_CHART, SINGULAR, emit_module
+from kinolab.dynamics.emission import SINGULAR, emit_module
 from kinolab.dynamics.feedback import Feedback, Regulator
 from kinolab.dynamics.inputs import bounds_of
 from kinolab.dynamics.machine_file import (
@@ -24,6 +24,7 @@ from kinolab.dynamics.machine_file import (
     feedback_to_tree,
     machine_to_json,
 )
+from kinolab.dynamics.outputs import NEED_CHART
 from kinolab.dynamics.steppers import METHODS
 from kinolab.dynamics.symbols import Coordinate
 from kinolab.dynamics.system import System

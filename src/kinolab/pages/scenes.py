@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kinolab.animation import picture
 from kinolab.errors import EndpointError
+from kinolab.pages.driving import driving_of
 from kinolab.pages.keys import key_poses
 from kinolab.pages.series import plotted
 from kinolab.planning import Plan
@@ -53,6 +54,7 @@ def content_of(
         facts=facts,
         tree=None if graph is None else _branches(problem, graph),
         speed=problem.scenario.render.speed,
+        driving=driving_of(problem, shown),
     )
 
 

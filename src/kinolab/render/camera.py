@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -34,6 +35,10 @@ class Camera:
 
     def axes(self) -> Array:
         """Right, upward and forward as the rows of a rotation matrix, shape (3, 3)."""
+        return self._axes
+
+    @cached_property
+    def _axes(self) -> Array:
         forward = _unit(self.target - self.position)
         right = _unit(np.cross(forward, self.up))
         return np.stack([right, np.cross(right, forward), forward])

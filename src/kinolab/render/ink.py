@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.render.camera import Camera
 from kinolab.render.light import AMBIENT, lamps, main_light, shade, shadow_points
-from kinolab.render.mesh import Mesh, normals
+from kinolab.render.mesh import Mesh
 from kinolab.render.raster import Facets
 from kinolab.render.stroke import strokes
 
 Array: TypeAlias = NDArray[np.float64]
 
+SUNK = 1e-6  # [m] below the ground that is rounding
 EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m
 
 
@@ -66,9 +67,16 @@ class Pen:
         return strokes(self.at(segments), width * self.scale, color)
 
     def shadows(self, mesh: Mesh) -> list[Array]:
-        """The mesh's shadow on the ground for every lamp, as triangles of shape (m, 3, 3)."""
+        """The mesh's shadow on the ground for every lamp, as triangles of shape (m, 3, 3).
+
+        Of a closed surface above the ground, the faces that look at a lamp cast the whole shadow.
+        """
+        whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -SUNK)
         return [
-            self.at(shadow_points(mesh.vertices, lamp))[mesh.faces] for lamp in lamps(self.light)
+            self.at(shadow_points(mesh.vertices, lamp))[
+                mesh.faces[whole | (mesh.normals @ lamp > 0.0)]
+            ]
+            for lamp in lamps(self.light)
         ]
 
     def line_shadows(self, segments: ArrayLike, width: float) -> list[Array]:
@@ -80,7 +88,7 @@ class Pen:
         ]
 
     def _facing(self, mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
-        normal = normals(mesh.vertices, mesh.faces)
+        normal = mesh.normals
         to_viewer = self.camera.position - mesh.vertices[mesh.faces[:, 0]]
         return normal, np.sum(normal * to_viewer, axis=1) > 0.0
 

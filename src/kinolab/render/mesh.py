@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -34,6 +35,16 @@ class Mesh:
     ends: Indices
     sides: Indices
     creases: NDArray[np.bool_]
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether every edge has a face on both of its sides."""
+        return bool((self.sides[:, 0] != self.sides[:, 1]).all())
+
+    @cached_property
+    def normals(self) -> Array:
+        """The faces' unit normals, shape (m, 3)."""
+        return normals(self.vertices, self.faces)
 
     def moved(self, pose: ArrayLike) -> Mesh:
         """The mesh at a pose [R | p], 12 numbers in row-major order."""
@@ -85,8 +96,7 @@ def is_room(mesh: Mesh) -> bool:
     """Whether a closed mesh looks inward (negative volume), so that one looks into it."""
     centred = mesh.vertices - mesh.vertices.mean(axis=0)
     a, b, c = (centred[mesh.faces[:, i]] for i in range(3))
-    closed = (mesh.sides[:, 0] != mesh.sides[:, 1]).all()
-    return bool(closed and np.sum(a * np.cross(b, c)) < 0.0)
+    return bool(mesh.is_closed and np.sum(a * np.cross(b, c)) < 0.0)
 
 
 def _edges(vertices: Array, faces: Indices) -> tuple[Indices, Indices, NDArray[np.bool_]]:

@@ -99,13 +99,12 @@ def darken(canvas: Canvas, corners: Array, lamp: int, factor: Array) -> None:
 
 def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
     """The smallest box that contains the triangles' pixels, its sides at multiples of a number."""
-    points = corners.reshape(-1, 3)
-    points = points[np.isfinite(points).all(axis=1) & (points[:, 2] > 0.0)]
-    if len(points) == 0:
+    left, top, right, bottom = _extent(corners.reshape(-1, 3))
+    if left > right:
         return 0, 0, 0, 0
     limit = np.array(size)
-    low = np.clip(np.floor(points[:, :2].min(axis=0)), 0, limit) // multiple * multiple
-    high = np.clip(np.ceil(points[:, :2].max(axis=0)), 0, limit)
+    low = np.clip(np.floor([left, top]), 0, limit) // multiple * multiple
+    high = np.clip(np.ceil([right, bottom]), 0, limit)
     high = -(-high // multiple) * multiple
     return int(low[0]), int(low[1]), int(high[0]), int(high[1])
 
@@ -116,6 +115,18 @@ def average(pixels: Bytes, block: int) -> Bytes:
     out = np.empty((height, width, 3), dtype=np.uint8)
     _average(pixels, block, out)
     return out
+
+
+@compiled
+def _extent(points: Array) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of points before the camera; left > right if none is."""
+    left, top, right, bottom = np.inf, np.inf, -np.inf, -np.inf
+    for k in range(points.shape[0]):
+        x, y = points[k, 0], points[k, 1]
+        if np.isfinite(x) and np.isfinite(y) and np.isfinite(points[k, 2]) and points[k, 2] > 0.0:
+            left, top = min(left, x), min(top, y)
+            right, bottom = max(right, x), max(bottom, y)
+    return left, top, right, bottom
 
 
 @compiled

@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-IMPORT = re.compile(r'^import \{([^}]*)\} from "\./(\w+)\.js";\n', re.MULTILINE)
+IMPORT = re.compile(r'^import \{([^}]*)\} from "\.{1,2}/(?:\w+/)?(\w+)\.js";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?:async )?(?:function|const|class) (\w+)", re.MULTILINE)
 
 
 def bundle(modules: Mapping[str, str], main: str) -> str:
     """Return a script in which every module is a function that gives what it exports.
 
-    A module imports only ``{ names }`` from ``"./other.js"``, at the beginning of lines, and
-    exports only functions, constants and classes where they are declared.
+    A module imports only ``{ names }`` from ``"./other.js"``, in whatever folder that lies, at the
+    beginning of lines, and exports only functions, constants and classes where they are declared.
 
     Args:
         modules: Their sources by name.

@@ -68,6 +68,21 @@ class Series:
     held: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class Driving:
+    """The machine to be simulated by the page itself.
+
+    Attributes:
+        code: An expression of JavaScript, as ``javascript_of`` returns it.
+        states: Stored states of the plan, from which one may go on, shape (N+1, nx).
+        facts: Plain data for the page's ``drive.js``: start, step, limits, inputs without a push.
+    """
+
+    code: str
+    states: Array
+    facts: Mapping[str, Any]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Content:
     """Everything on a page.
@@ -84,6 +99,7 @@ class Content:
         facts: What is told about the plan, by the names of a report's keys; empty before planning.
         speed: Seconds of motion per second at first.
         tree: Segments of the search tree in [m], shape (n, 2, 3), None where nobody kept it.
+        driving: The machine for the page to simulate; None where nobody shall drive it.
     """
 
     title: str
@@ -97,3 +113,4 @@ class Content:
     facts: Mapping[str, Any] = field(default_factory=dict)
     speed: float = 1.0
     tree: Array | None = None
+    driving: Driving | None = None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinolab.render.backdrop import GOAL, START, WALL
 from kinolab.render.cone import cone_mesh
 from kinolab.render.mesh import Indices, is_room, weld
-from kinolab.render.page.content import Content, Curve, Series
+from kinolab.render.page.content import Content, Curve, Driving, Series
 from kinolab.render.page.extent import extent
 from kinolab.render.page.meshes import mesh_data
 from kinolab.render.page.pack import Pack, Place
@@ -54,6 +54,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         "knots": pack.add(content.knots, "f8"),
         "series": [_series(series, pack) for series in content.series],
         "constraints": list(content.constraints),
+        "driving": _driving(content.driving, pack),
         "facts": _plain(content.facts),
     }
     return data, pack.text()
@@ -104,6 +105,11 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
         "held": series.held,
         "values": pack.add(series.values.T, "f4"),
     }
+
+
+def _driving(driving: Driving | None, pack: Pack) -> dict[str, Any] | None:
+    """Return what the page's ``drive.js`` reads; the machine's code is among the scripts."""
+    return None if driving is None else {**driving.facts, "states": pack.add(driving.states, "f8")}
 
 
 def _numbers(values: Any) -> list[float]:

@@ -8,10 +8,12 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 from kinolab.render.page.bundle import bundle
-from kinolab.render.page.content import Content
+from kinolab.render.page.content import Content, Driving
 from kinolab.render.page.data import page_data
 
 LIBRARY = "three.min.js"
+FOLDERS = ("", "drive")  # of modules, no two of which have the same name
+STYLES = ("page.css", "drive/drive.css")
 
 
 def page_html(content: Content) -> str:
@@ -21,9 +23,9 @@ def page_html(content: Content) -> str:
         _source("page.html"),
         {
             "title": html.escape(content.title),
-            "style": _source("page.css"),
+            "style": "\n".join(_source(name) for name in STYLES),
             "library": library(),
-            "script": _inside_script(bundle(_modules(), "main")),
+            "script": _inside_script(bundle(_modules(content.driving), "main")),
             "data": json.dumps(data, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
             "pack": pack,
         },
@@ -39,10 +41,13 @@ def _source(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _modules() -> dict[str, str]:
-    return {
+def _modules(driving: Driving | None = None) -> dict[str, str]:
+    """Return the sources of all modules by name; the machine to be driven is one of them."""
+    machine = "null" if driving is None else driving.code
+    return {"driven_machine": f"export const driven_machine = {machine};"} | {
         entry.name.removesuffix(".js"): entry.read_text(encoding="utf-8")
-        for entry in files(__package__).iterdir()
+        for folder in FOLDERS
+        for entry in files(__package__).joinpath(folder).iterdir()
         if entry.name.endswith(".js") and entry.name != LIBRARY
     }
 

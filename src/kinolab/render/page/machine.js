@@ -12,13 +12,16 @@ export function buildMachine(data, array, motion) {
   bodies.forEach(({ frame }) => group.add(frame));
   const cables = motion.ends(motion.first) && buildCables(group);
 
+  const put = (k, place, turn, t) => {
+    const { frame, spinning, whirl } = bodies[k];
+    frame.position.set(...place);
+    frame.quaternion.set(...turn);
+    spinning.rotation.z = whirl * t;
+  };
+  const pull = (ends) => cables.geometry.setPositions(taut(ends));
   const show = (t) => {
-    bodies.forEach(({ frame, spinning, whirl }, k) => {
-      frame.position.set(...motion.place(k, t));
-      frame.quaternion.set(...motion.turn(k, t));
-      spinning.rotation.z = whirl * t;
-    });
-    if (cables) cables.geometry.setPositions(taut(motion.ends(t)));
+    bodies.forEach((_, k) => put(k, motion.place(k, t), motion.turn(k, t), t));
+    if (cables) pull(motion.ends(t));
   };
   const middle = (t) => {
     const mean = new THREE.Vector3();
@@ -29,7 +32,7 @@ export function buildMachine(data, array, motion) {
     ink.color.set(colors.ink === 0xdfe5ee ? 0x0c0f14 : colors.ink);
     if (cables) cables.material.color.set(colors.ink);
   };
-  return { group, bodies, show, middle, paint, reach: reachOf(bodies, motion, middle) };
+  return { group, bodies, show, put, pull, middle, paint, reach: reachOf(bodies, motion, middle) };
 }
 
 function buildBody({ name, whirl, mesh }, array, ink) {

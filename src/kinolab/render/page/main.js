@@ -5,6 +5,8 @@ import { axesOf } from "./axes.js";
 import { MOVING, onLayer } from "./backdrop.js";
 import { buildClock } from "./clock.js";
 import { element } from "./dom.js";
+import { offeredDrive } from "./drive/drive.js";
+import { joinDrive } from "./drive/join.js";
 import { buildCones, buildGhosts } from "./ghosts.js";
 import { radiusOf, vectorsOf } from "./framing.js";
 import { buildKeyboard } from "./keyboard.js";
@@ -35,19 +37,20 @@ async function start() {
   const scene = buildScene(data, array, moves, clock);
   const transport = buildTransport(clock, array(data.knots), byId);
   const repainted = [];
+  const drive = joinDrive(data, array, { clock, motion: moves }, scene, byId);
   fillPanel(data, array, clock, scene, repainted);
   const theme = themes(byId("theme"), (name) => {
     scene.paint(PAINT[name]);
     repainted.forEach((paint) => paint());
   });
   buildDrawer(scene.resize);
-  buildKeyboard(actionsOf(clock, transport, scene, theme), byId("keys"), byId("keys-list"), byId("help"));
+  buildKeyboard(actionsOf(clock, transport, scene, theme, drive), byId("keys"), byId("keys-list"), byId("help"));
   const asked = timeIn(location.hash);
   clock.seek(asked ?? moves.first);
   buildAddress(clock);
   scene.draw();
   if (asked === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
-  return offered(data, moves, clock, scene);
+  return offered(data, moves, clock, scene, drive);
 }
 
 /** Build what is seen in 3-D; where WebGL is missing the rest of the page still works. */
@@ -71,13 +74,14 @@ function buildScene(data, array, moves, clock) {
   parts.filter(Boolean).forEach((part) => scene.add(part));
   [machine.group, trails.behind, shade?.group].filter(Boolean).forEach((part) => onLayer(part, MOVING));
 
-  let dirty = true;
+  let dirty = true, driver = null; // who moves the machine instead of the plan
   const changed = () => { dirty = true; };
   const switched = () => { viewer.forget(); changed(); };
   const orbit = orbitControl(camera, canvas, axes, changed);
   orbit.depth = 4 * Math.max(size, machine.reach);
   orbit.nearest = machine.reach / 20; orbit.farthest = 20 * size;
-  const camera_views = views(orbit, camera, corners, axes, machine, changed);
+  const followed = { middle: (t) => (driver?.active ? driver : machine).middle(t), reach: machine.reach };
+  const camera_views = views(orbit, camera, corners, axes, followed, changed);
   const resize = () => {
     viewer.resize();
     if (camera_views.name && camera_views.name !== "follow") camera_views.choose(camera_views.name, clock.time, { jump: true });
@@ -85,7 +89,7 @@ function buildScene(data, array, moves, clock) {
   };
   const pictures = [];
   const draw = () => {
-    machine.show(clock.time); trails.show(clock.time); shade?.show();
+    (driver?.active ? driver : machine).show(clock.time); trails.show(clock.time); shade?.show();
     camera_views.follow(clock.time);
     viewer.draw(orbit.target, orbit.distance);
   };
@@ -94,14 +98,15 @@ function buildScene(data, array, moves, clock) {
     requestAnimationFrame(tick);
     const passed = before === null ? 0 : (now - before) / 1000;
     before = now;
-    if (clock.playing) { clock.pass(Math.min(passed, 0.25)); dirty = true; }
+    if (driver?.active) dirty = driver.pass(Math.min(passed, 0.25)) || dirty;
+    else if (clock.playing) { clock.pass(Math.min(passed, 0.25)); dirty = true; }
     if (!dirty) { pictures.length = 0; return; }
     dirty = camera_views.follow(clock.time);
     draw();
     pictures.push(now);
     while (now - pictures[0] > 2000) pictures.shift();
     clock.pace = 1000 * passed;
-    if (clock.playing && pictures.length > 2) viewer.spare(clock.pace);
+    if ((clock.playing || driver?.active) && pictures.length > 2) viewer.spare(clock.pace);
   };
   clock.listeners.push(changed);
   new ResizeObserver(resize).observe(canvas);
@@ -110,7 +115,7 @@ function buildScene(data, array, moves, clock) {
   buildViewButtons(camera_views, clock);
   requestAnimationFrame(tick);
   const paint = (colors) => {
-    [world, machine, trails, shade, viewer].forEach((part) => part?.paint(colors));
+    [world, machine, trails, shade, driver, viewer].forEach((part) => part?.paint(colors));
     changed();
   };
   const fps = () => (pictures.length < 2 ? 0
@@ -123,7 +128,12 @@ function buildScene(data, array, moves, clock) {
     { label: "Cones of directions", object: cones, on: true },
     { label: "World", object: world.group, on: true },
   ];
-  return { layers, switched, paint, resize, draw, fps, triangles: world.triangles,
+  /** Let somebody else move the machine while `active`, with more to see. */
+  const join = (another) => {
+    driver = another;
+    another.groups.forEach((group) => { scene.add(group); onLayer(group, MOVING); });
+  };
+  return { layers, switched, changed, join, machine, paint, resize, draw, fps, triangles: world.triangles,
            choose: (name) => camera_views.choose(name, clock.time) };
 }
 
@@ -160,7 +170,7 @@ function buildDrawer(resize) {
   set(!narrow.matches);
 }
 
-function actionsOf(clock, transport, scene, theme) {
+function actionsOf(clock, transport, scene, theme, drive) {
   const step = (count) => (event) => transport.step(event.shiftKey ? 10 * count : count);
   return [
     { keys: [" "], shown: ["space"], help: "Play or pause", run: clock.toggle },
@@ -171,13 +181,14 @@ function actionsOf(clock, transport, scene, theme) {
     { keys: ["+", "="], shown: ["+", "−"], help: "Faster or slower", run: () => transport.faster(1) },
     { keys: ["-"], run: () => transport.faster(-1) },
     ...VIEWS.map(({ name, label, key }) => ({ keys: [key], shown: [key], help: `View: ${label}`, run: () => scene.choose(name) })),
+    ...(drive ? [{ keys: ["m"], shown: ["m"], help: "Drive the machine yourself, or leave", run: drive.toggle }] : []),
     { keys: ["d"], shown: ["d"], help: "Dark or light", run: theme.toggle },
     { keys: ["p"], shown: ["p"], help: "Show or hide the panel", run: () => byId("drawer").click() },
   ];
 }
 
 /** What tests and teachers may call; docs/page.md describes it. */
-function offered(data, moves, clock, scene) {
+function offered(data, moves, clock, scene, drive) {
   return {
     get time() { return clock.time; },
     get playing() { return clock.playing; },
@@ -186,7 +197,7 @@ function offered(data, moves, clock, scene) {
     first: moves.first, last: moves.last, bodies: data.bodies.map(({ name }) => name),
     play: clock.play, pause: clock.pause, fps: scene.fps,
     seek: (t) => { clock.seek(t); scene.draw(); },
-    view: scene.choose,
+    view: scene.choose, drive: drive && offeredDrive(drive),
     frames: (t = clock.time) => Object.fromEntries(data.bodies.map(({ name }, k) => [name, moves.frame(k, t)])),
   };
 }

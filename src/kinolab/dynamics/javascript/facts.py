@@ -1,0 +1,75 @@
+"""What a machine's JavaScript must know besides functions: names, units, limits, the start."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from kinolab.dynamics.derivation import Derivation
+from kinolab.dynamics.inputs import bounds_of
+from kinolab.dynamics.model import Model
+from kinolab.dynamics.symbols import Coordinate
+from kinolab.dynamics.system import System
+
+REACH = 4.0  # a slider goes from a parameter's value divided by it to the value times it
+
+
+def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
+    """Return plain data of a machine; limits that are infinite are None."""
+    system = model.system
+    references = system.feedback.references if system.feedback else None
+    return {
+        "name": system.name,
+        "stateNames": model.state_names,
+        "stateUnits": list(_units(model)),
+        "stateBounds": [[_finite(a), _finite(b)] for a, b in model.state_bounds.tolist()],
+        "circular": model.circular.tolist(),
+        "attitudes": derivation.attitudes,
+        "rest": model.rest().tolist(),
+        "parameters": [_parameter(system, entry.name, entry.unit) for entry in system.parameters],
+        "inputs": _decided(system.inputs),
+        "references": None if references is None else _decided(references),
+        "bodies": [body.name for body in system.bodies],
+        "cables": len(system.cables),
+        "gravity": list(system.gravity.down) if system.gravity else None,
+        "requirements": [requirement.name for requirement in system.requirements],
+    }
+
+
+def as_json(data: Mapping[str, Any]) -> str:
+    """Return data as JSON that may stand anywhere in JavaScript, in a script of a page too."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _units(model: Model) -> Iterator[str]:
+    """Yield the SI unit of every entry of a state, empty where it is a pure number."""
+    places, rates = list[str](), list[str]()
+    for coordinate in model.system.coordinates:
+        own = coordinate.unit if isinstance(coordinate, Coordinate) else "rad"
+        attitude = not isinstance(coordinate, Coordinate)
+        places += [""] * 4 if attitude else [own]
+        rates += [f"{own}/s"] * (3 if attitude else 1)
+    yield from places
+    yield from (rates[i] for i in model.independent)
+    yield from (entry.unit for entry in model.system.states)
+
+
+def _parameter(system: System, name: str, unit: str) -> dict[str, Any]:
+    value = system.parameter_values[name]
+    ends = sorted((value / REACH, value * REACH)) if value else (-1.0, 1.0)
+    return {"name": name, "unit": unit, "value": value, "lower": ends[0], "upper": ends[1]}
+
+
+def _decided(entries: Sequence[Any]) -> list[dict[str, Any]]:
+    found = []
+    for entry in entries:
+        lower, upper = bounds_of(entry)
+        found.append({"name": entry.name, "unit": entry.unit, "lower": lower, "upper": upper})
+    return found
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

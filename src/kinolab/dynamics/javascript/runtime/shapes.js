@@ -1,0 +1,11 @@
+// Sizes and places of shapes: per body [{ kind, axis, size: { … }, at }].
+
+function shapesOf({ shapes }, called, p) {
+  const values = called("shapes", [p], false);
+  const read = ({ kind, axis, dimensions, first }) => {
+    const place = first + dimensions.length;
+    const size = Object.fromEntries(dimensions.map((name, i) => [name, values[first + i]]));
+    return { kind, axis, size, at: Array.from(values.subarray(place, place + 3)) };
+  };
+  return shapes.map((list) => list.map(read));
+}
