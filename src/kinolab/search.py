@@ -36,6 +36,7 @@ Array: TypeAlias = NDArray[np.float64]
 T = TypeVar("T")
 
 LOOK = 0.5  # [s] between two pictures of what is explored
+RARELY = 4.0  # times what a picture takes, at least, until the next
 
 
 class Outcome(Enum):
@@ -201,7 +202,7 @@ class Budget:
         """Let somebody watch what is explored, if anybody does and it is time."""
         if self.viewer and (elapsed := self.elapsed) > self._next_look:
             self.viewer(explored())
-            self._next_look = elapsed + LOOK
+            self._next_look = self.elapsed + max(LOOK, RARELY * (self.elapsed - elapsed))
 
     def _report(self) -> None:
         if self.progress and (elapsed := self.elapsed) > self._next_report:

@@ -51,7 +51,7 @@ def search(
     ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
     planner = begin(bridge)
     budget.restart()  # code for this machine was compiled and loaded until here
-    rounds = _Rounds(budget, restart_after)
+    rounds = _Rounds(budget, restart_after, lambda: _graph(bridge, planner))
     condition = ob.PlannerTerminationCondition(rounds.ended)
     nearest, misses = _Path(math.inf, [], []), 0
     while not rounds.all_over:
@@ -103,7 +103,7 @@ def _graph(bridge: Bridge, planner: Any) -> SearchGraph:
 
 
 class _Rounds:
-    """When a planner's round is over, and when all are.
+    """When a planner's round is over, and when all are; and who looks on meanwhile.
 
     Attributes:
         over: Whether the round's iterations are used up.
@@ -111,7 +111,8 @@ class _Rounds:
         restarts: How many rounds are over.
     """
 
-    def __init__(self, budget: Budget, first: int) -> None:
+    def __init__(self, budget: Budget, first: int, explored: Callable[[], SearchGraph]) -> None:
+        self._explored = explored
         self._budget, self._length, self._end = budget, float(first), float(first or math.inf)
         self.over = self.all_over = False
         self.restarts = 0
@@ -120,6 +121,7 @@ class _Rounds:
         """Say whether the planner must end, and count one more iteration if not."""
         self.over = self._budget.iterations >= self._end
         self.all_over = not self.over and self._budget.spent()
+        self._budget.show(self._explored)  # the planner asks between two changes of its tree
         return self.over or self.all_over
 
     def begin_next(self) -> None:

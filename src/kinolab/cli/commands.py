@@ -22,12 +22,14 @@ from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.plotting import plot
 from kinolab.cli.progress import Progress
+from kinolab.cli.spectators import Spectators, spectators
 from kinolab.cli.viewing import view
 from kinolab.errors import InputError, KinolabError, Mistake
 
 if TYPE_CHECKING:
     from kinolab.planning import Plan
     from kinolab.problem import Problem
+    from kinolab.search import Budget
 
 USAGE, RESOURCES, FAILED, INTERNAL = 2, 6, 7, 70
 MOST_JOBS = 256  # processes; each of them loads every library
@@ -89,6 +91,8 @@ def plan() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
 @click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
 @click.option("--no-diagnosis", is_flag=True, help="Do not look for why nothing was found.")
+@click.option("--live", is_flag=True, help="Show in a browser how the search tree grows.")
+@click.option("--no-browser", is_flag=True, help="With --live: only print the page's address.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 def _scenario(
     scenario: str,
@@ -105,10 +109,15 @@ def _scenario(
     as_json: bool,
     no_animation: bool,
     no_diagnosis: bool,
+    live: bool,
+    no_browser: bool,
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
-    from kinolab.runs import writable
+    from kinolab.runs import PAGE, writable
+
+    if live and jobs > 1:
+        raise InputError([Mistake("--live", "a page shows one search.", "Leave --jobs out.")])
 
     progress = Progress(quiet)
     progress("deriving and compiling the machine")
@@ -125,15 +134,20 @@ def _scenario(
     folder = out or Path("runs") / problem.name
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
-    with _compilation_told(progress):
+    with (
+        _compilation_told(progress),
+        spectators(problem, progress, live=live, browser=not no_browser) as watchers,
+    ):
         found, report = _search(
-            problem, folder, progress, jobs=jobs, anytime=anytime, optimize=not no_optimize
-        )
+            problem, folder, progress, watchers,
+            jobs=jobs, anytime=anytime, optimize=not no_optimize,
+        )  # fmt: skip
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
         if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
             progress("drawing the pictures")
             _show(problem, found, folder, report)
+        watchers.leave(folder / PAGE)
     progress.close()
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
@@ -179,6 +193,7 @@ def _search(
     problem: Problem,
     folder: Path,
     progress: Progress,
+    watchers: Spectators,
     *,
     jobs: int,
     anytime: bool,
@@ -199,7 +214,12 @@ def _search(
         with INTERRUPTS.writing():
             return write_run(folder, problem, found)
 
+    def watch(budget: Budget) -> None:
+        INTERRUPTS.ask(budget.end)
+        watchers.watch(budget)
+
     def improved(found: Plan) -> None:
+        watchers.found(found)
         if anytime or optimising:
             write(found)
             progress(_progress_of(found, anytime=anytime))
@@ -215,7 +235,7 @@ def _search(
             anytime=anytime,
             optimize=optimize,
             progress=report,
-            watch=lambda budget: INTERRUPTS.ask(budget.end),
+            watch=watch,
             improved=improved,
         )
         if found.interrupted and not found.iterations:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from kinolab.cli.interrupts import INTERRUPTS
 
@@ -15,15 +17,36 @@ class Progress:
         self._quiet = quiet
         self._terminal = sys.stderr.isatty()
         self._last = 0.0
+        self._listeners: list[Callable[[str], None]] = []
 
-    def __call__(self, text: str, *, passing: bool = False) -> None:
-        """Say what is happening; a passing line may be left out."""
+    def __call__(self, text: str, *, passing: bool = False, lasting: bool = False) -> None:
+        """Say what is happening.
+
+        Args:
+            text: To be said.
+            passing: Whether it may be left out.
+            lasting: Whether it stays on the terminal, and is said in any case.
+        """
         INTERRUPTS.raise_if_seen()
-        if self._quiet or (passing and not self._terminal and time.monotonic() < self._last + 5):
+        for listener in self._listeners:
+            listener(text)
+        if (self._quiet and not lasting) or (
+            passing and not self._terminal and time.monotonic() < self._last + 5
+        ):
             return
         self._last = time.monotonic()
-        print(f"\r\033[K{text}" if self._terminal else text, end=self._end, file=sys.stderr)
+        end = "\n" if lasting else self._end
+        print(f"\r\033[K{text}" if self._terminal else text, end=end, file=sys.stderr)
         sys.stderr.flush()
+
+    @contextmanager
+    def heard(self, listener: Callable[[str], None]) -> Iterator[None]:
+        """Say everything inside to somebody else too."""
+        self._listeners.append(listener)
+        try:
+            yield
+        finally:
+            self._listeners.remove(listener)
 
     @property
     def _end(self) -> str:

@@ -29,6 +29,8 @@ def content_of(
     trajectory: Trajectory | None,
     facts: Mapping[str, Any],
     graph: SearchGraph | None = None,
+    *,
+    drive: bool = True,
 ) -> Content:
     """Return everything that a page shows.
 
@@ -37,6 +39,7 @@ def content_of(
         trajectory: The plan's; without one the machine stands at its start.
         facts: About the plan, by the names of a report's keys.
         graph: What its search explored.
+        drive: Whether the page can simulate the machine.
     """
     shown = _standing(problem) if trajectory is None else trajectory
     x, model = shown.x, problem.model
@@ -52,13 +55,13 @@ def content_of(
         series=plotted(model, shown),
         constraints=[constraint.name for constraint in system.constraints],
         facts=facts,
-        tree=None if graph is None else _branches(problem, graph),
+        tree=None if graph is None else branches(problem, graph),
         speed=problem.scenario.render.speed,
-        driving=driving_of(problem, shown),
+        driving=driving_of(problem, shown) if drive else None,
     )
 
 
-def _branches(problem: Problem, graph: SearchGraph) -> Array:
+def branches(problem: Problem, graph: SearchGraph) -> Array:
     """Return how the machine's first body went from state to state, shape (edges, 2, 3)."""
     places = problem.model.frames(graph.x)[:, 0, 3::4]
     return np.asarray(places[graph.edges])

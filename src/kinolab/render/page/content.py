@@ -100,6 +100,7 @@ class Content:
         speed: Seconds of motion per second at first.
         tree: Segments of the search tree in [m], shape (n, 2, 3), None where nobody kept it.
         driving: The machine for the page to simulate; None where nobody shall drive it.
+        live: Where the page's own server tells how a search goes; None for a page that is a file.
     """
 
     title: str
@@ -114,3 +115,4 @@ class Content:
     speed: float = 1.0
     tree: Array | None = None
     driving: Driving | None = None
+    live: str | None = None

@@ -56,6 +56,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         "constraints": list(content.constraints),
         "driving": _driving(content.driving, pack),
         "facts": _plain(content.facts),
+        "live": content.live,
     }
     return data, pack.text()
 

@@ -17,12 +17,13 @@ STYLES = ("page.css", "drive/drive.css")
 
 
 def page_html(content: Content) -> str:
-    """Return the page; it needs no network and asks for none."""
+    """Return the page; it asks nobody for anything, a live one only the server it is from."""
     data, pack = page_data(content)
     return filled(
         _source("page.html"),
         {
             "title": html.escape(content.title),
+            "connect": "'self'" if content.live else "'none'",
             "style": "\n".join(_source(name) for name in STYLES),
             "library": library(),
             "script": _inside_script(bundle(_modules(content.driving), "main")),

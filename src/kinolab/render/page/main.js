@@ -8,8 +8,10 @@ import { element } from "./dom.js";
 import { offeredDrive } from "./drive/drive.js";
 import { joinDrive } from "./drive/join.js";
 import { buildCones, buildGhosts } from "./ghosts.js";
+import { buildGrowing } from "./growing.js";
 import { radiusOf, vectorsOf } from "./framing.js";
 import { buildKeyboard } from "./keyboard.js";
+import { followSearch } from "./live.js";
 import { buildMachine } from "./machine.js";
 import { motion } from "./motion.js";
 import { orbitControl } from "./orbit.js";
@@ -46,6 +48,7 @@ async function start() {
   buildDrawer(scene.resize);
   buildKeyboard(actionsOf(clock, transport, scene, theme, drive), byId("keys"), byId("keys-list"), byId("help"));
   const asked = timeIn(location.hash);
+  if (data.live && scene.growing) followSearch(data.live, scene.growing, scene.switched, byId);
   clock.seek(asked ?? moves.first);
   buildAddress(clock);
   scene.draw();
@@ -69,8 +72,10 @@ function buildScene(data, array, moves, clock) {
   const world = buildWorld(data, array), machine = buildMachine(data, array, moves);
   const trails = buildTrails(data, array, moves), ghosts = buildGhosts(data, machine.bodies);
   const cones = buildCones(data, array), { scene, camera } = viewer;
+  const growing = data.live ? buildGrowing() : null;
   const shade = viewer.plain && data.floor ? buildShade(machine.bodies, viewer.from, data.floor) : null;
-  const parts = [shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones];
+  const parts = [shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
+                 growing?.tree, growing?.path];
   parts.filter(Boolean).forEach((part) => scene.add(part));
   [machine.group, trails.behind, shade?.group].filter(Boolean).forEach((part) => onLayer(part, MOVING));
 
@@ -115,7 +120,7 @@ function buildScene(data, array, moves, clock) {
   buildViewButtons(camera_views, clock);
   requestAnimationFrame(tick);
   const paint = (colors) => {
-    [world, machine, trails, shade, driver, viewer].forEach((part) => part?.paint(colors));
+    [world, machine, trails, growing, shade, driver, viewer].forEach((part) => part?.paint(colors));
     changed();
   };
   const fps = () => (pictures.length < 2 ? 0
@@ -123,7 +128,7 @@ function buildScene(data, array, moves, clock) {
   const layers = [
     { label: "Path of the first body", object: trails.path, on: true },
     { label: "Paths of all other bodies", object: trails.others, on: false },
-    { label: "Search tree", object: trails.tree, on: false },
+    { label: "Search tree", object: growing?.tree ?? trails.tree, on: growing !== null },
     { label: "Start", object: ghosts.start, on: true }, { label: "Goal", object: ghosts.goal, on: true },
     { label: "Cones of directions", object: cones, on: true },
     { label: "World", object: world.group, on: true },
@@ -133,7 +138,7 @@ function buildScene(data, array, moves, clock) {
     driver = another;
     another.groups.forEach((group) => { scene.add(group); onLayer(group, MOVING); });
   };
-  return { layers, switched, changed, join, machine, paint, resize, draw, fps, triangles: world.triangles,
+  return { layers, switched, changed, join, machine, growing, paint, resize, draw, fps, triangles: world.triangles,
            choose: (name) => camera_views.choose(name, clock.time) };
 }
 

@@ -6,7 +6,7 @@ const WORDS = {
   solved: ["Solved and verified", "good"], simulated: ["Simulated", "fair"],
   approximate: ["Approximate", "fair"], local_minimum: ["Local minimum", "fair"],
   not_found: ["Not found", "bad"], verification_failed: ["Verification failed", "bad"],
-  interrupted: ["Interrupted", "fair"],
+  interrupted: ["Interrupted", "fair"], searching: ["Searching", "fair"],
   ready: ["Not planned yet", "fair"], impossible: ["Start or goal impossible", "bad"],
 };
 

@@ -33,7 +33,7 @@ function pathOf(motion, body, times) {
 }
 
 /** Return a line of constant width on the screen through points, three numbers each. */
-function ribbon(points, linewidth) {
+export function ribbon(points, linewidth) {
   const pieces = new Float32Array(2 * Math.max(points.length - 3, 0));
   for (let k = 0; k + 3 < points.length; k += 3)
     for (let i = 0; i < 6; i++) pieces[2 * k + i] = points[k + i];
@@ -44,8 +44,9 @@ function ribbon(points, linewidth) {
   return line;
 }
 
-function segments(points) {
+/** Return thin lines, each between two points. */
+export function segments(points, opacity = 0.45) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.45 }));
+  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ transparent: true, opacity }));
 }
