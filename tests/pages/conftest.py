@@ -44,7 +44,7 @@ def browse(browser: Any) -> Iterator[Opener]:
         page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto((place if isinstance(place, str) else place.as_uri()) + fragment)
-        page.evaluate("async () => { await kinolab.ready; }")
+        page.evaluate("async () => { await window.kinolab?.ready; }")
         return page
 
     yield open_

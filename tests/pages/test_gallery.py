@@ -13,6 +13,7 @@ import kinolab
 from kinolab.cli import run
 from kinolab.render.gallery import Card, gallery_html
 from kinolab.runs import write_run
+from tests.pages.browsing import Opener, needs_chromium
 
 PNG = b"\x89PNG\r\n"
 
@@ -75,3 +76,23 @@ def test_what_somebody_wrote_is_shown_and_never_run() -> None:
     assert card["poster"].startswith("data:image/png;base64,")
     assert evil not in page
     assert page.count("<script") == page.count("</script>") == 3
+
+
+@needs_chromium
+def test_cards_are_filtered_and_open_their_pages(
+    gallery: tuple[Path, int, str], browse: Opener
+) -> None:
+    """The page of a run plays in a frame that can reach nothing of the gallery around it."""
+    page = browse(gallery[0] / "gallery.html")
+    assert page.inner_text("#count") == "3 of 3 runs, 1 passed the check"
+    page.fill("#filter", "ada checked")
+    assert page.inner_text("#count") == "1 of 3 runs, 1 passed the check"
+    assert page.locator(".card:visible").count() == 1
+    page.click(".card:visible")
+    inside = page.frame_locator("#frame iframe").locator("body")
+    assert inside.evaluate("async () => (await kinolab.ready).last > 0")
+    assert inside.evaluate("() => { kinolab.seek(1); return kinolab.time; }") == 1
+    refused = "() => { try { return parent.document.title; } catch (error) { return error.name; } }"
+    assert inside.evaluate(refused) == "SecurityError"
+    page.keyboard.press("Escape")
+    assert page.locator("#frame iframe").count() == 0
