@@ -16,8 +16,8 @@ HOME = Path(__file__).resolve().parents[1] / "src" / "kinolab" / "render" / "pag
 # What the page's own modules use; the bundler leaves out everything else.
 CORE = """
 BufferAttribute BufferGeometry CircleGeometry Color DepthTexture DirectionalLight DoubleSide
-Float32BufferAttribute FrontSide Group HemisphereLight LineBasicMaterial LineSegments Mesh
-MeshBasicMaterial MeshLambertMaterial OrthographicCamera PCFShadowMap PerspectiveCamera Plane
+Float32BufferAttribute FrontSide GreaterDepth Group HemisphereLight LineBasicMaterial LineSegments
+Mesh MeshBasicMaterial MeshLambertMaterial OrthographicCamera PCFShadowMap PerspectiveCamera Plane
 PlaneGeometry RingGeometry SRGBColorSpace Scene ShaderMaterial SphereGeometry Vector3
 WebGLRenderTarget WebGLRenderer
 """

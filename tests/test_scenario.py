@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -712,6 +712,7 @@ def test_no_bytes_escape_as_anything_but_an_input_error(content: bytes) -> None:
         max_size=3,
     )
 )
+@example(["schema=0x" + "f" * 20])
 def test_no_override_escapes_as_anything_but_an_input_error(overrides: list[str]) -> None:
     survives((HEAD + BOX).encode(), overrides)
 

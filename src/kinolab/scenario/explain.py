@@ -18,6 +18,7 @@ from kinolab.scenario.values import TAGS, WORLD_AXES
 PREDICATES = {
     "float_type": "is not a number",
     "int_type": "is not a whole number",
+    "int_parsing_size": "is too large",
     "string_type": "is not text in quotes",
     "string_too_short": "is empty",
     "string_unicode": "is not Unicode text",

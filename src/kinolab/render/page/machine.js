@@ -8,7 +8,8 @@ const LOOKS = 60; // moments at which the machine's reach is measured
 export function buildMachine(data, array, motion) {
   const group = new THREE.Group();
   const ink = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.75 });
-  const bodies = data.bodies.map((body) => buildBody(body, array, ink));
+  const behind = new THREE.LineBasicMaterial({ depthFunc: THREE.GreaterDepth, depthWrite: false });
+  const bodies = data.bodies.map((body) => buildBody(body, array, { ink, behind }));
   bodies.forEach(({ frame }) => group.add(frame));
   const cables = motion.ends(motion.first) && buildCables(group);
 
@@ -30,12 +31,14 @@ export function buildMachine(data, array, motion) {
   };
   const paint = (colors) => {
     ink.color.set(colors.ink === 0xdfe5ee ? 0x0c0f14 : colors.ink);
+    behind.color.set(colors.wallEdge);
     if (cables) cables.material.color.set(colors.ink);
   };
   return { group, bodies, show, put, pull, middle, paint, reach: reachOf(bodies, motion, middle) };
 }
 
-function buildBody({ name, whirl, mesh }, array, ink) {
+/** Build a body; its edges show through what hides it, but not through the machine itself. */
+function buildBody({ name, whirl, mesh }, array, { ink, behind }) {
   const frame = new THREE.Group(), spinning = new THREE.Group();
   frame.name = name;
   frame.add(spinning);
@@ -46,7 +49,9 @@ function buildBody({ name, whirl, mesh }, array, ink) {
   const surface = new THREE.Mesh(geometry, paints);
   surface.castShadow = true;
   const edges = new THREE.LineSegments(edgesOf(mesh, array), ink);
-  spinning.add(surface, edges);
+  const hidden = new THREE.LineSegments(edges.geometry, behind);
+  hidden.renderOrder = 1; surface.renderOrder = 2; // after the world, which is 0
+  spinning.add(surface, edges, hidden);
   return { name, frame, spinning, whirl, geometry, mesh };
 }
 

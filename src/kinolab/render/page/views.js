@@ -7,6 +7,7 @@ const FLAT = (58 * Math.PI) / 180, TALL = (20 * Math.PI) / 180; // over a floor 
 const NEAR = 0.62; // [rad] elevation of the view that follows
 const GLIDE = 350; // [ms] from one view to the next
 const ROOM = 3.6; // radii of the machine in the picture that follows it
+const MOST = 0.85; // times the distance from which all is seen, for machines as large as their world
 
 export const VIEWS = [
   { name: "perspective", label: "3-D", key: "0" },
@@ -26,14 +27,13 @@ export function views(orbit, camera, corners, axes, machine, changed) {
   /** Angles, target and distance of a preset in a picture of the present shape. */
   const aim = (name, t) => {
     const angles = anglesOf(name);
-    if (name === "follow") {
-      const half = Math.tan((camera.fov * Math.PI) / 360) * Math.min(1, camera.aspect);
-      return { ...angles, target: machine.middle(t), distance: (ROOM * machine.reach) / half };
-    }
     orbit.azimuth = angles.azimuth; orbit.elevation = angles.elevation;
     const up = name === "top" ? axes.toward.clone().negate() : axes.up;
     const fov = (camera.fov * Math.PI) / 180;
-    return { ...angles, ...framed(corners, orbit.look(), up, fov, camera.aspect) };
+    const whole = framed(corners, orbit.look(), up, fov, camera.aspect);
+    if (name !== "follow") return { ...angles, ...whole };
+    const near = (ROOM * machine.reach) / (Math.tan(fov / 2) * Math.min(1, camera.aspect));
+    return { ...angles, target: machine.middle(t), distance: Math.min(near, MOST * whole.distance) };
   };
   const anglesOf = (name) => {
     if (name === "top") return { azimuth: 0, elevation: Math.PI / 2 - 0.011 };
