@@ -16,7 +16,7 @@ MOST = 20.0  # [MB] that 1000 solves of a small problem may add
 
 
 # One of each kind; ``benchmarks/memory.py`` measures all.
-KINDS = ("auto", "kpiece", "potential_field", "prm", "prm_geometric", "shooting", "syclop_rrt")
+KINDS = ("auto", "kpiece", "potential_field", "prm", "prm_geometric", "shooting")
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -306,7 +306,7 @@ def test_the_ompl_objects_outlive_the_bridge(table: Problem) -> None:
     assert definition.hasExactSolution()
 
 
-@pytest.mark.parametrize("name", ["rrt", "est", "kpiece", "syclop_est", "syclop_rrt"])
+@pytest.mark.parametrize("name", ["rrt", "est", "syclop_rrt"])
 def test_thirty_solves_leave_nothing_behind(table: Problem, name: str) -> None:
     for seed in range(1, 4):  # whatever is kept once is kept by now
         table.solve(planner=name, seed=seed, max_iterations=100)
