@@ -61,7 +61,7 @@ def test_faces_that_look_at_a_lamp_cast_the_whole_shadow(turn: float) -> None:
         for cast in shadows:
             canvas = blank(size, (200, 200, 200))
             canvas.kind[:] = GROUND
-            darken(canvas, cast, k, np.full(3, 0.5))
+            darken(canvas, [cast], np.full(3, 0.5))
             pictures.append(canvas.color)
         assert (pictures[0] == pictures[1]).all()
         assert (pictures[0] == 100).any()

@@ -48,6 +48,28 @@ def test_no_turn_of_a_wheel_below_a_full_one_looks_like_none(kind: type, axis: s
     assert np.linalg.norm(np.delete(centre, k)) > 0.1  # [m]; on one side of the axle
 
 
+@pytest.mark.parametrize("radius", [0.7, 1.9, 2.1, 7.9, 8.1, 20.0])  # [pixel]
+@pytest.mark.parametrize("kind", ["ball", "disk", "capsule"])
+def test_what_is_small_in_a_picture_has_fewer_faces_and_looks_round(
+    kind: str, radius: float
+) -> None:
+    """The middles of all edges lie within 0.4 pixels of the true surface, or 1.5 % of the radius."""
+    pixel, r = 0.01, 0.01 * radius
+    shapes: dict[str, Shape] = {
+        "ball": Sphere(r), "disk": Disk(r, 0.5 * r, "z"), "capsule": Capsule(r, 1.0, "z"),
+    }  # fmt: skip
+    mesh, fine = paint(shapes[kind], RED, pixel), paint(shapes[kind], RED)
+    assert len(mesh.faces) < len(fine.faces) if radius < 8.0 else len(mesh.faces) == len(fine.faces)
+    points = mesh.vertices[mesh.ends[mesh.creases]] if kind == "disk" else mesh.vertices[mesh.ends]
+    middles = points.mean(axis=1)
+    if kind != "ball":
+        middles[:, 2] = np.sign(middles[:, 2]) * np.clip(abs(middles[:, 2]) - 0.5, 0.0, None)
+    if kind == "disk":  # its rims; the other edges are straight in truth
+        middles = middles[np.linalg.norm(points[:, 0] - points[:, 1], axis=1) < 1.2 * r]
+    gaps = r - np.linalg.norm(middles[:, :2] if kind == "disk" else middles, axis=1)
+    assert gaps.max() < 0.4 * pixel if radius < 8.0 else gaps.max() < 0.015 * r
+
+
 def test_a_ball_has_two_tones_of_equal_area() -> None:
     mesh = paint(Sphere(1.0), RED)
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))

@@ -90,11 +90,11 @@ def test_a_shadow_darkens_the_ground_once_per_lamp_and_nothing_else() -> None:
         [[[0, 0, 1], [40, 0, 1], [40, 20, 1]], [[0, 0, 1], [40, 20, 1], [0, 20, 1.0]]]
     )
     half = np.full(3, 0.5)
-    darken(canvas, square, 0, half)
-    darken(canvas, square, 0, half)
+    darken(canvas, [square], half)
+    darken(canvas, [square], half)
     assert (canvas.color[:, :20] == 100).all()
     assert (canvas.color[:, 20:] == 200).all()
-    darken(canvas, square, 1, half)
+    darken(canvas, [square, square], half)
     assert (canvas.color[:, :20] == 50).all()
 
 

@@ -59,8 +59,7 @@ def backdrop(picture: Picture, machine: Sequence[Mesh], pen: Pen, floor: Floor |
 
 def cast(canvas: Canvas, shadows: Sequence[Array]) -> None:
     """Darken the ground where lamps do not reach it; ``shadows`` has one entry per lamp."""
-    for lamp, corners in enumerate(shadows):
-        darken(canvas, corners, lamp, SHADOW ** (1.0 / LAMPS))
+    darken(canvas, shadows, SHADOW ** (1.0 / LAMPS))
 
 
 def _draw_floor(canvas: Canvas, floor: Floor, pen: Pen) -> None:

@@ -23,16 +23,24 @@ def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
     size = max(10, round(height / 33))
     edge = round(0.8 * size)
     strip = min(height, 3 * size)
-    sheet = Image.fromarray(image[:strip])
-    pencil = ImageDraw.Draw(sheet)
     normal = _font("DejaVuSans.ttf", size)
-    room = width - 3 * edge - pencil.textlength(stamp, normal)
-    length = pencil.textlength(title, _font("DejaVuSans-Bold.ttf", size))
-    fitting = size if length <= room else max(6, int(size * room / length))
-    bold = _font("DejaVuSans-Bold.ttf", fitting)
-    pencil.text((edge, edge), title, TITLE, bold, anchor="la")
+    room = width - 3 * edge - normal.getlength(stamp)
+    sheet = Image.fromarray(image[:strip])
+    sheet.paste(TITLE, (0, 0), _title(title, size, edge, int(room), (width, strip)))
+    pencil = ImageDraw.Draw(sheet)
     pencil.text((width - edge, edge), stamp, STAMP, normal, anchor="ra")
     return np.concatenate([np.asarray(sheet), image[strip:]])
+
+
+@lru_cache(maxsize=64)  # stamps that grow by a digit leave less room
+def _title(title: str, size: int, edge: int, room: int, strip: tuple[int, int]) -> Image.Image:
+    """How much of every pixel of a strip the title covers, smaller where it has no room."""
+    length = _font("DejaVuSans-Bold.ttf", size).getlength(title)
+    fitting = size if length <= room else max(6, int(size * room / length))
+    covered = Image.new("L", strip)
+    bold = _font("DejaVuSans-Bold.ttf", fitting)
+    ImageDraw.Draw(covered).text((edge, edge), title, 255, bold, anchor="la")
+    return covered
 
 
 def time_stamp(time: float, speed: float = 1.0) -> str:

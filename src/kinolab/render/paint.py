@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.dynamics.shapes import Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.shapes import Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.render.mesh import Mesh, join, weld
 from kinolab.render.rotor import rotor
-from kinolab.world.geometry import triangles
+from kinolab.world.geometry import SECTIONS, triangles
 
 if TYPE_CHECKING:
     from kinolab.world.geometry import BodyGeometry
@@ -31,42 +31,56 @@ COLORS: tuple[Color, ...] = (
 PALE: Color = (0.99, 0.97, 0.93)
 MARK: Color = (0.13, 0.16, 0.22)  # the one sector by which a full turn is counted
 
-SECTORS, SEGMENTS = 8, 48  # SEGMENTS is a multiple of SECTORS: their borders coincide
+SECTORS = 8
+SEGMENTS = (8, 16, 48)  # of a circle, multiples of SECTORS: their borders coincide
+CORNERS = (16, 32, SECTIONS)  # of a circle, half as many on a capsule
+QUARTERED = (1, 2, 3)  # how often the faces of an octahedron are, for a ball
+COARSE = (2.0, 8.0)  # [pixel]: radii up to which the first, and the second of them, look round
 AXES = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # cyclic, so orientation is kept
 
 
-def paint_machine(bodies: Sequence[BodyGeometry]) -> tuple[Mesh, ...]:
-    """One mesh per body in the body's frame, in its own colour or in the next free one."""
+def paint_machine(bodies: Sequence[BodyGeometry], pixel: float = 0.0) -> tuple[Mesh, ...]:
+    """One mesh per body in the body's frame, in its own colour or in the next free one.
+
+    Args:
+        bodies: To be painted.
+        pixel: Size of a pixel in [m], where they are nearest; what is small in the picture gets
+            fewer faces.
+    """
     return tuple(
         join(
-            [_painted(shape, body, body.color or COLORS[i % len(COLORS)]) for shape in body.shapes]
+            [
+                _painted(shape, body, body.color or COLORS[i % len(COLORS)], pixel)
+                for shape in body.shapes
+            ]
         )
         for i, body in enumerate(bodies)
     )
 
 
-def _painted(shape: Shape, body: BodyGeometry, color: Color) -> Mesh:
+def _painted(shape: Shape, body: BodyGeometry, color: Color, pixel: float) -> Mesh:
     if body.whirl and isinstance(shape, Disk) and shape.axis == "z":
         return rotor(shape, np.asarray(color))
-    return paint(shape, color)
+    return paint(shape, color, pixel)
 
 
-def paint(shape: Shape, color: ArrayLike) -> Mesh:
+def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> Mesh:
     """The surface of a shape in its body's frame, with a pattern where a turn would go unseen."""
     tint = np.asarray(color, dtype=np.float64)
     if isinstance(shape, Disk):
-        return _round(shape.radius, shape.thickness, shape.axis, shape.at, tint)
+        return _round(shape.radius, shape.thickness, shape.axis, shape.at, tint, pixel)
     if isinstance(shape, Cylinder):
-        return _round(shape.radius, shape.length, shape.axis, shape.at, tint)
+        return _round(shape.radius, shape.length, shape.axis, shape.at, tint, pixel)
     if isinstance(shape, Sphere):
-        return ball(np.asarray(shape.at, dtype=np.float64), float(shape.radius), tint)
-    return weld(*triangles(shape), tint)
+        return ball(np.asarray(shape.at, dtype=np.float64), float(shape.radius), tint, pixel)
+    corners = CORNERS[_fineness(shape.radius, pixel)] if isinstance(shape, Capsule) else SECTIONS
+    return weld(*triangles(shape, corners), tint)
 
 
-def ball(centre: Array, radius: float, color: Array) -> Mesh:
+def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> Mesh:
     """A sphere whose eight octants alternate between a colour and a pale tint of it."""
     corners = _octahedron()
-    for _ in range(3):
+    for _ in range(QUARTERED[_fineness(radius, pixel)]):
         corners = _quartered(corners)
     parity = np.prod(corners.mean(axis=1), axis=1) > 0.0
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
@@ -79,26 +93,34 @@ def pale(color: Array) -> Array:
     return np.asarray(0.2 * color + 0.8 * np.asarray(PALE), dtype=np.float64)
 
 
-def _round(radius: object, length: object, axis: str, at: ArrayLike, color: Array) -> Mesh:
+def _fineness(radius: Any, pixel: float) -> int:
+    """Return which of the finenesses what is round needs: 0 is the coarsest."""
+    return sum(float(radius) > most * pixel for most in COARSE)
+
+
+def _round(
+    radius: object, length: object, axis: str, at: ArrayLike, color: Array, pixel: float
+) -> Mesh:
     """A cylinder with alternating sectors on both caps and along the rim."""
     r, h = float(radius), 0.5 * float(length)  # type: ignore[arg-type]
-    angle = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
-    ring = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(SEGMENTS, h)], axis=1)
+    segments = SEGMENTS[_fineness(r, pixel)]
+    angle = 2.0 * np.pi * np.arange(segments) / segments
+    ring = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(segments, h)], axis=1)
     vertices = np.concatenate([ring, ring * (1.0, 1.0, -1.0), [[0, 0, h], [0, 0, -h]]])
-    faces, segment = _round_faces()
-    sector = segment * SECTORS // SEGMENTS
+    faces, segment = _round_faces(segments)
+    sector = segment * SECTORS // segments
     colors = np.where((sector % 2 == 0)[:, None], color, pale(color))
     colors[sector == 0] = MARK
     return weld(vertices[:, AXES[axis]] + np.asarray(at, dtype=np.float64), faces, colors)
 
 
-def _round_faces() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _round_faces(segments: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Caps and rim over an upper ring, a lower ring and two centres, and each face's segment."""
-    a = np.arange(SEGMENTS)
-    b, top, bottom = (a + 1) % SEGMENTS, np.full(SEGMENTS, 2 * SEGMENTS), a + SEGMENTS
+    a = np.arange(segments)
+    b, top, bottom = (a + 1) % segments, np.full(segments, 2 * segments), a + segments
     upper = np.stack([top, a, b], axis=1)
-    lower = np.stack([top + 1, b + SEGMENTS, bottom], axis=1)
-    left = np.stack([bottom, b + SEGMENTS, b], axis=1)
+    lower = np.stack([top + 1, b + segments, bottom], axis=1)
+    left = np.stack([bottom, b + segments, b], axis=1)
     right = np.stack([bottom, b, a], axis=1)
     return np.concatenate([upper, lower, left, right]), np.tile(a, 4)
 

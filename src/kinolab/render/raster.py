@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -14,6 +15,7 @@ Array: TypeAlias = NDArray[np.float64]
 Bytes: TypeAlias = NDArray[np.uint8]
 Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom in [pixel], half open
 
+COUNTS = np.array([bin(byte).count("1") for byte in range(256)], dtype=np.uint8)  # of bits
 OTHER, GROUND = 0, 1  # what a pixel shows; lamp k adds 2 << k once it is hidden from there
 
 
@@ -86,15 +88,21 @@ def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
     _draw(canvas.color, canvas.nearness, canvas.kind, facets.corners, facets.colors, kind)
 
 
-def darken(canvas: Canvas, corners: Array, lamp: int, factor: Array) -> None:
-    """Let triangles on the ground hide it from one lamp; each pixel darkens once per lamp.
+def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
+    """Let triangles on the ground hide it from lamps; each pixel darkens once per lamp.
 
     Args:
-        corners: The shadow's triangles, column and row in [pixel], shape (m, 3, 3).
-        lamp: Which lamp is hidden, from 0 to 5.
-        factor: What remains of red, green and blue, in [0, 1], shape (3,).
+        canvas: What is darkened.
+        shadows: For each lamp, of 6 at most, its triangles: column and row in [pixel], shape
+            (m, 3, 3).
+        factor: What remains of red, green and blue without one lamp, in [0, 1], shape (3,).
     """
-    _darken(canvas.color, canvas.kind, corners, 2 << lamp, factor)
+    before = canvas.kind.copy()
+    for lamp, corners in enumerate(shadows):
+        _hide(canvas.kind, corners, 2 << lamp)
+    hidden = np.arange(len(shadows) + 1)[:, None, None]
+    left = np.arange(256)[None, :, None] * np.asarray(factor) ** hidden
+    _dim(canvas.color, before, canvas.kind, (left + 0.5).astype(np.uint8))
 
 
 def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
@@ -130,13 +138,21 @@ def _extent(points: Array) -> tuple[float, float, float, float]:
 
 
 @compiled
-def _span(tri: Array, row: float) -> tuple[float, float]:
+def _lines(tri: Array, lines: Array) -> None:
+    """Write a triangle's edges as rows where they begin and end, first column, columns per row."""
+    for i in range(3):
+        a, b = tri[i], tri[0 if i == 2 else i + 1]
+        lines[i, 0], lines[i, 1], lines[i, 2] = a[1], b[1], a[0]
+        lines[i, 3] = (b[0] - a[0]) / (b[1] - a[1]) if a[1] != b[1] else 0.0
+
+
+@compiled
+def _span(lines: Array, row: float) -> tuple[float, float]:
     """The interval in which a horizontal line crosses a triangle; empty if low > high."""
     low, high = np.inf, -np.inf
     for i in range(3):
-        a, b = tri[i], tri[(i + 1) % 3]
-        if (a[1] <= row) != (b[1] <= row):
-            x = a[0] + (row - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
+        if (lines[i, 0] <= row) != (lines[i, 1] <= row):
+            x = lines[i, 2] + (row - lines[i, 0]) * lines[i, 3]
             low, high = min(low, x), max(high, x)
     return low, high
 
@@ -176,6 +192,7 @@ def _draw(
     tag: int,
 ) -> None:
     height, width = nearness.shape
+    lines = np.empty((3, 4))
     for k in range(corners.shape[0]):
         tri = corners[k]
         ax, ay = tri[1, 0] - tri[0, 0], tri[1, 1] - tri[0, 1]
@@ -189,8 +206,9 @@ def _draw(
         farthest = min(tri[0, 2], tri[1, 2], tri[2, 2])
         nearest = max(tri[0, 2], tri[1, 2], tri[2, 2])
         first, last = _rows(tri, height)
+        _lines(tri, lines)
         for i in range(first, last):
-            low, high = _span(tri, i + 0.5)
+            low, high = _span(lines, i + 0.5)
             left, right = _columns(low, high, width)
             start = tri[0, 2] + slope_y * (i + 0.5 - tri[0, 1]) + slope_x * (0.5 - tri[0, 0])
             for j in range(left, right):
@@ -204,18 +222,30 @@ def _draw(
 
 
 @compiled
-def _darken(color: Bytes, kind: Bytes, corners: Array, bit: int, factor: Array) -> None:
+def _hide(kind: Bytes, corners: Array, bit: int) -> None:
+    """Mark the ground inside triangles, without a branch: so many pixels are marked at once."""
     height, width = kind.shape
+    mark, lines = np.uint8(bit), np.empty((3, 4))
     for k in range(corners.shape[0]):
         first, last = _rows(corners[k], height)
+        _lines(corners[k], lines)
         for i in range(first, last):
-            low, high = _span(corners[k], i + 0.5)
+            low, high = _span(lines, i + 0.5)
             left, right = _columns(low, high, width)
-            for j in range(left, right):
-                if kind[i, j] & GROUND and not kind[i, j] & bit:
-                    kind[i, j] |= bit
-                    for c in range(3):
-                        color[i, j, c] = np.uint8(color[i, j, c] * factor[c] + 0.5)
+            part = kind[i, left:right]
+            for j in range(part.shape[0]):
+                part[j] |= (part[j] & np.uint8(GROUND)) * mark
+
+
+@compiled
+def _dim(color: Bytes, before: Bytes, after: Bytes, left: Bytes) -> None:
+    """Darken each pixel by as many lamps as have been hidden from it; ``left`` says to what."""
+    for i in range(before.shape[0]):
+        for j in range(before.shape[1]):
+            new = before[i, j] ^ after[i, j]
+            if new:
+                for c in range(3):
+                    color[i, j, c] = left[COUNTS[new], color[i, j, c], c]
 
 
 @compiled

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.render.backdrop import INK, Floor, backdrop, cast
-from kinolab.render.camera import frame_scene
+from kinolab.render.camera import Camera, frame_scene
 from kinolab.render.cone import cone_mesh
 from kinolab.render.ink import Pen, pen
 from kinolab.render.mesh import Mesh, join
@@ -84,9 +84,21 @@ def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage
         cloud = np.concatenate([cloud, _corners(floor)])
     camera = frame_scene(cloud, up, picture.view, size)
     tool = pen(camera, size, up, SAMPLES)
+    machine = paint_machine(picture.bodies, _pixel(camera, machine, motion, size))
     canvas = backdrop(picture, machine, tool, floor)
     image = average(canvas.color, SAMPLES)
     return Stage(tool, machine, canvas, image, floor is not None)
+
+
+def _pixel(
+    camera: Camera, machine: tuple[Mesh, ...], motion: Array, size: tuple[int, int]
+) -> float:
+    """How large a pixel is in [m], where the machine comes nearest."""
+    ways = [_swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+    if not ways:
+        return 0.0
+    nearest = camera.project(np.concatenate(ways).reshape(-1, 3), size)[:, 2].min()
+    return float(2.0 * nearest * np.tan(0.5 * camera.fov) / size[1])
 
 
 def pose_table(poses: ArrayLike) -> Array:

@@ -91,26 +91,30 @@ def lowest_z(shape: Shape, pose: Array) -> float:
     return float(center - half_extent(int(kind), half, *down))
 
 
-def triangles(shape: Shape) -> tuple[Array, Faces]:
+def triangles(shape: Shape, corners: int = SECTIONS) -> tuple[Array, Faces]:
     """Triangulate the surface in the body's frame, for drawing.
+
+    Args:
+        shape: What is drawn.
+        corners: Of a circle around a cylinder, twice as many as of one around a capsule.
 
     Returns:
         Vertices (n, 3) in [m], on the surface; faces (m, 3), seen anticlockwise from outside.
     """
-    mesh = _own_triangles(shape)
+    mesh = _own_triangles(shape, corners)
     frame = placement(shape)
     vertices = np.asarray(mesh.vertices, dtype=np.float64) @ frame[:, :3].T + frame[:, 3]
     return vertices, np.asarray(mesh.faces, dtype=np.int64)
 
 
-def _own_triangles(shape: Shape) -> trimesh.Trimesh:
+def _own_triangles(shape: Shape, corners: int) -> trimesh.Trimesh:
     kind, half = sizes(shape)
     if kind is Kind.BOX:
         return trimesh.creation.box(2.0 * half)
     if kind is Kind.SPHERE:
         return trimesh.creation.icosphere(subdivisions=3, radius=half[0])
     if kind is Kind.CYLINDER:
-        return trimesh.creation.cylinder(half[0], 2.0 * half[2], sections=SECTIONS)
-    capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[32, 32])
+        return trimesh.creation.cylinder(half[0], 2.0 * half[2], sections=corners)
+    capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[corners // 2, corners // 2])
     capsule.apply_translation(-capsule.bounds.mean(axis=0))
     return capsule
