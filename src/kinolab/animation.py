@@ -26,6 +26,7 @@ def animate(problem: Problem, trajectory: Trajectory) -> bytes:
         size=settings.size,
         speed=settings.speed,
         title=problem.scenario.title,
+        magnify=settings.magnify,
     )
     return b"".join(gif_parts(film, settings.size))
 
@@ -65,6 +66,7 @@ def video(
         speed=speed or settings.speed,
         title=problem.scenario.title,
         video=True,
+        magnify=settings.magnify,
     )
     return mp4(film, size, fps)
 

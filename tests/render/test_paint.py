@@ -53,7 +53,7 @@ def test_no_turn_of_a_wheel_below_a_full_one_looks_like_none(kind: type, axis: s
 def test_what_is_small_in_a_picture_has_fewer_faces_and_looks_round(
     kind: str, radius: float
 ) -> None:
-    """The middles of all edges lie within 0.4 pixels of the true surface, or 1.5 % of the radius."""
+    """All edges lie within 0.4 pixels of the true surface, or 1.5 % of the radius."""
     pixel, r = 0.01, 0.01 * radius
     shapes: dict[str, Shape] = {
         "ball": Sphere(r), "disk": Disk(r, 0.5 * r, "z"), "capsule": Capsule(r, 1.0, "z"),

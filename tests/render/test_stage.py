@@ -112,7 +112,7 @@ def test_ground_is_drawn_only_below() -> None:
     fallen = replace(picture, up=np.array([-1.0, 0.0, 0.0]))
     assert picture.stands_on_ground
     assert not fallen.stands_on_ground
-    assert not build_stage(fallen, at(0, 0, 1)[None], SIZE).shadows
+    assert build_stage(fallen, at(0, 0, 1)[None], SIZE).floor is None
 
 
 def test_the_goal_is_green_and_the_start_is_a_ghost() -> None:

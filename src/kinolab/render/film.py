@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.render.lettering import lettered, time_stamp
+from kinolab.render.magnifier import Magnifier, build_magnifier
 from kinolab.render.playback import Playback, interpolate_lines, interpolate_poses, schedule
 from kinolab.render.rotor import whirled
 from kinolab.render.scene import Picture
@@ -29,6 +30,7 @@ class Film:
         poses: Shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), or None.
         title: One line of text.
+        magnifier: What shows the machine large in a corner, if anything does.
     """
 
     stage: Stage
@@ -36,6 +38,7 @@ class Film:
     poses: Array
     lines: Array | None
     title: str
+    magnifier: Magnifier | None = None
 
     def __len__(self) -> int:
         """The number of frames."""
@@ -43,7 +46,10 @@ class Film:
 
     def frame(self, i: int) -> Bytes:
         """RGB pixels of frame ``i``, shape (h, w, 3)."""
-        image = self.stage.shot(self.poses[i], None if self.lines is None else self.lines[i])
+        lines = None if self.lines is None else self.lines[i]
+        image = self.stage.shot(self.poses[i], lines)
+        if self.magnifier is not None:
+            self.magnifier.put(image, self.poses[i], lines)
         stamp = time_stamp(float(self.playback.times[i]), self.playback.speed)
         return lettered(image, self.title, stamp)
 
@@ -62,8 +68,20 @@ def make_film(
     speed: float = 1.0,
     title: str = "",
     video: bool = False,
+    magnify: bool = False,
 ) -> Film:
     """Resample a motion to frames and set its scene; a video may have more frames than a GIF.
+
+    Args:
+        picture: What is drawn.
+        times: Row times in [s], shape (nt,), not decreasing.
+        poses: One pose per row and body, shape (nt, nb, 12).
+        size: Width and height in [pixel].
+        fps: Frames per second of film.
+        speed: Seconds of motion per second of film.
+        title: One line of text.
+        video: Whether it may be long.
+        magnify: Whether a machine that is tiny is shown enlarged as well, where there is room.
 
     Raises:
         ValueError: If times and poses do not fit together, are not finite, or times decrease.
@@ -76,7 +94,8 @@ def make_film(
         t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
     moved = interpolate_poses(t, table, playback.times)
     moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
-    return Film(stage, playback, moved, _cables(picture, t, playback.times), title)
+    magnifier = build_magnifier(picture, stage, moved, size) if magnify else None
+    return Film(stage, playback, moved, _cables(picture, t, playback.times), title, magnifier)
 
 
 def _cables(picture: Picture, times: Array, at: Array) -> Array | None:

@@ -20,9 +20,8 @@ FONTS = "mpl-data/fonts/ttf"  # matplotlib carries DejaVu Sans, so no system fon
 def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
     """A copy of an image with a title at the upper left and a time stamp at the upper right."""
     height, width = image.shape[:2]
-    size = max(10, round(height / 33))
-    edge = round(0.8 * size)
-    strip = min(height, 3 * size)
+    size, edge = _sizes(height)
+    strip = min(height, heading(height))
     normal = _font("DejaVuSans.ttf", size)
     room = width - 3 * edge - normal.getlength(stamp)
     sheet = Image.fromarray(image[:strip])
@@ -41,6 +40,25 @@ def _title(title: str, size: int, edge: int, room: int, strip: tuple[int, int]) 
     bold = _font("DejaVuSans-Bold.ttf", fitting)
     ImageDraw.Draw(covered).text((edge, edge), title, 255, bold, anchor="la")
     return covered
+
+
+def heading(height: int) -> int:
+    """How many rows below the top of a picture belong to title and time stamp."""
+    return 3 * _sizes(height)[0]
+
+
+def label(image: Bytes, text: str) -> Bytes:
+    """A copy of an image with a word at the upper left."""
+    sheet = Image.fromarray(image)
+    font = _font("DejaVuSans.ttf", max(9, round(image.shape[0] / 14)))
+    ImageDraw.Draw(sheet).text((6, 5), text, STAMP, font, anchor="la")
+    return np.asarray(sheet)
+
+
+def _sizes(height: int) -> tuple[int, int]:
+    """Height of letters and distance from the edge in a picture, in [pixel]."""
+    size = max(10, round(height / 33))
+    return size, round(0.8 * size)
 
 
 def time_stamp(time: float, speed: float = 1.0) -> str:

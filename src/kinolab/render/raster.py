@@ -88,6 +88,11 @@ def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
     _draw(canvas.color, canvas.nearness, canvas.kind, facets.corners, facets.colors, kind)
 
 
+def paint_ground(canvas: Canvas, facets: Facets) -> None:
+    """Colour the ground inside triangles, however near they are; the last one wins."""
+    _paint(canvas.color, canvas.kind, facets.corners, facets.colors)
+
+
 def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
     """Let triangles on the ground hide it from lamps; each pixel darkens once per lamp.
 
@@ -219,6 +224,22 @@ def _draw(
                     color[i, j, 0] = colors[k, 0]
                     color[i, j, 1] = colors[k, 1]
                     color[i, j, 2] = colors[k, 2]
+
+
+@compiled
+def _paint(color: Bytes, kind: Bytes, corners: Array, colors: Bytes) -> None:
+    height, width = kind.shape
+    lines = np.empty((3, 4))
+    for k in range(corners.shape[0]):
+        first, last = _rows(corners[k], height)
+        _lines(corners[k], lines)
+        for i in range(first, last):
+            low, high = _span(lines, i + 0.5)
+            left, right = _columns(low, high, width)
+            for j in range(left, right):
+                if kind[i, j] & GROUND:
+                    for c in range(3):
+                        color[i, j, c] = colors[k, c]
 
 
 @compiled

@@ -8,10 +8,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.render.backdrop import INK, Floor, backdrop, cast
+from kinolab.render.backdrop import INK, PAPER, Floor, backdrop
 from kinolab.render.camera import Camera, frame_scene
 from kinolab.render.cone import cone_mesh
 from kinolab.render.ink import Pen, pen
+from kinolab.render.layers import Shadows, drawn
 from kinolab.render.mesh import Mesh, join
 from kinolab.render.paint import paint_machine
 from kinolab.render.raster import Bytes, Canvas, Facets, average, draw, extent
@@ -33,39 +34,55 @@ class Stage:
         machine: One mesh per body, in the body's frame.
         canvas: The backdrop in small pixels, with depth.
         image: The backdrop as it is seen, shape (h, w, 3).
-        shadows: Whether there is ground for the machine's shadow.
+        floor: Ground for the machine's shadow, if there is any.
     """
 
     pen: Pen
     machine: tuple[Mesh, ...]
     canvas: Canvas
     image: Bytes
-    shadows: bool
+    floor: Floor | None
 
     def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
         """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
-        moved = join(
-            [mesh.moved(pose) for mesh, pose in zip(self.machine, pose_table(poses), strict=True)]
+        parts = machine_facets(
+            self.pen, self.machine, pose_table(poses), lines, self.floor is not None
         )
-        facets = self.pen.faces(moved, AMBIENT) + self.pen.edges(moved, OUTLINE, INK)
-        shadows = self.pen.shadows(moved) if self.shadows else []
-        if lines is not None:
-            facets += self.pen.line(lines, CABLE, INK)
-            if self.shadows:
-                fallen = self.pen.line_shadows(lines, CABLE)
-                shadows = [np.concatenate(both) for both in zip(shadows, fallen, strict=True)]
-        return self._composed(facets, shadows)
+        return self._composed(*parts)
 
     def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
         box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
         part = self.canvas.part(box)
         shift = np.array([box[0], box[1], 0.0])
-        cast(part, [corners - shift for corners in shadows])
+        Shadows([corners - shift for corners in shadows]).on(part)
         draw(part, Facets(facets.corners - shift, facets.colors))
         left, top, right, bottom = (side // self.pen.scale for side in box)
         image = self.image.copy()
         image[top:bottom, left:right] = average(part.color, self.pen.scale)
         return image
+
+
+def machine_facets(
+    pen: Pen, machine: tuple[Mesh, ...], poses: Array, lines: Array | None, shadows: bool
+) -> tuple[Facets, list[Array]]:
+    """Return the machine and its cables as facets, and their shadows by lamp where there are any.
+
+    Args:
+        pen: Camera and light.
+        machine: One mesh per body, in the body's frame.
+        poses: Of the bodies, shape (nb, 12).
+        lines: Cables, shape (nl, 2, 3), if any.
+        shadows: Whether there is ground for them.
+    """
+    moved = join([mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)])
+    facets = pen.faces(moved, AMBIENT) + pen.edges(moved, OUTLINE, INK)
+    fallen = pen.shadows(moved) if shadows else []
+    if lines is not None:
+        facets += pen.line(lines, CABLE, INK)
+        if shadows:
+            both = zip(fallen, pen.line_shadows(lines, CABLE), strict=True)
+            fallen = [np.concatenate(parts) for parts in both]
+    return facets, fallen
 
 
 def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage:
@@ -84,20 +101,20 @@ def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage
         cloud = np.concatenate([cloud, _corners(floor)])
     camera = frame_scene(cloud, up, picture.view, size)
     tool = pen(camera, size, up, SAMPLES)
-    machine = paint_machine(picture.bodies, _pixel(camera, machine, motion, size))
-    canvas = backdrop(picture, machine, tool, floor)
+    machine = paint_machine(picture.bodies, nearest_pixel(camera, machine, motion, size))
+    canvas = drawn(backdrop(picture, machine, tool, floor), tool.size, PAPER)
     image = average(canvas.color, SAMPLES)
-    return Stage(tool, machine, canvas, image, floor is not None)
+    return Stage(tool, machine, canvas, image, floor)
 
 
-def _pixel(
+def nearest_pixel(
     camera: Camera, machine: tuple[Mesh, ...], motion: Array, size: tuple[int, int]
 ) -> float:
     """How large a pixel is in [m], where the machine comes nearest."""
-    ways = [_swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+    ways = [swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     if not ways:
         return 0.0
-    nearest = camera.project(np.concatenate(ways).reshape(-1, 3), size)[:, 2].min()
+    nearest = min(float(camera.project(way, size)[..., 2].min()) for way in ways)
     return float(2.0 * nearest * np.tan(0.5 * camera.fov) / size[1])
 
 
@@ -113,7 +130,7 @@ def seen_points(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> A
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
     tables = [motion, *(pose_table(ghost.poses)[None] for ghost in ghosts)]
     for table in tables:
-        parts += [_swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+        parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     if picture.path is not None:
         parts.append(np.asarray(picture.path, dtype=np.float64))
     if isinstance(picture.goal, GoalRegion):
@@ -130,8 +147,8 @@ def seen_points(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> A
     return np.concatenate([found, _bounds(picture, found)])
 
 
-def _swept(mesh: Mesh, poses: Array) -> Array:
-    """The corners of a mesh's own bounding box at every pose, shape (nt * 8, 3)."""
+def swept(mesh: Mesh, poses: Array) -> Array:
+    """The corners of a mesh's own bounding box at every pose, shape (nt, 8, 3)."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     corners = np.array([np.where(pick, high, low) for pick in np.ndindex(2, 2, 2)])
     g = poses.reshape(-1, 3, 4)

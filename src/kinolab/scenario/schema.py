@@ -265,6 +265,7 @@ class RenderSection(Section):
     view: Literal["perspective", "top", "front", "side"] = "perspective"
     speed: Positive = 1.0  # seconds of motion per second of picture
     size: PictureSize = (800, 600)
+    magnify: bool = True  # whether a machine that is tiny in it is shown enlarged in a corner
 
 
 class Scenario(Section):
