@@ -22,7 +22,8 @@ from kinolab.errors import InputError
 from kinolab.motion import resimulate
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.verification import SPACING, verify
+from kinolab.verification import verify
+from kinolab.walk import SPACING
 from tests.conftest import Solved, Solver
 from tests.oracles.rolling_disk import Coin
 from tests.support import (

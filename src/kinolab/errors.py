@@ -62,7 +62,15 @@ class NoDynamicsError(KinolabError):
 
 
 class SingularError(KinolabError):
-    """The equations of motion have no unique solution at a state; the message names the cause."""
+    """The equations of motion have no unique solution at a state; the message names the cause.
+
+    Attributes:
+        row: Which one it is of several states.
+    """
+
+    def __init__(self, message: str, row: int = 0) -> None:
+        self.row = row
+        super().__init__(message)
 
 
 class EndpointError(KinolabError):

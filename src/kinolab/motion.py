@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from kinolab.dynamics import Model
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, SingularError
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
@@ -49,6 +50,37 @@ class Motion:
     def between(self, k: int, times: Array) -> Array:
         """Return the states at times within interval k, shape (times, nx)."""
         states: Array = self.pieces[k](times).T
+        return states
+
+    def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
+        """Return the states at times, each within an interval of its own, shape (times, nx).
+
+        Args:
+            intervals: In order, shape (times,).
+            times: In [s], shape (times,).
+        """
+        if not len(times):
+            return np.empty((0, self.x.shape[1]))
+        cuts = np.flatnonzero(np.diff(intervals)) + 1
+        firsts = intervals[np.concatenate([[0], cuts])].tolist()
+        parts = zip(firsts, np.split(times, cuts), strict=True)
+        return np.concatenate([self.between(k, part) for k, part in parts])
+
+
+@dataclass(frozen=True)
+class MapMotion(Motion):
+    """A motion whose states are joined by straight ways: chords."""
+
+    attitudes: tuple[int, ...] = ()  # where quaternions begin in a state
+
+    def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
+        """Return the states at times, each within an interval of its own, shape (times, nx)."""
+        begin, end = self.t[intervals], self.t[intervals + 1]
+        share = ((times - begin) / (end - begin))[:, None]
+        states: Array = self.x[intervals] + share * (self.x[intervals + 1] - self.x[intervals])
+        for first in self.attitudes:
+            turn = states[:, first : first + 4]
+            turn /= np.linalg.norm(turn, axis=1, keepdims=True)
         return states
 
 
@@ -110,16 +142,14 @@ def follow_map(
     Raises:
         DivergedError: If a step fails.
     """
-    states, pieces = [np.asarray(start, dtype=float)], []
-    for k, held in enumerate(u):
-        try:
-            span = float(t[k + 1] - t[k])
-            states.append(model.step(states[-1], held, span, method=method, substeps=substeps))
-        except KinolabError as error:
-            raise DivergedError(float(t[k]), str(error)) from error
-        ends = (float(t[k]), float(t[k + 1]))
-        pieces.append(Chord(ends, states[-2], states[-1], tuple(model.attitudes.values())))
-    return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
+    times, attitudes = np.asarray(t, dtype=float), tuple(model.attitudes.values())
+    try:
+        x = model.steps(start, u, np.diff(times), method=method, substeps=substeps)
+    except SingularError as error:
+        raise DivergedError(float(times[error.row]), str(error)) from error
+    ends = zip(pairwise(times.tolist()), x[:-1], x[1:], strict=True)
+    pieces = [Chord(span, begin, end, attitudes) for span, begin, end in ends]
+    return MapMotion(times, x, pieces, attitudes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.errors import SingularError
 from kinolab.motion import GROWTH, DivergedError, Motion, growth, nudged, true_motion
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
+from kinolab.walk import MOST_SAMPLES, TooFastError, Walk
 from kinolab.world import NO_ENDS, CollisionChecker, World
 
 Array: TypeAlias = NDArray[np.float64]
@@ -25,15 +26,11 @@ Array: TypeAlias = NDArray[np.float64]
 DEFECT = 1e-6  # of a state's scale: how far a knot may lie from where the one before leads
 CONSTRAINT = 1e-9  # [m/s] or [rad/s]; constraints hold by construction, so only rounding remains
 EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
-SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
 FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
 MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
 FEEDBACK = 1e-9  # of an input's range: how far it may be from what the law gives
 DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
 STEP = 1e-6  # share by which a step of a discrete problem may differ: times add up with rounding
-MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
-PROBES = 5  # of the speed within one integrator step
-CAUTION = 1.2  # factor on the fastest probe
 
 
 @dataclass(frozen=True)
@@ -87,16 +84,16 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
         motion = _motion_of(problem, trajectory)
     except DivergedError as error:
         return Certificate((*feasible, *_diverged(error)))
-    growth = _error_growth(problem, trajectory, motion)
+    growth, walk = _error_growth(problem, trajectory, motion), Walk(problem, trajectory, motion)
     return Certificate(
         (
             *feasible,
-            *_requirements(problem, trajectory, motion),
+            *_requirements(walk),
             growth,
             _drift(problem, trajectory, motion, growth.value),
-            _limits(problem, trajectory, motion),
+            _limits(walk),
             _goal(problem, motion),
-            _collision(problem, trajectory, motion),
+            _collision(walk),
         )
     )
 
@@ -111,7 +108,7 @@ def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ..
         motion = _motion_of(problem, trajectory)
     except DivergedError as error:
         return (*feasible, *_diverged(error))
-    required = _requirements(problem, trajectory, motion)
+    required = _requirements(Walk(problem, trajectory, motion))
     return (*feasible, *required, _error_growth(problem, trajectory, motion))
 
 
@@ -124,7 +121,7 @@ def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
         motion = _motion_of(problem, trajectory)
     except DivergedError as error:
         return Check("collision", math.inf, 0.0, False, str(error))
-    return _collision(problem, trajectory, motion)
+    return _collision(Walk(problem, trajectory, motion))
 
 
 def _motion_of(problem: Problem, trajectory: Trajectory) -> Motion:
@@ -201,23 +198,33 @@ def _defects(problem: Problem, trajectory: Trajectory) -> Check:
 
     With feedback it is the stored inputs, not the references, that must lead there.
     """
-    plant = replace(problem, model=problem.model.plant)
     discrete = problem.scenario.integration.truth == "discrete"
     limit = DISCRETE_DEFECT if discrete else DEFECT
-    worst, detail = 0.0, ""
-    for k in range(len(trajectory.u)):
-        span = trajectory.t[k : k + 2]
-        try:
-            reached = true_motion(plant, trajectory.x[k], span, trajectory.u[k : k + 1]).x[-1]
-        except DivergedError as error:
-            return Check("dynamics", math.inf, limit, False, str(error))
-        errors = np.abs(_difference(problem, trajectory.x[k + 1], reached))
-        i = int(errors.argmax())
-        if errors[i] > worst:
-            worst = float(errors[i])
-            named = _named(problem, i, trajectory.x[k + 1, i], reached[i])
-            detail = f"at t = {span[1]:.6g} s {named}"
+    try:
+        reached = _from_each(replace(problem, model=problem.model.plant), trajectory)
+    except DivergedError as error:
+        return Check("dynamics", math.inf, limit, False, str(error))
+    errors = np.abs(_difference(problem, trajectory.x[1:], reached))
+    if not errors.size:
+        return _check("dynamics", 0.0, limit, "")
+    k, i = map(int, np.unravel_index(int(errors.argmax()), errors.shape))
+    worst, named = float(errors[k, i]), _named(problem, i, trajectory.x[k + 1, i], reached[k, i])
+    detail = f"at t = {trajectory.t[k + 1]:.6g} s {named}"
     return _check("dynamics", worst, limit, detail if worst > limit else "")
+
+
+def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
+    """Return where the truth leads from every stored knot under the stored inputs, (N, nx)."""
+    settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
+    if settings.truth != "discrete":
+        ends = [true_motion(plant, x[k], t[k : k + 2], u[k : k + 1]).x[-1] for k in range(len(u))]
+        return np.array(ends).reshape(len(u), plant.model.nx)
+    try:
+        return plant.model.step(
+            x[:-1], u, np.diff(t), method=settings.method, substeps=settings.substeps
+        )
+    except SingularError as error:
+        raise DivergedError(float(t[error.row]), str(error)) from error
 
 
 def _constraints(problem: Problem, trajectory: Trajectory) -> Check:
@@ -270,21 +277,21 @@ def _feedback(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
     yield _check("feedback", worst, FEEDBACK, detail if worst > FEEDBACK else "")
 
 
-def _requirements(problem: Problem, trajectory: Trajectory, motion: Motion) -> Iterator[Check]:
+def _requirements(walk: Walk) -> Iterator[Check]:
     """Check what the machine demands of plans, along the motion under the inputs held in it."""
-    named = problem.system.requirements
-    if not named or not len(trajectory.u):
+    problem, named = walk.problem, walk.problem.system.requirements
+    if not named or not len(walk.trajectory.u):
         return
     worst, detail = 0.0, ""
     try:
-        for times, states, held in _samples(problem, trajectory, motion):
+        for times, states, held in walk.samples():
             margins = problem.model.plant.requirements(states, held)
             short = np.where(np.isfinite(margins), -margins, np.inf)
             k, i = np.unravel_index(int(short.argmax()), short.shape)
             if short[k, i] > worst:
                 worst = float(short[k, i])
                 detail = f"at t = {times[k]:.6g} s {named[int(i)].name}: short by {worst:.4g}"
-    except _TooFastError as error:
+    except TooFastError as error:
         worst, detail = math.inf, str(error)
     yield _check("requirements", worst, EXCESS, detail if worst > EXCESS else "")
 
@@ -339,34 +346,32 @@ def _goal(problem: Problem, motion: Motion) -> Check:
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 
 
-def _limits(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
+def _limits(walk: Walk) -> Check:
     """Check limits at no more than SPACING of motion in between."""
-    worst, detail = 0.0, ""
+    problem, worst, detail = walk.problem, 0.0, ""
     try:
-        for times, states, _ in _samples(problem, trajectory, motion):
+        for times, states, _ in walk.samples():
             for j in np.flatnonzero(problem.outside_limits(states)):
                 for name, value, lower, upper in problem.limit_violations(states[j]):
                     if max(value - upper, lower - value) > worst:
                         worst = max(value - upper, lower - value)
                         detail = f"at t = {times[j]:.6g} s {name} is {value:.9g}, "
                         detail += f"outside {lower:g} to {upper:g}"
-    except _TooFastError as error:
+    except TooFastError as error:
         worst, detail = math.inf, str(error)
     return _check("limits", worst, EXCESS, detail)
 
 
-def _collision(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
+def _collision(walk: Walk) -> Check:
     """Show the first contact, or that there is none as far as the bound on the speed holds."""
     try:
-        contact = _first_contact(problem, trajectory, motion) or _sinking(
-            problem, trajectory, motion
-        )
-    except _TooFastError as error:
+        contact = _first_contact(walk) or _sinking(walk)
+    except TooFastError as error:
         contact = str(error)
     return _check("collision", float(bool(contact)), 0.0, contact)
 
 
-def _first_contact(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
+def _first_contact(walk: Walk) -> str:
     """Walk along the motion in steps that no point can use up the room in; empty where it is free.
 
     From a state with some room left, nothing can be touched before a point has moved that far.
@@ -375,14 +380,14 @@ def _first_contact(problem: Problem, trajectory: Trajectory, motion: Motion) -> 
     Source: Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative
     advancement).
     """
-    look = _look_of(problem)
+    look, motion = _look_of(walk.problem), walk.motion
     room, contact = look(float(motion.t[0]), motion.x[0])
-    for k, begin, end, speed in _steps(problem, trajectory, motion):
+    for k, begin, end, speed in walk.steps.rows():
         time, looks = begin, 0
         while not contact and room < speed * (end - time):
             time, looks = time + room / speed, looks + 1
             if looks > MOST_SAMPLES:
-                raise _TooFastError(begin, end, speed)
+                raise TooFastError(begin, end, speed)
             room, contact = look(time, motion.between(k, np.array([time]))[0])
         room -= speed * (end - time)
         if contact:
@@ -404,13 +409,14 @@ def _look_of(problem: Problem) -> Callable[[float, Array], tuple[float, str]]:
     return look
 
 
-def _sinking(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
+def _sinking(walk: Walk) -> str:
     """Look for wheels and feet in the ground, for which clearance leaves the ground out."""
+    problem = walk.problem
     rest = any(body.touches_ground for body in problem.bodies)
     if not (rest and problem.world.ground):
         return ""
     checker = CollisionChecker(problem.bodies, World(ground=True))
-    for times, states, _ in _samples(problem, trajectory, motion):
+    for times, states, _ in walk.samples():
         poses = problem.model.frames(states)
         k = checker.first_collision(poses)
         if k is not None:
@@ -421,48 +427,6 @@ def _sinking(problem: Problem, trajectory: Trajectory, motion: Motion) -> str:
 def _described(checker: CollisionChecker, placement: tuple[Array, Array], time: float) -> str:
     contact = checker.contacts(*placement)[0]
     return f"at t = {time:.6g} s {contact.body} {contact.kind} {contact.obstacle}"
-
-
-class _TooFastError(Exception):
-    """A motion that cannot be sampled finely enough to be judged."""
-
-    def __init__(self, begin: float, end: float, speed: float) -> None:
-        what = "the motion is too fast, or too close to something, to be checked"
-        super().__init__(f"from t = {begin:.6g} s {what}: {speed:.3g} m/s for {end - begin:.3g} s")
-
-
-def _steps(
-    problem: Problem, trajectory: Trajectory, motion: Motion
-) -> Iterator[tuple[int, float, float, float]]:
-    """Yield (knot, begin, end, speed) of the integrator's own steps, with a bound on the speed.
-
-    Those are short wherever the motion changes, so that probes within them find the fastest point:
-    a motion that rests at the knots is not taken for one that rests.
-    """
-    model = problem.model.plant
-    for k, held in enumerate(trajectory.u):
-        for begin, end in pairwise(map(float, motion.pieces[k].ts)):
-            probes = motion.between(k, np.linspace(begin, end, PROBES))
-            fastest = np.max(model.point_speed(probes, held), initial=0.0)
-            if problem.cables:
-                fastest = np.max(model.cable_speed(probes, held), initial=fastest)
-            speed = CAUTION * float(fastest)
-            if not speed * (end - begin) <= MOST_SAMPLES * SPACING:
-                raise _TooFastError(begin, end, speed)
-            yield k, begin, end, speed
-
-
-def _samples(
-    problem: Problem, trajectory: Trajectory, motion: Motion
-) -> Iterator[tuple[Array, Array, Array]]:
-    """Yield (times, states, inputs held) step by step, the ends of each step included.
-
-    They are so dense that no point moves more than SPACING in between.
-    """
-    for k, begin, end, speed in _steps(problem, trajectory, motion):
-        count = math.ceil(speed * (end - begin) / SPACING) + 1
-        times = np.linspace(begin, end, count + 1)
-        yield times, motion.between(k, times), trajectory.u[k]
 
 
 def _check(name: str, value: float, limit: float, detail: str) -> Check:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -228,7 +228,7 @@ class Model:
         self,
         x: ArrayLike,
         u: ArrayLike,
-        dt: float,
+        dt: float | Array,
         *,
         method: str = "rk4",
         substeps: int = 1,
@@ -239,29 +239,69 @@ class Model:
         Args:
             x: State, shape (nx,), or states, shape (N, nx).
             u: Inputs, shape (nu,), or one row per state.
-            dt: Step length in [s].
+            dt: Step length in [s], or one per state, shape (N,).
             method: ``rk4``, ``euler``, or ``rosenbrock`` for stiff friction.
             substeps: Of which the step is made.
 
         Raises:
             SingularError: Where the equations have no unique solution along the step.
         """
+        states = _array("x", x, self.nx)
+        rows, inputs = np.atleast_2d(states), np.atleast_2d(self._inputs(u, states))
+        out, spans = np.empty_like(rows), np.broadcast_to(dt, len(rows))
+        self._step_rows(rows, inputs, out, spans, method, substeps, parameters)
+        return out.reshape(states.shape)
+
+    def steps(
+        self,
+        x: ArrayLike,
+        u: ArrayLike,
+        spans: ArrayLike,
+        *,
+        method: str = "rk4",
+        substeps: int = 1,
+        **parameters: float,
+    ) -> Array:
+        """Return the states from one integrator step to the next, shape (N+1, nx).
+
+        Args:
+            x: State before the first step, shape (nx,).
+            u: Inputs held in each step, shape (N, nu).
+            spans: Lengths of the steps in [s], shape (N,).
+            method: As in ``step``.
+            substeps: Of which each step is made.
+
+        Raises:
+            SingularError: Where a step fails; its ``row`` says which.
+        """
+        spans = np.asarray(spans, dtype=float)
+        states = np.empty((len(spans) + 1, self.nx))
+        states[0] = _array("x", x, self.nx)
+        inputs = self._inputs(u, states[:-1])
+        self._step_rows(states[:-1], inputs, states[1:], spans, method, substeps, parameters)
+        return states
+
+    def _step_rows(
+        self,
+        rows: Array,
+        inputs: Array,
+        out: Array,
+        spans: Array,
+        method: str,
+        substeps: int,
+        parameters: Mapping[str, float],
+    ) -> None:
+        """Make one step from every row; what comes out may be the next row."""
         if method not in METHODS:
             raise UnknownNameError("integration method", method, known=METHODS)
-        states = _array("x", x, self.nx)
-        inputs = self._inputs(u, states)
-        out = np.empty_like(np.atleast_2d(states))
         p = self.parameter_vector(**parameters)
-        function = self._steppers[method]
-        for row, control, result in zip(
-            np.atleast_2d(states), np.atleast_2d(inputs), out, strict=True
-        ):
-            status = function(
-                _pointer(row), _pointer(control), _pointer(p), dt, _pointer(result), substeps, 0
-            )
+        function, kept = self._steppers[method], _pointer(p)
+        tables = (rows, inputs, out)
+        (x, u, y), (dx, du, dy) = map(_pointer, tables), (table.strides[0] for table in tables)
+        for k, span in enumerate(spans.tolist()):
+            status = function(x + k * dx, u + k * du, kept, span, y + k * dy, substeps, 0)
             if status:
-                raise SingularError(_failure(self, status, row))
-        return out.reshape(states.shape)
+                raise SingularError(_failure(self, status, rows[k]), row=k)
 
     def frames(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
