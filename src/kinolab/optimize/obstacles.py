@@ -76,12 +76,13 @@ class Obstacles:
     Args:
         problem: Whose machine and world.
         room: What every gap keeps in reserve, in [m].
+        near: Gaps that ``rows`` looks at beyond that, as a share of half the largest shape.
 
     Attributes:
         size: Of the machine: between half its smallest shape and half its largest one, in [m].
     """
 
-    def __init__(self, problem: Problem, room: float) -> None:
+    def __init__(self, problem: Problem, room: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # owns the code
         bodies, cables = problem.bodies, problem.cables
         lines = [cable for cable in cables if cable.collides]
@@ -104,7 +105,7 @@ class Obstacles:
                 clearance=problem.world.clearance,
             )
         )
-        self._room = room
+        self._room, self._near = room, near
         radii = [float(np.linalg.norm(sizes(s)[1])) for body in bodies for s in body.shapes]
         self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
         lengths = problem.scales[: model.nq][~problem.circular[: model.nq]]
@@ -119,14 +120,14 @@ class Obstacles:
         return float(np.maximum(self._room - value, 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> Rows:
-        """Return the gaps that a change may use up, none longer than half the largest shape.
+        """Return the gaps that a change may use up, none longer than is ``near``.
 
         Args:
             at: Where to look.
             reach: Largest change of any variable, as a share of what counts as large.
         """
         nu = at.u.shape[1]
-        longest = self._room + min(reach * self._large, self._farthest)
+        longest = self._room + min(reach * self._large, self._near * self._farthest)
         which, value, slope = self._gaps(at.x, longest)
         return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
 

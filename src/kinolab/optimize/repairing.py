@@ -7,15 +7,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinolab.optimize.coarsening import closer
+from kinolab.optimize.exactness import exact
 from kinolab.optimize.knots import Knots, resampled
-from kinolab.optimize.restoration import restored
+from kinolab.optimize.landing import is_true, landed
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
 ROOMS = (1e-2, 5e-2, 2e-3)  # of the machine's size, tried one after the other
 UNEVEN = 1e-9  # [s] by which steps that count as even may differ
+MANY = 150  # steps of a long motion
 FEWEST = 8  # steps that leave inputs enough freedom
 
 
@@ -31,22 +32,9 @@ def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, attitudes)
 
 
-def exact(
-    task: Task,
-    knots: Knots,
-    late: Callable[[], bool],
-    iterations: int = 40,
-    *,
-    held: bool = False,
-) -> Knots | None:
-    """Return knots near given ones from which nothing is missing; None where none are found.
-
-    Steps keep their length where that is ``held`` and in discrete problems.
-    """
-    knots = closer(task, task.within_limits(knots), late)
-    free = (0.5 * knots.h, max(task.problem.step, knots.h))
-    lengths = None if held or task.discrete else free
-    return restored(task, knots, late, iterations=iterations, lengths=lengths)
+def is_long(problem: Problem, trajectory: Trajectory) -> bool:
+    """Say whether a motion has so many steps that pieces of it are better looked at one by one."""
+    return trajectory.duration > MANY * problem.step
 
 
 def repair(
@@ -69,6 +57,9 @@ def repair(
         iterations: Largest number of subproblems, for each of a few reserves of room.
         held: Whether steps keep their length.
     """
+    landing = _in_the_end(problem, trajectory, late)
+    if landing is not None:
+        return landing
     for room in ROOMS:
         task = Task(problem, room)
         if late() or not task.possible or not len(trajectory.inputs):
@@ -80,5 +71,21 @@ def repair(
         if made is None or not task.repeatable(made):
             return None  # more room does not help
         if task.keeps_all(made):
+            return made
+    return None
+
+
+def _in_the_end(
+    problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
+) -> Trajectory | None:
+    """Return a long true motion made exact by its last part alone, or None."""
+    for room in ROOMS:
+        task = Task(problem, room)
+        if late() or task.discrete or not is_long(problem, trajectory):
+            break
+        if not is_true(task, trajectory):
+            break
+        made = landed(task, trajectory, late)
+        if made is not None:
             return made
     return None

@@ -9,9 +9,11 @@ import math
 from collections.abc import Callable
 
 from kinolab.optimize.allowance import Spent, seconds_of_this_thread
+from kinolab.optimize.condensing import condensed
+from kinolab.optimize.exactness import exact
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.quickening import NEAR, quicken
-from kinolab.optimize.repairing import FEWEST, exact, knots_of
+from kinolab.optimize.repairing import FEWEST, is_long, knots_of
 from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
@@ -20,6 +22,7 @@ from kinolab.trajectory import Trajectory
 ROOMS = (7e-2, 2e-2, 4e-2, 2e-3)  # of the machine's size, tried one after the other
 FEW = 50  # knots, more or less, of the first motion that is made faster
 SHORTEST = 0.1  # times its duration: how short it may get
+PIECEWISE = 0.7  # share of the time for pieces of a long motion
 FIRST = 0.8  # share of the time for the first try; later ones begin with what it found
 AT_ONCE = 0.7  # share of the step length below which there are fewer steps before it goes on
 ROUNDS = 20
@@ -46,8 +49,11 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | Spent) ->
     def over() -> bool:
         return spent() >= 1.0
 
-    if not Task(problem, 0.0).possible or not len(trajectory.inputs):
+    task = Task(problem, 0.0)
+    if not task.possible or not len(trajectory.inputs):
         return trajectory
+    if not task.discrete and is_long(problem, trajectory):
+        trajectory = condensed(problem, trajectory, lambda: spent() >= PIECEWISE)
     guess, best = _with_few_knots(problem, trajectory, late), trajectory
     for room in ROOMS:
         if over():

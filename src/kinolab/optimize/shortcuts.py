@@ -1,0 +1,75 @@
+"""Detours left out: straight ways between two states of a motion, the largest gain first.
+
+Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from kinolab.optimize.course import Course
+from kinolab.optimize.free_ways import FreeWays
+from kinolab.optimize.pieces import Pieces
+from kinolab.optimize.task import Task
+
+PLACES = 24  # of a motion between which straight ways are tried
+FAILURES = 6  # in a row, after which no more are
+GAIN = 0.5  # times the duration of a piece: how quick a straight way must promise to be
+
+
+class Shortcuts:
+    """Looks for straight ways.
+
+    Args:
+        task: The problem that the whole motion solves.
+        pieces: Makes motions of them.
+        late: Whether to stop.
+    """
+
+    def __init__(self, task: Task, pieces: Pieces, late: Callable[[], bool]) -> None:
+        self._pieces, self._late = pieces, late
+        self._ways = FreeWays(task.problem, np.random.default_rng(0))
+
+    def taken(self, course: Course) -> Course:
+        """Return a motion that is shorter or the same."""
+        failures = 0
+        while failures < FAILURES and not self._late():
+            shorter, failed = self._once(course, FAILURES - failures)
+            failures += failed
+            if shorter is None:
+                break
+            course = shorter
+        return course
+
+    def _once(self, course: Course, patience: int) -> tuple[Course | None, int]:
+        """Return a motion with one detour less, and how many tries failed before."""
+        failed = 0
+        for begin, end in self._pairs(course):
+            if failed >= patience or self._late():
+                break
+            given = course.piece(begin, end)
+            if not self._ways.is_free(*self._pieces.way(given)):
+                continue
+            piece = self._pieces.direct(given, last=end == len(course.spans))
+            if piece is not None and piece.duration < given.duration:
+                return course.with_piece(begin, end, piece, self._pieces.attitudes), failed
+            failed += 1
+        return None, failed
+
+    def _pairs(self, course: Course) -> Iterator[tuple[int, int]]:
+        """Yield the ends of pieces that a straight way makes shorter, the largest gain first."""
+        t = course.times
+        places = np.unique(
+            np.searchsorted(t, np.linspace(0, t[-1], PLACES + 1)).clip(0, len(t) - 1)
+        )
+        gains = []
+        for a, begin in enumerate(places[:-1].tolist()):
+            for end in places[a + 1 :].tolist():
+                least = self._pieces.least(self._pieces.way(course.piece(begin, end)))
+                duration = float(t[end] - t[begin])
+                if least < GAIN * duration:
+                    gains.append((least - duration, begin, end))
+        for _, begin, end in sorted(gains):
+            yield begin, end
