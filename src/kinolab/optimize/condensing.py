@@ -43,5 +43,5 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
         motion = resimulate(problem, course.times, course.u)
     except DivergedError:
         return given
-    exact = landed(task, motion, lambda: False)
+    exact = landed([task], motion)
     return given if exact is None else exact

@@ -6,7 +6,8 @@ than for a short one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -21,50 +22,49 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-TAILS = (50, 150, 450)  # steps of the problem, tried one after the other
+TAILS = (50, 150)  # steps of the problem, tried one after the other
 TRUE = 1e-6  # of a scale: by how much a state may miss where the step before leads
 ITERATIONS = 15  # subproblems for each
 
 
-def landed(task: Task, motion: Trajectory, late: Callable[[], bool]) -> Trajectory | None:
+def landed(
+    tasks: Sequence[Task], motion: Trajectory, late: Callable[[], bool] = lambda: False
+) -> Trajectory | None:
     """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
 
-    What comes before its last steps is looked at in samples, no more than that.
+    What comes before its last steps is looked at from knot to knot, no closer than that.
 
     Args:
-        task: The problem.
+        tasks: The same problem with several reserves of room, tried one after the other.
         motion: A true one from its start.
         late: Whether to give up.
     """
-    given, step = course_of(motion), task.problem.step
+    given = course_of(motion)
     times = given.times
     for steps in TAILS:
-        begin = int(np.searchsorted(times, times[-1] - steps * step))
-        if late():
-            return None
-        tail = _exact_tail(task, given.piece(begin, len(given.spans)), late)
-        if tail is not None:
-            attitudes = task.problem.model.attitudes.values()
-            whole = given.with_piece(begin, len(given.spans), tail, attitudes)
-            made = trajectory_of(task, whole)
-            return made if task.keeps_samples(made) else None
-        if begin == 0:
-            return None
+        begin = int(np.searchsorted(times, times[-1] - steps * tasks[0].problem.step))
+        for task in tasks:
+            tail = None if late() else _exact_tail(task, given.piece(begin, len(given.spans)), late)
+            if tail is not None:
+                return _joined(task, given, begin, tail)
     return None
+
+
+def _joined(task: Task, given: Course, begin: int, tail: Course) -> Trajectory | None:
+    """Return a motion with another tail, None where the whole breaks anything."""
+    attitudes = tuple(task.problem.model.attitudes.values())
+    course = given.with_piece(begin, len(given.spans), tail, attitudes)
+    made = trajectory_under(task.problem.model, course.times, course.x, course.u)
+    return made if task.keeps_all_at_knots(made) else None
 
 
 def _exact_tail(task: Task, tail: Course, late: Callable[[], bool]) -> Course | None:
     own = task.of(replace(task.problem, start=tail.x[0]))
     attitudes = tuple(task.problem.model.attitudes.values())
-    count = max(1, int(np.ceil(tail.duration / task.problem.step - 1e-9)))
+    count = max(1, math.ceil(tail.duration / task.problem.step - 1e-9))
     knots = exact(own, tail.in_steps(count, attitudes), late, ITERATIONS)
     made = None if knots is None else own.trajectory(knots)
     return course_of(made) if made is not None and own.keeps_all(made) else None
-
-
-def trajectory_of(task: Task, course: Course) -> Trajectory:
-    """Return a course as a trajectory."""
-    return trajectory_under(task.problem.model, course.times, course.x, course.u)
 
 
 def is_true(task: Task, motion: Trajectory) -> bool:

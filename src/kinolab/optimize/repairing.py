@@ -79,13 +79,9 @@ def _in_the_end(
     problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
-    for room in ROOMS:
-        task = Task(problem, room)
-        if late() or task.discrete or not is_long(problem, trajectory):
-            break
-        if not is_true(task, trajectory):
-            break
-        made = landed(task, trajectory, late)
-        if made is not None:
-            return made
-    return None
+    if not is_long(problem, trajectory):
+        return None
+    tasks = [Task(problem, room) for room in ROOMS]
+    if tasks[0].discrete or not is_true(tasks[0], trajectory):
+        return None
+    return landed(tasks, trajectory, late)

@@ -61,9 +61,8 @@ class Task:
     ) -> None:
         self.problem, self.room = problem, room
         self.discrete = problem.scenario.integration.truth == "discrete"
-        size = Obstacles(problem, 0.0).size
-        self._obstacles = Obstacles(problem, room * size, near)
         self._bare = Obstacles(problem, 0.0)
+        self._obstacles = Obstacles(problem, room * self._bare.size, near)
         reserve = GROWN if self.discrete else share * room
         self._demands = Demands(problem, reserve)
         self._reserve = reserve
@@ -145,21 +144,27 @@ class Task:
 
     def keeps_all(self, trajectory: Trajectory) -> bool:
         """Say whether a true motion ends in the goal and breaks nothing, as far as samples show."""
-        return self.keeps_samples(trajectory) and self._stays_free(trajectory)
+        return (
+            self.problem.goal_excess(trajectory.x[-1]) <= 1.0
+            and self._breaks_nothing(self._on_the_way(trajectory))
+            and self._stays_free(trajectory)
+            and self.repeatable(trajectory)
+        )
 
-    def keeps_samples(self, trajectory: Trajectory) -> bool:
-        """Say the same of a motion that planners have judged, step by step, to touch nothing."""
-        problem, end = self.problem, trajectory.x[-1]
-        if not problem.goal_excess(end) <= 1.0:
-            return False
-        at = self._on_the_way(trajectory)
-        lower, upper = problem.bounds.T
+    def keeps_all_at_knots(self, trajectory: Trajectory) -> bool:
+        """Say the same of a motion whose steps have been judged one by one."""
+        return (
+            self.problem.goal_excess(trajectory.x[-1]) <= 1.0
+            and self._breaks_nothing(samples(Knots(trajectory.x, trajectory.inputs, 1.0), 1))
+            and self.repeatable(trajectory)
+        )
+
+    def _breaks_nothing(self, at: Samples) -> bool:
+        lower, upper = self.problem.bounds.T
         if not ((at.x >= lower - ROUNDING) & (at.x <= upper + ROUNDING)).all():
             return False
-        margins = Demands(problem, 0.0).margins(at.x, at.u)
-        if not margins.min(initial=0.0) >= -ROUNDING:
-            return False
-        return self._bare.free(at.x) and self.repeatable(trajectory)
+        margins = Demands(self.problem, 0.0).margins(at.x, at.u)
+        return bool(margins.min(initial=0.0) >= -ROUNDING) and self._bare.free(at.x)
 
     def defect(self, trajectory: Trajectory) -> float:
         """Return the largest distance of a state from where the step before leads, in scales."""
