@@ -61,6 +61,7 @@ class Course:
             own = slice(first, first + 4)
             sign = 1.0 if other.x[-1, own] @ self.x[end, own] >= 0 else -1.0
             rest[:, own] = sign * self.x[end:, own]
+        rest[0] = other.x[-1]
         return Course(
             np.vstack([self.x[:begin], other.x[:-1], rest]),
             np.vstack([self.u[:begin], other.u, self.u[end:]]),

@@ -46,15 +46,16 @@ class Pieces:
         self._guesses = Guesses(task.problem, np.random.default_rng(0))
         self.attitudes = tuple(task.problem.model.attitudes.values())
 
-    def quicker(self, course: Course, *, last: bool) -> Course | None:
+    def quicker(self, course: Course, knots: int, *, last: bool) -> Course | None:
         """Return what becomes of a piece as it is, None where nothing true does.
 
         Args:
             course: The piece.
+            knots: How many there are, at most.
             last: Whether it ends in the problem's goal.
         """
         task = self._between(course.x[0], None if last else course.x[-1])
-        count = max(FEWEST, min(KNOTS, len(course.spans)))
+        count = max(FEWEST, min(knots, len(course.spans)))
         few = course.in_steps(count, self.attitudes)
         lengths = (EASED[0] * few.h, EASED[1] * few.h)
         return self._made(task, few, lengths, CLOSE)

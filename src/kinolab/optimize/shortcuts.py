@@ -6,6 +6,7 @@ Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJR
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import combinations
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from kinolab.optimize.task import Task
 
 PLACES = 24  # of a motion between which straight ways are tried
 FAILURES = 6  # in a row, after which no more are
+ALIKE = 0.05  # of the whole duration: pieces whose ends are no farther apart fail together
 GAIN = 0.5  # times the duration of a piece: how quick a straight way must promise to be
 
 
@@ -45,31 +47,39 @@ class Shortcuts:
 
     def _once(self, course: Course, patience: int) -> tuple[Course | None, int]:
         """Return a motion with one detour less, and how many tries failed before."""
-        failed = 0
+        failed: list[tuple[float, float]] = []
+        times = course.times
         for begin, end in self._pairs(course):
-            if failed >= patience or self._late():
+            if len(failed) >= patience or self._late():
                 break
+            ends = (times[begin], times[end])
+            if any(_alike(ends, other, ALIKE * times[-1]) for other in failed):
+                continue
             given = course.piece(begin, end)
             if not self._ways.is_free(*self._pieces.way(given)):
                 continue
             piece = self._pieces.direct(given, last=end == len(course.spans))
             if piece is not None and piece.duration < given.duration:
-                return course.with_piece(begin, end, piece, self._pieces.attitudes), failed
-            failed += 1
-        return None, failed
+                joined = course.with_piece(begin, end, piece, self._pieces.attitudes)
+                return joined, len(failed)
+            failed.append(ends)
+        return None, len(failed)
 
     def _pairs(self, course: Course) -> Iterator[tuple[int, int]]:
         """Yield the ends of pieces that a straight way makes shorter, the largest gain first."""
         t = course.times
-        places = np.unique(
-            np.searchsorted(t, np.linspace(0, t[-1], PLACES + 1)).clip(0, len(t) - 1)
-        )
+        even = np.searchsorted(t, np.linspace(0, t[-1], PLACES + 1))
+        places = np.unique(np.minimum(even, len(t) - 1)).tolist()
         gains = []
-        for a, begin in enumerate(places[:-1].tolist()):
-            for end in places[a + 1 :].tolist():
-                least = self._pieces.least(self._pieces.way(course.piece(begin, end)))
-                duration = float(t[end] - t[begin])
-                if least < GAIN * duration:
-                    gains.append((least - duration, begin, end))
+        for begin, end in combinations(places, 2):
+            least = self._pieces.least(self._pieces.way(course.piece(begin, end)))
+            duration = float(t[end] - t[begin])
+            if least < GAIN * duration:
+                gains.append((least - duration, begin, end))
         for _, begin, end in sorted(gains):
             yield begin, end
+
+
+def _alike(ends: tuple[float, float], other: tuple[float, float], near: float) -> bool:
+    """Say whether two pieces begin and end at about the same times."""
+    return all(abs(a - b) <= near for a, b in zip(ends, other, strict=True))

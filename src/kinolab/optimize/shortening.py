@@ -22,7 +22,7 @@ from kinolab.trajectory import Trajectory
 ROOMS = (7e-2, 2e-2, 4e-2, 2e-3)  # of the machine's size, tried one after the other
 FEW = 50  # knots, more or less, of the first motion that is made faster
 SHORTEST = 0.1  # times its duration: how short it may get
-PIECEWISE = 0.7  # share of the time for pieces of a long motion
+PIECEWISE = 0.9  # share of the time for pieces of a long motion, as long as they get shorter
 FIRST = 0.8  # share of the time for the first try; later ones begin with what it found
 AT_ONCE = 0.7  # share of the step length below which there are fewer steps before it goes on
 ROUNDS = 20

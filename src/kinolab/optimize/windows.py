@@ -12,9 +12,10 @@ from collections.abc import Callable
 import numpy as np
 
 from kinolab.optimize.course import Course
-from kinolab.optimize.pieces import KNOTS, Pieces
+from kinolab.optimize.pieces import Pieces
 from kinolab.optimize.task import Task
 
+KNOTS = (20, 40)  # of a piece in the first sweep and in later ones, when motions are quick
 HELD = 16.0  # steps of the problem between two knots of a piece at first
 SHORTEST, LONGEST = 2.0, 32.0  # the same, at least and at most
 LONGER, SHORTER = 1.3, 0.5  # times as long pieces after one that worked, and after one that did not
@@ -33,16 +34,17 @@ class Windows:
 
     def __init__(self, task: Task, pieces: Pieces, late: Callable[[], bool]) -> None:
         self._step, self._pieces, self._late = task.problem.step, pieces, late
-        self._held, self._odd = HELD, False
+        self._held, self._sweeps = HELD, 0
 
     def sweep(self, course: Course) -> Course:
         """Return a motion that is shorter or the same."""
-        begin, share = 0, 0.5 if self._odd else 1.0
-        self._odd = not self._odd
+        begin, share = 0, 0.5 if self._sweeps % 2 else 1.0
+        knots = KNOTS[min(self._sweeps, len(KNOTS) - 1)]
+        self._sweeps += 1
         while begin < len(course.spans) and not self._late():
-            end = self._end(course, begin, share * KNOTS * self._held * self._step)
+            end = self._end(course, begin, share * knots * self._held * self._step)
             given, last = course.piece(begin, end), end == len(course.spans)
-            piece = self._pieces.quicker(given, last=last)
+            piece = self._pieces.quicker(given, knots, last=last)
             if piece is not None and piece.duration < (1 - WORTH) * given.duration:
                 course = course.with_piece(begin, end, piece, self._pieces.attitudes)
                 begin, share = begin + len(piece.spans), 1.0
