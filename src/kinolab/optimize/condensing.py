@@ -7,7 +7,7 @@ from collections.abc import Callable
 from kinolab.motion import DivergedError, resimulate
 from kinolab.optimize.course import course_of
 from kinolab.optimize.landing import landed
-from kinolab.optimize.pieces import Pieces
+from kinolab.optimize.pieces import NEAR_GAPS, Pieces
 from kinolab.optimize.shortcuts import Shortcuts
 from kinolab.optimize.task import Task
 from kinolab.optimize.windows import Windows
@@ -16,7 +16,6 @@ from kinolab.trajectory import Trajectory
 
 ROOM = 4e-2  # of the machine's size, for gaps between few knots
 SHARE = 0.5  # of that, for limits of states
-NEAR = 0.15  # of half the largest shape: gaps that matter while changes are small
 GAIN = 0.03  # share of the duration that is worth another round
 
 
@@ -28,7 +27,7 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
         given: A true motion.
         late: Whether to stop.
     """
-    task = Task(problem, ROOM, share=SHARE, near=NEAR)
+    task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
     pieces = Pieces(task, late)
     shortcuts, windows = Shortcuts(task, pieces, late), Windows(task, pieces, late)
     course = course_of(given)
@@ -43,5 +42,5 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
         motion = resimulate(problem, course.times, course.u)
     except DivergedError:
         return given
-    exact = landed([task], motion)
+    exact = landed(problem, motion)
     return given if exact is None else exact

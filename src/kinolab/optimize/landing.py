@@ -6,9 +6,8 @@ than for a short one.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -16,38 +15,49 @@ from numpy.typing import NDArray
 
 from kinolab.motion import trajectory_under
 from kinolab.optimize.course import Course, course_of
-from kinolab.optimize.exactness import exact
+from kinolab.optimize.ends import Ends
+from kinolab.optimize.pieces import NEAR_GAPS, Pieces
 from kinolab.optimize.task import Task
+from kinolab.problem import Problem
+from kinolab.stopping import never
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-TAILS = (50, 150)  # steps of the problem, tried one after the other
+TAILS = (50, 100, 200, 400)  # steps of the problem, tried one after the other
+ROOMS = (4e-2, 5e-3)  # of the machine's size, for gaps between few knots; tried likewise
+SHARE = 0.5  # of that, for limits of states
 TRUE = 1e-6  # of a scale: by how much a state may miss where the step before leads
-ITERATIONS = 15  # subproblems for each
+CENTRE = 1e-6  # sum of all that may be missing in the goal, in scales
 
 
 def landed(
-    tasks: Sequence[Task], motion: Trajectory, late: Callable[[], bool] = lambda: False
+    problem: Problem, motion: Trajectory, late: Callable[[], bool] = never
 ) -> Trajectory | None:
     """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
 
     What comes before its last steps is looked at from knot to knot, no closer than that.
 
     Args:
-        tasks: The same problem with several reserves of room, tried one after the other.
+        problem: That the motion solves.
         motion: A true one from its start.
         late: Whether to give up.
     """
-    given = course_of(motion)
-    times = given.times
-    for steps in TAILS:
-        begin = int(np.searchsorted(times, times[-1] - steps * tasks[0].problem.step))
-        for task in tasks:
-            tail = None if late() else _exact_tail(task, given.piece(begin, len(given.spans)), late)
-            if tail is not None:
-                return _joined(task, given, begin, tail)
+    given, times = course_of(motion), motion.t - motion.t[0]
+    tasks = [Task(problem, room, share=SHARE, near=NEAR_GAPS) for room in ROOMS]
+    ways = [(task, Pieces(task, late)) for task in tasks]
+    for steps, (task, pieces) in product(TAILS, ways):
+        if late():
+            break
+        begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
+        tail = pieces.ended(given.piece(begin, len(given.spans)))
+        if tail is not None and _in_the_centre(problem, tail.x[-1]):
+            return _joined(task, given, begin, tail)
     return None
+
+
+def _in_the_centre(problem: Problem, end: Array) -> bool:
+    return bool(np.abs(Ends(problem, end).miss(end)).sum() <= CENTRE)
 
 
 def _joined(task: Task, given: Course, begin: int, tail: Course) -> Trajectory | None:
@@ -56,15 +66,6 @@ def _joined(task: Task, given: Course, begin: int, tail: Course) -> Trajectory |
     course = given.with_piece(begin, len(given.spans), tail, attitudes)
     made = trajectory_under(task.problem.model, course.times, course.x, course.u)
     return made if task.keeps_all_at_knots(made) else None
-
-
-def _exact_tail(task: Task, tail: Course, late: Callable[[], bool]) -> Course | None:
-    own = task.of(replace(task.problem, start=tail.x[0]))
-    attitudes = tuple(task.problem.model.attitudes.values())
-    count = max(1, math.ceil(tail.duration / task.problem.step - 1e-9))
-    knots = exact(own, tail.in_steps(count, attitudes), late, ITERATIONS)
-    made = None if knots is None else own.trajectory(knots)
-    return course_of(made) if made is not None and own.keeps_all(made) else None
 
 
 def is_true(task: Task, motion: Trajectory) -> bool:

@@ -20,11 +20,13 @@ from kinolab.optimize.task import Task
 
 Array: TypeAlias = NDArray[np.float64]
 
+NEAR_GAPS = 0.15  # of half the largest shape: gaps that matter while changes are small
 KNOTS = 20  # of a piece, more or less
 FEWEST = 8
+FINAL = 40  # knots of the last piece where it must change a lot
 HASTY = Patience(region=0.03, promise=0.02, gain=0.03)
 CLOSE = 8  # subproblems that may close what few knots open
-FAR = 15  # subproblems for a guess that is no motion yet
+FAR = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
 FASTEST = 0.05  # times the duration of a piece: how short it may get
 STRETCH = (0.4, 2.0)  # times the duration of a guess: how long a motion near it may take
 LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
@@ -72,6 +74,14 @@ class Pieces:
         lengths = (STRETCH[0] * guess.h, STRETCH[1] * guess.h)
         return self._made(task, guess, lengths, FAR)
 
+    def ended(self, course: Course) -> Course | None:
+        """Return a motion near the last piece that ends in the goal, no faster; or None."""
+        task = self._between(course.x[0], None)
+        few = course.in_steps(max(FEWEST, min(FINAL, len(course.spans))), self.attitudes)
+        lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
+        knots = self._closed(task, few, lengths, FAR)
+        return None if knots is None else self._true(task, knots)
+
     def way(self, course: Course) -> Array:
         """Return the straight way between the ends of a piece, shape (2, nx)."""
         return straight(self._problem, course.x[0], course.x[-1])
@@ -90,17 +100,22 @@ class Pieces:
         self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
     ) -> Course | None:
         """Return the true motion that comes of a guess once it is closed and made faster."""
-        times = self._times(max(guess.h, lengths[1]))
-        knots = restored(
-            task, guess, self._late, iterations=iterations, times=times, lengths=lengths,
-            enough=NEAR, most=NEAR, pace=PACE,
-        )  # fmt: skip
+        knots = self._closed(task, guess, lengths, iterations)
         if knots is None:
             return None
         scaling = task.scaling(FASTEST * knots.h, knots.h)
-        transcription = task.transcription(knots, times)
+        transcription = task.transcription(knots, self._times(knots.h))
         fast = quicken(transcription, knots, scaling, patience=HASTY, late=self._late)
         return self._true(task, fast)
+
+    def _closed(
+        self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
+    ) -> Knots | None:
+        """Return knots near a guess from which hardly anything is missing, or None."""
+        return restored(
+            task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
+            lengths=lengths, enough=NEAR, most=NEAR, pace=PACE,
+        )  # fmt: skip
 
     def _true(self, task: Task, knots: Knots) -> Course | None:
         """Return the true motion under the inputs of knots, step by step; None if it breaks any.

@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinolab.optimize.exactness import exact
+from kinolab.optimize.coarsening import closer
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.landing import is_true, landed
+from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -30,6 +31,24 @@ def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     count = max(steps, FEWEST, math.ceil(trajectory.duration / h - UNEVEN))
     attitudes = tuple(problem.model.attitudes.values())
     return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, attitudes)
+
+
+def exact(
+    task: Task,
+    knots: Knots,
+    late: Callable[[], bool],
+    iterations: int = 40,
+    *,
+    held: bool = False,
+) -> Knots | None:
+    """Return knots near given ones from which nothing is missing; None where none are found.
+
+    Steps keep their length where that is ``held`` and in discrete problems.
+    """
+    knots = closer(task, task.within_limits(knots), late)
+    free = (0.5 * knots.h, max(task.problem.step, knots.h))
+    lengths = None if held or task.discrete else free
+    return restored(task, knots, late, iterations=iterations, lengths=lengths)
 
 
 def is_long(problem: Problem, trajectory: Trajectory) -> bool:
@@ -79,9 +98,7 @@ def _in_the_end(
     problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
-    if not is_long(problem, trajectory):
+    task = Task(problem, ROOMS[0])
+    if task.discrete or not is_long(problem, trajectory) or not is_true(task, trajectory):
         return None
-    tasks = [Task(problem, room) for room in ROOMS]
-    if tasks[0].discrete or not is_true(tasks[0], trajectory):
-        return None
-    return landed(tasks, trajectory, late)
+    return landed(problem, trajectory, late)

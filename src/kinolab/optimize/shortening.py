@@ -10,10 +10,9 @@ from collections.abc import Callable
 
 from kinolab.optimize.allowance import Spent, seconds_of_this_thread
 from kinolab.optimize.condensing import condensed
-from kinolab.optimize.exactness import exact
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.optimize.quickening import NEAR, quicken
-from kinolab.optimize.repairing import FEWEST, is_long, knots_of
+from kinolab.optimize.repairing import FEWEST, exact, is_long, knots_of
 from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
