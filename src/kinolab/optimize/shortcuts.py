@@ -16,8 +16,7 @@ from kinolab.optimize.pieces import Pieces
 from kinolab.optimize.task import Task
 
 PLACES = 24  # of a motion between which straight ways are tried
-FAILURES = 6  # in a row, after which no more are
-ALIKE = 0.05  # of the whole duration: pieces whose ends are no farther apart fail together
+FAILURES = 4  # in a row, after which no more are
 GAIN = 0.5  # times the duration of a piece: how quick a straight way must promise to be
 
 
@@ -36,34 +35,27 @@ class Shortcuts:
 
     def taken(self, course: Course) -> Course:
         """Return a motion that is shorter or the same."""
-        failures = 0
-        while failures < FAILURES and not self._late():
-            shorter, failed = self._once(course, FAILURES - failures)
-            failures += failed
+        while not self._late():
+            shorter = self._once(course)
             if shorter is None:
                 break
             course = shorter
         return course
 
-    def _once(self, course: Course, patience: int) -> tuple[Course | None, int]:
-        """Return a motion with one detour less, and how many tries failed before."""
-        failed: list[tuple[float, float]] = []
-        times = course.times
+    def _once(self, course: Course) -> Course | None:
+        """Return a motion with one detour less."""
+        failures = 0
         for begin, end in self._pairs(course):
-            if len(failed) >= patience or self._late():
+            if failures == FAILURES or self._late():
                 break
-            ends = (times[begin], times[end])
-            if any(_alike(ends, other, ALIKE * times[-1]) for other in failed):
-                continue
             given = course.piece(begin, end)
             if not self._ways.is_free(*self._pieces.way(given)):
                 continue
             piece = self._pieces.direct(given, last=end == len(course.spans))
             if piece is not None and piece.duration < given.duration:
-                joined = course.with_piece(begin, end, piece, self._pieces.attitudes)
-                return joined, len(failed)
-            failed.append(ends)
-        return None, len(failed)
+                return course.with_piece(begin, end, piece, self._pieces.attitudes)
+            failures += 1
+        return None
 
     def _pairs(self, course: Course) -> Iterator[tuple[int, int]]:
         """Yield the ends of pieces that a straight way makes shorter, the largest gain first."""
@@ -78,8 +70,3 @@ class Shortcuts:
                 gains.append((least - duration, begin, end))
         for _, begin, end in sorted(gains):
             yield begin, end
-
-
-def _alike(ends: tuple[float, float], other: tuple[float, float], near: float) -> bool:
-    """Say whether two pieces begin and end at about the same times."""
-    return all(abs(a - b) <= near for a, b in zip(ends, other, strict=True))
