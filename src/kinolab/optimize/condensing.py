@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from kinolab.motion import DivergedError, resimulate
 from kinolab.optimize.course import course_of
-from kinolab.optimize.landing import landed
+from kinolab.optimize.landing import is_true, landed
 from kinolab.optimize.pieces import NEAR_GAPS, Pieces
 from kinolab.optimize.shortcuts import Shortcuts
 from kinolab.optimize.task import Task
@@ -24,10 +24,12 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
 
     Args:
         problem: That the motion solves.
-        given: A true motion.
+        given: A true motion; one that is not true stays as it is.
         late: Whether to stop.
     """
     task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
+    if task.discrete or not is_true(task, given):
+        return given
     pieces = Pieces(task, late)
     shortcuts, windows = Shortcuts(task, pieces, late), Windows(task, pieces, late)
     course = course_of(given)
@@ -43,4 +45,4 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
     except DivergedError:
         return given
     exact = landed(problem, motion)
-    return given if exact is None else exact
+    return exact if exact is not None and exact.duration < given.duration else given

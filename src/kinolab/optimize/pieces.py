@@ -21,9 +21,9 @@ from kinolab.optimize.task import Task
 Array: TypeAlias = NDArray[np.float64]
 
 NEAR_GAPS = 0.15  # of half the largest shape: gaps that matter while changes are small
-KNOTS = 20  # of a piece, more or less
-FEWEST = 8
-FINAL = 40  # knots of the last piece where it must change a lot
+KNOTS = 20  # of a straight way, at most
+FINAL = 40  # of the last piece where it must change a lot, at most
+FEWEST = 8  # knots that leave inputs enough freedom
 HASTY = Patience(region=0.03, promise=0.02, gain=0.03)
 CLOSE = 8  # subproblems that may close what few knots open
 FAR = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
@@ -111,11 +111,18 @@ class Pieces:
     def _closed(
         self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
     ) -> Knots | None:
-        """Return knots near a guess from which hardly anything is missing, or None."""
-        return restored(
-            task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
-            lengths=lengths, enough=NEAR, most=NEAR, pace=PACE,
-        )  # fmt: skip
+        """Return knots near a guess from which hardly anything is missing, or None.
+
+        There is none too where steps are so long that a motion runs away.
+        """
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                return restored(
+                    task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
+                    lengths=lengths, enough=NEAR, most=NEAR, pace=PACE,
+                )  # fmt: skip
+        except FloatingPointError:
+            return None
 
     def _true(self, task: Task, knots: Knots) -> Course | None:
         """Return the true motion under the inputs of knots, step by step; None if it breaks any.
