@@ -6,6 +6,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from itertools import count
 from typing import TypeAlias, final
 
 Spent: TypeAlias = Callable[[], float]
@@ -102,6 +103,23 @@ class Subproblems(AbstractAllowance):
 
     def _ask(self) -> None:
         self._left -= 1
+
+
+def seldom(late: Callable[[], bool], times: int) -> Callable[[], bool]:
+    """Return what asks whether it is late only every so many times it is asked itself.
+
+    So that many small subproblems count as a large one.
+    """
+    asked = count()
+    known = False
+
+    def late_by_now() -> bool:
+        nonlocal known
+        if not known and next(asked) % times == 0:
+            known = late()
+        return known
+
+    return late_by_now
 
 
 def seconds_of_this_thread(seconds: float) -> Seconds:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -76,40 +77,22 @@ class Obstacles:
     Args:
         problem: Whose machine and world.
         room: What every gap keeps in reserve, in [m].
+        near: Gaps that ``rows`` looks at beyond that, as a share of half the largest shape.
 
     Attributes:
         size: Of the machine: between half its smallest shape and half its largest one, in [m].
     """
 
-    def __init__(self, problem: Problem, room: float) -> None:
+    def __init__(self, problem: Problem, room: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # owns the code
-        bodies, cables = problem.bodies, problem.cables
-        lines = [cable for cable in cables if cable.collides]
-        names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
-        parts = [body.name for body in bodies] + [cable.name for cable in cables]
-        pairs = own_pairs(names, parts, problem.system.collisions)
-        scene, mesh = make_scene(bodies, lines, problem.world, pairs)
-        self._around = Record(
-            Around(
-                frames=model.address("frames"),
-                cables=model.address("cables"),
-                p=np.append(model.parameter_vector(), 0.0),
-                scene=scene,
-                strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
-                fixtures=fixtures(problem.world),
-                tree=triangle_tree(mesh.triangles),
-                bodies=len(bodies),
-                strings=len(cables),
-                coordinates=model.nq,
-                clearance=problem.world.clearance,
-            )
-        )
-        self._room = room
-        radii = [float(np.linalg.norm(sizes(s)[1])) for body in bodies for s in body.shapes]
+        self._around, touching = surroundings(problem)
+        self._room, self._near = room, near
+        shapes = [shape for body in problem.bodies for shape in body.shapes]
+        radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
         self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
         lengths = problem.scales[: model.nq][~problem.circular[: model.nq]]
         self._large, self._farthest = float(lengths.max(initial=1.0)), max(radii, default=0.0)
-        self._any = bool(problem.world.obstacles or problem.world.ground or pairs)
+        self._any = bool(problem.world.obstacles or problem.world.ground or touching)
 
     def violation(self, at: Samples) -> float:
         """Return the sum of all that is missing at samples, in [m]."""
@@ -119,14 +102,14 @@ class Obstacles:
         return float(np.maximum(self._room - value, 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> Rows:
-        """Return the gaps that a change may use up, none longer than half the largest shape.
+        """Return the gaps that a change may use up, none longer than is ``near``.
 
         Args:
             at: Where to look.
             reach: Largest change of any variable, as a share of what counts as large.
         """
         nu = at.u.shape[1]
-        longest = self._room + min(reach * self._large, self._farthest)
+        longest = self._room + min(reach * self._large, self._near * self._farthest)
         which, value, slope = self._gaps(at.x, longest)
         return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
 
@@ -156,6 +139,36 @@ class Obstacles:
             if found <= size - MOST:
                 return which[:found], value[:found], slope[: found if derive else 0]
             size *= 2
+
+
+@lru_cache(maxsize=4)
+def surroundings(problem: Problem) -> tuple[Record, bool]:
+    """Return the machine and its world for compiled code, and whether bodies may touch each other.
+
+    Building the search trees of large meshes takes longer than many a small program.
+    """
+    model, bodies, cables = problem.model, problem.bodies, problem.cables
+    lines = [cable for cable in cables if cable.collides]
+    names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
+    parts = [body.name for body in bodies] + [cable.name for cable in cables]
+    pairs = own_pairs(names, parts, problem.system.collisions)
+    scene, mesh = make_scene(bodies, lines, problem.world, pairs)
+    record = Record(
+        Around(
+            frames=model.address("frames"),
+            cables=model.address("cables"),
+            p=np.append(model.parameter_vector(), 0.0),
+            scene=scene,
+            strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
+            fixtures=fixtures(problem.world),
+            tree=triangle_tree(mesh.triangles),
+            bodies=len(bodies),
+            strings=len(cables),
+            coordinates=model.nq,
+            clearance=problem.world.clearance,
+        )
+    )
+    return record, bool(pairs)
 
 
 def _memory(around: Around) -> Found:

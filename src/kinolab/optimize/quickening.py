@@ -11,7 +11,7 @@ Optimization Theory and Applications 104(1), 2000.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.scaling import Scaling, Weights
@@ -20,14 +20,30 @@ from kinolab.optimize.subproblem import solve
 from kinolab.optimize.transcription import Transcription, cost
 
 FIRST = 0.5  # trust region, as a share of what counts as large
-LEAST = 1e-3  # trust region below which nothing is gained
 KEPT = 0.1  # share of a promise that is worth a step
-WORTH = 1e-3  # share of the cost that is worth another step
 CLOSING = 8  # subproblems to close what a faster motion opened
 HOPE = 0.7  # share that one of them may leave open, for the next one to be worth it
 ROUGH = 1e-6  # accuracy of a change whose errors are closed afterwards
 NEAR = 1e-8  # sum of all that is missing, in scales, on the way to a final repair
 PENALTY = 10.0  # of what is missing, against a cost of about 1
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long to go on making a motion faster.
+
+    Attributes:
+        region: Trust region below which nothing is gained.
+        promise: Share of the cost that must be promised for another step to be tried.
+        gain: Share of the cost that a step must have gained for another one to be tried.
+    """
+
+    region: float = 1e-3
+    promise: float = 1e-3
+    gain: float = 0.0
+
+
+THOROUGH = Patience()
 
 
 def closing(penalty: float = PENALTY) -> Weights:
@@ -41,6 +57,7 @@ def quicken(
     scaling: Scaling,
     *,
     effort: float = 1e-3,
+    patience: Patience = THOROUGH,
     late: Callable[[], bool] = lambda: False,
 ) -> Knots:
     """Return exact knots of a shorter duration, or the same ones.
@@ -50,18 +67,19 @@ def quicken(
         knots: Exact ones.
         scaling: With the range of the step length.
         effort: Weight of the mean square input, where the duration given weighs 1.
+        patience: How long to go on.
         late: Whether to stop.
     """
     weights = Weights(time=1 / knots.duration, effort=effort, stay=effort, penalty=PENALTY)
     radius = FIRST
     local = transcription.local(knots, radius)
-    while radius > LEAST and not late():
+    while radius > patience.region and not late():
         change = solve(local, scaling, weights, radius, ROUGH)
         if change is None:
             radius /= 3
             continue
         before = cost(knots, scaling, weights)
-        if change.promised < WORTH * before:
+        if change.promised < patience.promise * before:
             break
         tried = knots.moved(change.dx, change.du, change.dh)
         held = replace(scaling, h_bounds=(tried.h, tried.h))
@@ -78,6 +96,8 @@ def quicken(
         gained = before - cost(closed.knots, scaling, weights)
         if sum(closed.missing) <= NEAR and gained > KEPT * change.promised:
             knots, radius = closed.knots, min(2 * radius, LARGEST)
+            if gained < patience.gain * before:
+                break
             local = transcription.local(knots, radius)
         else:
             radius /= 3

@@ -9,6 +9,7 @@ import numpy as np
 
 from kinolab.optimize.coarsening import closer
 from kinolab.optimize.knots import Knots, resampled
+from kinolab.optimize.landing import is_true, landed
 from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 from kinolab.problem import Problem
@@ -16,6 +17,7 @@ from kinolab.trajectory import Trajectory
 
 ROOMS = (1e-2, 5e-2, 2e-3)  # of the machine's size, tried one after the other
 UNEVEN = 1e-9  # [s] by which steps that count as even may differ
+MANY = 150  # steps of a long motion
 FEWEST = 8  # steps that leave inputs enough freedom
 
 
@@ -49,6 +51,16 @@ def exact(
     return restored(task, knots, late, iterations=iterations, lengths=lengths)
 
 
+def is_long(problem: Problem, trajectory: Trajectory) -> bool:
+    """Say whether a motion has so many steps that pieces of it are better looked at one by one.
+
+    Feedback acts anew at every step, so that its references mean another motion where knots are
+    several steps apart: such a motion counts as short.
+    """
+    model = problem.model
+    return model.plant is model and trajectory.duration > MANY * problem.step
+
+
 def repair(
     problem: Problem,
     trajectory: Trajectory,
@@ -69,6 +81,9 @@ def repair(
         iterations: Largest number of subproblems, for each of a few reserves of room.
         held: Whether steps keep their length.
     """
+    landing = _in_the_end(problem, trajectory, late)
+    if landing is not None:
+        return landing
     for room in ROOMS:
         task = Task(problem, room)
         if late() or not task.possible or not len(trajectory.inputs):
@@ -82,3 +97,13 @@ def repair(
         if task.keeps_all(made):
             return made
     return None
+
+
+def _in_the_end(
+    problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
+) -> Trajectory | None:
+    """Return a long true motion made exact by its last part alone, or None."""
+    task = Task(problem, ROOMS[0])
+    if task.discrete or not is_long(problem, trajectory) or not is_true(task, trajectory):
+        return None
+    return landed(problem, trajectory, late)

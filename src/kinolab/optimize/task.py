@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import replace
 from functools import cached_property
@@ -40,6 +41,7 @@ DENSE = 0.12  # of the machine's size that it moves at most between two looks
 MOST_PIECES = 8  # looks per step
 SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
 GROWN = 1e-6  # of what counts as large: what is left of equations, after it has grown
+ROUNDED = 9  # digits after which lengths of steps, in [s], count as equal
 LOOKS = 4  # times as many looks where a motion is judged
 
 
@@ -49,18 +51,30 @@ class Task:
     Args:
         problem: To solve.
         room: What gaps keep in reserve, as a share of the machine's size; limits of states
-            and other margins keep a SHARE of it, as a share of what counts as large.
+            and other margins keep a share of it, as a share of what counts as large.
+        share: That one.
+        near: Gaps that are looked at beyond the reserve, as a share of half the largest shape.
     """
 
-    def __init__(self, problem: Problem, room: float) -> None:
+    def __init__(
+        self, problem: Problem, room: float, *, share: float = SHARE, near: float = 1.0
+    ) -> None:
         self.problem, self.room = problem, room
         self.discrete = problem.scenario.integration.truth == "discrete"
-        size = Obstacles(problem, 0.0).size
-        self._obstacles = Obstacles(problem, room * size)
         self._bare = Obstacles(problem, 0.0)
-        reserve = GROWN if self.discrete else SHARE * room
+        self._obstacles = Obstacles(problem, room * self._bare.size, near)
+        reserve = GROWN if self.discrete else share * room
         self._demands = Demands(problem, reserve)
         self._reserve = reserve
+
+    def of(self, problem: Problem) -> Task:
+        """Return the task of another problem of the same machine in the same world.
+
+        What is known of the world is shared: building it takes longer than a small problem.
+        """
+        other = copy.copy(self)
+        other.problem = problem
+        return other
 
     @property
     def possible(self) -> bool:
@@ -130,19 +144,38 @@ class Task:
 
     def keeps_all(self, trajectory: Trajectory) -> bool:
         """Say whether a true motion ends in the goal and breaks nothing, as far as samples show."""
-        problem, end = self.problem, trajectory.x[-1]
-        if not problem.goal_excess(end) <= 1.0:
-            return False
-        h = float(np.diff(trajectory.t).max(initial=0.0))
-        at = self._on_the_way(Knots(trajectory.x, trajectory.inputs, h))
-        lower, upper = problem.bounds.T
+        return (
+            self.problem.goal_excess(trajectory.x[-1]) <= 1.0
+            and self._breaks_nothing(self._on_the_way(trajectory))
+            and self._stays_free(trajectory)
+            and self.repeatable(trajectory)
+        )
+
+    def keeps_all_at_knots(self, trajectory: Trajectory) -> bool:
+        """Say the same of a motion whose steps have been judged one by one."""
+        return (
+            self.problem.goal_excess(trajectory.x[-1]) <= 1.0
+            and self._breaks_nothing(samples(Knots(trajectory.x, trajectory.inputs, 1.0), 1))
+            and self.repeatable(trajectory)
+        )
+
+    def _breaks_nothing(self, at: Samples) -> bool:
+        lower, upper = self.problem.bounds.T
         if not ((at.x >= lower - ROUNDING) & (at.x <= upper + ROUNDING)).all():
             return False
-        margins = Demands(problem, 0.0).margins(at.x, at.u)
-        if not margins.min(initial=0.0) >= -ROUNDING:
-            return False
-        free = self._bare.free(at.x) and self._stays_free(trajectory)
-        return free and self.repeatable(trajectory)
+        margins = Demands(self.problem, 0.0).margins(at.x, at.u)
+        return bool(margins.min(initial=0.0) >= -ROUNDING) and self._bare.free(at.x)
+
+    def defect(self, trajectory: Trajectory) -> float:
+        """Return the largest distance of a state from where the step before leads, in scales."""
+        spans = np.round(np.diff(trajectory.t), ROUNDED)
+        step = self._map(Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
+        largest = 0.0
+        for span in np.unique(spans):
+            own = np.flatnonzero(spans == span)
+            after = step.after(trajectory.x[own], trajectory.inputs[own], float(span))
+            largest = max(largest, _apart(after, trajectory.x[own + 1], self.problem.scales))
+        return largest
 
     def _stays_free(self, trajectory: Trajectory) -> bool:
         """Say whether every step is free between its ends too, as planners judge it."""
@@ -154,24 +187,30 @@ class Task:
     def _judge(self) -> Propagator:
         return Propagator(self.problem)
 
-    def _on_the_way(self, knots: Knots) -> Samples:
+    def _on_the_way(self, trajectory: Trajectory) -> Samples:
         """Return states of the motion between knots, not of the straight lines between them.
 
         A discrete motion is those lines.
         """
+        spans = np.round(np.diff(trajectory.t), ROUNDED)
+        knots = Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0)))
         at = samples(knots, LOOKS * self._pieces(knots))
         if self.discrete:
             return at
-        step, x = self._map(knots), at.x.copy()
-        for share in np.unique(at.share):
-            x[at.share == share] = step.after(knots.x, knots.u, float(share) * knots.h)
-        return replace(at, x=x)
+        step, looks = self._map(knots), len(at.x) // max(len(knots.u), 1)
+        x = at.x.copy().reshape(-1, looks, at.x.shape[1])
+        for span in np.unique(spans):
+            own = np.flatnonzero(spans == span)
+            before, held = knots.x[own], knots.u[own]
+            for k, share in enumerate(at.share[:looks].tolist()):
+                x[own, k] = step.after(before, held, share * float(span))
+        return replace(at, x=x.reshape(at.x.shape))
 
     def repeatable(self, trajectory: Trajectory) -> bool:
         """Say whether errors do not grow too much to follow the motion without feedback."""
         problem = self.problem
         start = nudged(problem, problem.start)
-        h = float(trajectory.t[1]) if len(trajectory.inputs) else 1.0
+        h = float(np.diff(trajectory.t).max(initial=0.0)) or 1.0
         x = np.vstack([start, np.empty((len(trajectory.inputs), len(start)))])
         step = self._map(Knots(trajectory.x, trajectory.inputs, h))
         for k in range(len(trajectory.inputs)):

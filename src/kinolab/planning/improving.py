@@ -128,9 +128,13 @@ class Improving:
     def _shortened(
         self, keeper: Keeper, given: Trajectory, allowance: AbstractAllowance
     ) -> Trajectory:
-        """Return the shortest verified motion that came of an exact one, or that one itself."""
+        """Return the shortest verified motion that came of an exact one, or that one itself.
+
+        Where verifying takes so long that no second round would follow, the first one takes all.
+        """
+        part = PART if self._verified_soon(keeper.best) else 1.0
         while not allowance.over:
-            shorter = keeper.tried(partial(shorten, self.problem, given, allowance.part(PART)))
+            shorter = keeper.tried(partial(shorten, self.problem, given, allowance.part(part)))
             if shorter is None or not shorter.duration < given.duration:
                 break
             worth_another = shorter.duration < given.duration * (1 - GAIN)

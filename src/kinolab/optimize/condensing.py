@@ -1,0 +1,48 @@
+"""A long motion made short: detours left out, then every piece made quicker, over and over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kinolab.motion import DivergedError, resimulate
+from kinolab.optimize.course import course_of
+from kinolab.optimize.landing import is_true, landed
+from kinolab.optimize.pieces import NEAR_GAPS, Pieces
+from kinolab.optimize.shortcuts import Shortcuts
+from kinolab.optimize.task import Task
+from kinolab.optimize.windows import Windows
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+
+ROOM = 4e-2  # of the machine's size, for gaps between few knots
+SHARE = 0.5  # of that, for limits of states
+GAIN = 0.03  # share of the duration that is worth another round
+
+
+def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> Trajectory:
+    """Return a shorter motion that ends in the goal's centre, or the one that was given.
+
+    Args:
+        problem: That the motion solves.
+        given: A true motion; one that is not true stays as it is.
+        late: Whether to stop.
+    """
+    task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
+    if task.discrete or not is_true(task, given):
+        return given
+    pieces = Pieces(task, late)
+    shortcuts, windows = Shortcuts(task, pieces, late), Windows(task, pieces, late)
+    course = course_of(given)
+    while not late():
+        before = course.duration
+        course = windows.sweep(shortcuts.taken(course))
+        if course.duration > (1 - GAIN) * before:
+            break
+    if not course.duration < given.duration:
+        return given
+    try:
+        motion = resimulate(problem, course.times, course.u)
+    except DivergedError:
+        return given
+    exact = landed(problem, motion)
+    return exact if exact is not None and exact.duration < given.duration else given

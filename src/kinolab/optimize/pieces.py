@@ -1,0 +1,148 @@
+"""One piece of a motion, replaced by a quicker one between the same two states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.optimize.between import between, straight
+from kinolab.optimize.course import Course, course_of
+from kinolab.optimize.guesses import Guesses
+from kinolab.optimize.knots import Knots
+from kinolab.optimize.quickening import NEAR, Patience, quicken
+from kinolab.optimize.restoration import restored
+from kinolab.optimize.task import Task
+
+Array: TypeAlias = NDArray[np.float64]
+
+NEAR_GAPS = 0.15  # of half the largest shape: gaps that matter while changes are small
+KNOTS = 20  # of a straight way, at most
+FINAL = 40  # of the last piece where it must change a lot, at most
+FEWEST = 8  # knots that leave inputs enough freedom
+HASTY = Patience(region=0.03, promise=0.02, gain=0.03)
+CLOSE = 8  # subproblems that may close what few knots open
+FAR = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
+FASTEST = 0.05  # times the duration of a piece: how short it may get
+STRETCH = (0.4, 2.0)  # times the duration of a guess: how long a motion near it may take
+LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
+EASED = (0.9, 1.1)  # times the duration of a piece, for one under inputs that are held for longer
+PACE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
+
+
+class Pieces:
+    """Quicker ways from one state of a motion to another.
+
+    Args:
+        task: The problem that the whole motion solves.
+        late: Whether to give up.
+    """
+
+    def __init__(self, task: Task, late: Callable[[], bool]) -> None:
+        self._task, self._late = task, late
+        self._problem = task.problem
+        self._guesses = Guesses(task.problem, np.random.default_rng(0))
+        self.attitudes = tuple(task.problem.model.attitudes.values())
+
+    def quicker(self, course: Course, knots: int, *, last: bool) -> Course | None:
+        """Return what becomes of a piece as it is, None where nothing true does.
+
+        Args:
+            course: The piece.
+            knots: How many there are, at most.
+            last: Whether it ends in the problem's goal.
+        """
+        task = self._between(course.x[0], None if last else course.x[-1])
+        count = max(FEWEST, min(knots, len(course.spans)))
+        few = course.in_steps(count, self.attitudes)
+        lengths = (EASED[0] * few.h, EASED[1] * few.h)
+        return self._made(task, few, lengths, CLOSE)
+
+    def direct(self, course: Course, *, last: bool) -> Course | None:
+        """Return a motion that comes of the straight way between a piece's ends, as ``quicker``."""
+        way = self.way(course)
+        duration = LEISURE * self.least(way)
+        if not 0 < duration < course.duration:
+            return None
+        task = self._between(course.x[0], None if last else course.x[-1])
+        count = max(FEWEST, min(KNOTS, math.ceil(duration / self._problem.step)))
+        guess = self._guesses.knots(way, count, duration / count)
+        lengths = (STRETCH[0] * guess.h, STRETCH[1] * guess.h)
+        return self._made(task, guess, lengths, FAR)
+
+    def ended(self, course: Course) -> Course | None:
+        """Return a motion near the last piece that ends in the goal, no faster; or None."""
+        task = self._between(course.x[0], None)
+        few = course.in_steps(max(FEWEST, min(FINAL, len(course.spans))), self.attitudes)
+        lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
+        knots = self._closed(task, few, lengths, FAR)
+        return None if knots is None else self._true(task, knots)
+
+    def way(self, course: Course) -> Array:
+        """Return the straight way between the ends of a piece, shape (2, nx)."""
+        return straight(self._problem, course.x[0], course.x[-1])
+
+    def least(self, way: Array) -> float:
+        """Return about the least time in [s] that a motion takes along a straight way."""
+        return self._guesses.quickest(way) + self._guesses.starting
+
+    def _between(self, begin: Array, end: Array | None) -> Task:
+        problem = self._problem
+        if end is None:
+            return self._task.of(replace(problem, start=begin))
+        return self._task.of(between(problem, begin, end))
+
+    def _made(
+        self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
+    ) -> Course | None:
+        """Return the true motion that comes of a guess once it is closed and made faster."""
+        knots = self._closed(task, guess, lengths, iterations)
+        if knots is None:
+            return None
+        scaling = task.scaling(FASTEST * knots.h, knots.h)
+        transcription = task.transcription(knots, self._times(knots.h))
+        fast = quicken(transcription, knots, scaling, patience=HASTY, late=self._late)
+        return self._true(task, fast)
+
+    def _closed(
+        self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
+    ) -> Knots | None:
+        """Return knots near a guess from which hardly anything is missing, or None.
+
+        There is none too where steps are so long that a motion runs away.
+        """
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                return restored(
+                    task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
+                    lengths=lengths, enough=NEAR, most=NEAR, pace=PACE,
+                )  # fmt: skip
+        except FloatingPointError:
+            return None
+
+    def _true(self, task: Task, knots: Knots) -> Course | None:
+        """Return the true motion under the inputs of knots, step by step; None if it breaks any.
+
+        What few knots overlooked between them is mended with all.
+        """
+        fine = task.refined(knots, self._times(knots.h))
+        found = self._kept(task, fine)
+        if found is not None:
+            return found
+        lengths = (fine.h, max(self._problem.step, fine.h))
+        mended = restored(
+            task, fine, self._late, iterations=CLOSE, lengths=lengths, enough=NEAR, most=NEAR
+        )
+        return None if mended is None else self._kept(task, mended)
+
+    def _kept(self, task: Task, knots: Knots) -> Course | None:
+        made = task.trajectory(knots)
+        return course_of(made) if made is not None and task.keeps_all(made) else None
+
+    def _times(self, h: float) -> int:
+        """Return how many steps of the problem a step of knots is, at least."""
+        return max(1, math.ceil(h / self._problem.step - 1e-9))
