@@ -27,6 +27,7 @@ FEWEST = 8  # knots that leave inputs enough freedom
 HASTY = Patience(region=0.03, promise=0.02, gain=0.03)
 CLOSE = 8  # subproblems that may close what few knots open
 FAR = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
+WORTH = 0.03  # share of a piece's duration that is worth to replace it
 FASTEST = 0.05  # times the duration of a piece: how short it may get
 STRETCH = (0.4, 2.0)  # times the duration of a guess: how long a motion near it may take
 LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
@@ -49,7 +50,7 @@ class Pieces:
         self.attitudes = tuple(task.problem.model.attitudes.values())
 
     def quicker(self, course: Course, knots: int, *, last: bool) -> Course | None:
-        """Return what becomes of a piece as it is, None where nothing true does.
+        """Return a piece made faster as it is, None where that is not worth it or not true.
 
         Args:
             course: The piece.
@@ -60,7 +61,7 @@ class Pieces:
         count = max(FEWEST, min(knots, len(course.spans)))
         few = course.in_steps(count, self.attitudes)
         lengths = (EASED[0] * few.h, EASED[1] * few.h)
-        return self._made(task, few, lengths, CLOSE)
+        return self._made(task, few, lengths, CLOSE, (1 - WORTH) * course.duration)
 
     def direct(self, course: Course, *, last: bool) -> Course | None:
         """Return a motion that comes of the straight way between a piece's ends, as ``quicker``."""
@@ -72,7 +73,7 @@ class Pieces:
         count = max(FEWEST, min(KNOTS, math.ceil(duration / self._problem.step)))
         guess = self._guesses.knots(way, count, duration / count)
         lengths = (STRETCH[0] * guess.h, STRETCH[1] * guess.h)
-        return self._made(task, guess, lengths, FAR)
+        return self._made(task, guess, lengths, FAR, (1 - WORTH) * course.duration)
 
     def ended(self, course: Course) -> Course | None:
         """Return a motion near the last piece that ends in the goal, no faster; or None."""
@@ -97,16 +98,25 @@ class Pieces:
         return self._task.of(between(problem, begin, end))
 
     def _made(
-        self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
+        self,
+        task: Task,
+        guess: Knots,
+        lengths: tuple[float, float],
+        iterations: int,
+        below: float,
     ) -> Course | None:
-        """Return the true motion that comes of a guess once it is closed and made faster."""
+        """Return the true motion that comes of a guess once it is closed and made faster.
+
+        It takes less than ``below``, in [s].
+        """
         knots = self._closed(task, guess, lengths, iterations)
         if knots is None:
             return None
         scaling = task.scaling(FASTEST * knots.h, knots.h)
         transcription = task.transcription(knots, self._times(knots.h))
         fast = quicken(transcription, knots, scaling, patience=HASTY, late=self._late)
-        return self._true(task, fast)
+        found = self._true(task, fast) if fast.duration < below else None
+        return found if found is not None and found.duration < below else None
 
     def _closed(
         self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int

@@ -52,7 +52,7 @@ class Shortcuts:
             if not self._ways.is_free(*self._pieces.way(given)):
                 continue
             piece = self._pieces.direct(given, last=end == len(course.spans))
-            if piece is not None and piece.duration < given.duration:
+            if piece is not None:
                 return course.with_piece(begin, end, piece, self._pieces.attitudes)
             failures += 1
         return None

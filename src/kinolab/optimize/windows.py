@@ -19,7 +19,6 @@ KNOTS = (20, 40)  # of a piece in the first sweep and in later ones, when motion
 HELD = 16.0  # steps of the problem between two knots of a piece at first
 SHORTEST, LONGEST = 2.0, 32.0  # the same, at least and at most
 LONGER, SHORTER = 1.3, 0.5  # times as long pieces after one that worked, and after one that did not
-WORTH = 0.03  # share of a piece's duration that is worth to replace it
 REST = 1 / 3  # share of a piece that is no piece of its own at the end of a motion
 
 
@@ -45,7 +44,7 @@ class Windows:
             end = self._end(course, begin, share * knots * self._held * self._step)
             given, last = course.piece(begin, end), end == len(course.spans)
             piece = self._pieces.quicker(given, knots, last=last)
-            if piece is not None and piece.duration < (1 - WORTH) * given.duration:
+            if piece is not None:
                 course = course.with_piece(begin, end, piece, self._pieces.attitudes)
                 begin, share = begin + len(piece.spans), 1.0
                 self._held = min(LONGER * self._held, LONGEST)
