@@ -300,9 +300,9 @@ def test_the_whole_motion_is_integrated_twice_and_no_more(
     whole = []
     true_motion = kinolab.verification.true_motion
 
-    def counted(problem: Problem, start: Array, t: Array, u: Array) -> object:
+    def counted(problem: Problem, start: Array, t: Array, u: Array, **how: bool) -> object:
         whole.append(len(u) == 40)
-        return true_motion(problem, start, t, u)
+        return true_motion(problem, start, t, u, **how)
 
     monkeypatch.setattr("kinolab.verification.true_motion", counted)
     assert verify(problem, gliding(problem, 1.5, 40)).passed

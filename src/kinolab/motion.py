@@ -84,7 +84,9 @@ class MapMotion(Motion):
         return states
 
 
-def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Motion:
+def follow(
+    model: Model, start: Array, t: Array, u: Array, scales: Array, *, between: bool = True
+) -> Motion:
     """Integrate from a start with the inputs held between the times t.
 
     Where the machine has feedback, it is asked at every knot what its inputs are.
@@ -95,6 +97,7 @@ def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Mot
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, or references, shape (N, nu).
         scales: What counts as large, per entry of the state, shape (nx,).
+        between: Whether anybody will ask for states between the knots.
 
     Raises:
         DivergedError: If the integrator stops before the end.
@@ -105,16 +108,23 @@ def follow(model: Model, start: Array, t: Array, u: Array, scales: Array) -> Mot
             acting = model.acting(states[-1], held)
         except KinolabError as error:
             raise DivergedError(float(t[k]), str(error)) from error
-        piece = interval(model.plant, states[-1], (t[k], t[k + 1]), acting, scales)
-        states.append(piece(t[k + 1]))
+        span = (float(t[k]), float(t[k + 1]))
+        end, piece = interval(model.plant, states[-1], span, acting, scales, between=between)
+        states.append(end)
         pieces.append(piece)
     return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
 
 
 def interval(
-    model: Model, start: Array, span: tuple[float, float], held: Array, scales: Array
-) -> Any:
-    """Integrate a machine without feedback over one interval; returns SciPy's dense output."""
+    model: Model,
+    start: Array,
+    span: tuple[float, float],
+    held: Array,
+    scales: Array,
+    *,
+    between: bool,
+) -> tuple[Array, Any]:
+    """Integrate a machine without feedback; return the last state, and SciPy's dense output."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # what diverges is reported below
@@ -125,13 +135,13 @@ def interval(
                 method="DOP853",
                 rtol=RTOL,
                 atol=ATOL * scales,
-                dense_output=True,
+                dense_output=between,
             )
     except KinolabError as error:
         raise DivergedError(span[0], str(error)) from error
     if not result.success or not np.isfinite(result.y[:, -1]).all():
         raise DivergedError(float(result.t[-1]), str(result.message))
-    return result.sol
+    return result.y[:, -1], result.sol
 
 
 def follow_map(
@@ -183,7 +193,9 @@ class Chord:
         return states[:, 0] if np.ndim(times) == 0 else states
 
 
-def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
+def true_motion(
+    problem: Problem, start: Array, t: Array, u: Array, *, between: bool = True
+) -> Motion:
     """Return the motion that counts: the differential equation's, or the integrator's own map.
 
     Args:
@@ -191,6 +203,7 @@ def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
         start: State at t[0], shape (nx,).
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, shape (N, nu).
+        between: Whether anybody will ask for states between the knots, which takes longer.
 
     Raises:
         DivergedError: If the motion cannot be followed to its end.
@@ -198,12 +211,12 @@ def true_motion(problem: Problem, start: Array, t: Array, u: Array) -> Motion:
     settings = problem.scenario.integration
     if settings.truth == "discrete":
         return follow_map(problem.model, start, t, u, settings.method, settings.substeps)
-    return follow(problem.model, start, t, u, problem.scales)
+    return follow(problem.model, start, t, u, problem.scales, between=between)
 
 
 def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
     """Return the true motion from the problem's start under given inputs, as a trajectory."""
-    motion = true_motion(problem, problem.start, t, u)
+    motion = true_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
 
 

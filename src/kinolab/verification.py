@@ -217,7 +217,8 @@ def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
     """Return where the truth leads from every stored knot under the stored inputs, (N, nx)."""
     settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
     if settings.truth != "discrete":
-        ends = [true_motion(plant, x[k], t[k : k + 2], u[k : k + 1]).x[-1] for k in range(len(u))]
+        spans = ((x[k], t[k : k + 2], u[k : k + 1]) for k in range(len(u)))
+        ends = [true_motion(plant, *one, between=False).x[-1] for one in spans]
         return np.array(ends).reshape(len(u), plant.model.nx)
     try:
         return plant.model.step(
@@ -299,9 +300,8 @@ def _requirements(walk: Walk) -> Iterator[Check]:
 def _error_growth(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
     """Nudge the start and see how much farther from the motion the other one ends."""
     try:
-        far = true_motion(
-            problem, nudged(problem, trajectory.x[0]), trajectory.t, trajectory.inputs
-        )
+        beside = nudged(problem, trajectory.x[0])
+        far = true_motion(problem, beside, trajectory.t, trajectory.inputs, between=False)
     except DivergedError as error:
         return Check("error growth", math.inf, GROWTH, False, str(error))
     grown = growth(problem, motion.x, far.x)
