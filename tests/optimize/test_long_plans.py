@@ -131,3 +131,12 @@ def test_what_time_is_too_short_for_is_no_worse(seconds: float, tmp_path: Path) 
     short = shorten(problem, given, seconds)
     assert short is given or short.duration < given.duration
     assert kinolab.verify(problem, short).passed
+
+
+def test_steps_that_are_held_keep_their_length(tmp_path: Path) -> None:
+    """Planners hold inputs for whole steps of the problem: others would lead elsewhere."""
+    problem = problem_with(tmp_path, heading=0.05)
+    exact = repair(problem, detour(problem), held=True)
+    assert exact is not None
+    verified(problem, exact)
+    assert np.diff(exact.t) == pytest.approx(STEP, abs=1e-9)

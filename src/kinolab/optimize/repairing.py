@@ -81,7 +81,7 @@ def repair(
         iterations: Largest number of subproblems, for each of a few reserves of room.
         held: Whether steps keep their length.
     """
-    landing = _in_the_end(problem, trajectory, late)
+    landing = None if held else _in_the_end(problem, trajectory, late)  # its steps are its own
     if landing is not None:
         return landing
     for room in ROOMS:
