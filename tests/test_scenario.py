@@ -537,6 +537,7 @@ def test_a_written_scenario_has_every_default() -> None:
         '[integration]\nmethod = "rk4"\nstep = 0.05\nsubsteps = 1\ntruth = "continuous"\n\n'
         '[planner]\nweights = { x = 2 }\nname = "auto"\ntime_limit = 30.0\nseed = 1\n'
         'improve = 2.0\n\n[render]\nview = "perspective"\nspeed = 1.0\nsize = [800, 600]\n'
+        "magnify = true\n"
     )
 
 
