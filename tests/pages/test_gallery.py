@@ -89,10 +89,11 @@ def test_cards_are_filtered_and_open_their_pages(
     assert page.inner_text("#count") == "1 of 3 runs, 1 passed the check"
     assert page.locator(".card:visible").count() == 1
     page.click(".card:visible")
+    assert page.evaluate("document.activeElement.innerText") == "← Gallery"
     inside = page.frame_locator("#frame iframe").locator("body")
     assert inside.evaluate("async () => (await kinolab.ready).last > 0")
     assert inside.evaluate("() => { kinolab.seek(1); return kinolab.time; }") == 1
     refused = "() => { try { return parent.document.title; } catch (error) { return error.name; } }"
     assert inside.evaluate(refused) == "SecurityError"
     page.keyboard.press("Escape")
-    assert page.locator("#frame iframe").count() == 0
+    page.wait_for_selector("#frame iframe", state="detached")
