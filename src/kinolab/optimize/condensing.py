@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from kinolab.motion import DivergedError, resimulate
 from kinolab.optimize.course import course_of
-from kinolab.optimize.landing import is_true, landed
+from kinolab.optimize.landing import in_the_centre, is_true, landed
 from kinolab.optimize.pieces import NEAR_GAPS, Pieces
 from kinolab.optimize.shortcuts import Shortcuts
 from kinolab.optimize.task import Task
@@ -20,7 +20,10 @@ GAIN = 0.03  # share of the duration that is worth another round
 
 
 def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> Trajectory:
-    """Return a shorter motion that ends in the goal's centre, or the one that was given.
+    """Return a shorter motion, or the one that was given.
+
+    It ends in the goal's centre, but where neither the given one does nor one near it could be
+    found: then it ends somewhere in the goal.
 
     Args:
         problem: That the motion solves.
@@ -45,4 +48,6 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
     except DivergedError:
         return given
     exact = landed(problem, motion)
+    if exact is None and not in_the_centre(problem, given.x[-1]) and task.keeps_all_at_knots(motion):
+        exact = motion
     return exact if exact is not None and exact.duration < given.duration else given

@@ -102,6 +102,10 @@ class FreeWays:
         line = self._line(begin, end)
         return self._free(line) == len(line)
 
+    def are_free(self, states: Array) -> bool:
+        """Say whether a machine touches nothing in any of some states, shape (m, nx)."""
+        return self._free(states) == len(states)
+
     def _drawn(
         self, start: Array, end: Array, turning: float, within: Callable[[Array], bool]
     ) -> Array:

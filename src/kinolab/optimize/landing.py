@@ -51,12 +51,13 @@ def landed(
             break
         begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
         tail = pieces.ended(given.piece(begin, len(given.spans)))
-        if tail is not None and _in_the_centre(problem, tail.x[-1]):
+        if tail is not None and in_the_centre(problem, tail.x[-1]):
             return _joined(task, given, begin, tail)
     return None
 
 
-def _in_the_centre(problem: Problem, end: Array) -> bool:
+def in_the_centre(problem: Problem, end: Array) -> bool:
+    """Say whether a motion that ends so needs no landing."""
     return bool(np.abs(Ends(problem, end).miss(end)).sum() <= CENTRE)
 
 

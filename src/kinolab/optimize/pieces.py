@@ -10,18 +10,16 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.optimize.between import between, straight
+from kinolab.optimize.between import between
 from kinolab.optimize.course import Course, course_of
-from kinolab.optimize.guesses import Guesses
 from kinolab.optimize.knots import Knots
-from kinolab.optimize.quickening import NEAR, Patience, quicken
+from kinolab.optimize.quickening import NEAR, PENALTY, Patience, quicken
 from kinolab.optimize.restoration import restored
 from kinolab.optimize.task import Task
 
 Array: TypeAlias = NDArray[np.float64]
 
 NEAR_GAPS = 0.15  # of half the largest shape: gaps that matter while changes are small
-KNOTS = 20  # of a straight way, at most
 FINAL = 40  # of the last piece where it must change a lot, at most
 FEWEST = 8  # knots that leave inputs enough freedom
 HASTY = Patience(region=0.03, promise=0.02, gain=0.03)
@@ -30,8 +28,8 @@ FAR = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
 WORTH = 0.03  # share of a piece's duration that is worth to replace it
 FASTEST = 0.05  # times the duration of a piece: how short it may get
 STRETCH = (0.4, 2.0)  # times the duration of a guess: how long a motion near it may take
-LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
 EASED = (0.9, 1.1)  # times the duration of a piece, for one under inputs that are held for longer
+BOLD = 100.0  # of what is missing, against changes, where a guess may have to change a lot
 PACE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
 
 
@@ -46,7 +44,6 @@ class Pieces:
     def __init__(self, task: Task, late: Callable[[], bool]) -> None:
         self._task, self._late = task, late
         self._problem = task.problem
-        self._guesses = Guesses(task.problem, np.random.default_rng(0))
         self.attitudes = tuple(task.problem.model.attitudes.values())
 
     def quicker(self, course: Course, knots: int, *, last: bool) -> Course | None:
@@ -63,17 +60,12 @@ class Pieces:
         lengths = (EASED[0] * few.h, EASED[1] * few.h)
         return self._made(task, few, lengths, CLOSE, (1 - WORTH) * course.duration)
 
-    def direct(self, course: Course, *, last: bool) -> Course | None:
-        """Return a motion that comes of the straight way between a piece's ends, as ``quicker``."""
-        way = self.way(course)
-        duration = LEISURE * self.least(way)
-        if not 0 < duration < course.duration:
-            return None
+    def along(self, guess: Knots, course: Course, *, last: bool) -> Course | None:
+        """Return a motion that comes of a guess of another way, as ``quicker``."""
         task = self._between(course.x[0], None if last else course.x[-1])
-        count = max(FEWEST, min(KNOTS, math.ceil(duration / self._problem.step)))
-        guess = self._guesses.knots(way, count, duration / count)
         lengths = (STRETCH[0] * guess.h, STRETCH[1] * guess.h)
-        return self._made(task, guess, lengths, FAR, (1 - WORTH) * course.duration)
+        below = (1 - WORTH) * course.duration
+        return self._made(task, guess, lengths, FAR, below, penalty=BOLD)
 
     def ended(self, course: Course) -> Course | None:
         """Return a motion near the last piece that ends in the goal, no faster; or None."""
@@ -82,14 +74,6 @@ class Pieces:
         lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
         knots = self._closed(task, few, lengths, FAR)
         return None if knots is None else self._true(task, knots)
-
-    def way(self, course: Course) -> Array:
-        """Return the straight way between the ends of a piece, shape (2, nx)."""
-        return straight(self._problem, course.x[0], course.x[-1])
-
-    def least(self, way: Array) -> float:
-        """Return about the least time in [s] that a motion takes along a straight way."""
-        return self._guesses.quickest(way) + self._guesses.starting
 
     def _between(self, begin: Array, end: Array | None) -> Task:
         problem = self._problem
@@ -104,12 +88,13 @@ class Pieces:
         lengths: tuple[float, float],
         iterations: int,
         below: float,
+        penalty: float = PENALTY,
     ) -> Course | None:
         """Return the true motion that comes of a guess once it is closed and made faster.
 
         It takes less than ``below``, in [s].
         """
-        knots = self._closed(task, guess, lengths, iterations)
+        knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
             return None
         scaling = task.scaling(FASTEST * knots.h, knots.h)
@@ -119,7 +104,12 @@ class Pieces:
         return found if found is not None and found.duration < below else None
 
     def _closed(
-        self, task: Task, guess: Knots, lengths: tuple[float, float], iterations: int
+        self,
+        task: Task,
+        guess: Knots,
+        lengths: tuple[float, float],
+        iterations: int,
+        penalty: float = PENALTY,
     ) -> Knots | None:
         """Return knots near a guess from which hardly anything is missing, or None.
 
@@ -129,7 +119,7 @@ class Pieces:
             with np.errstate(over="raise", invalid="raise"):
                 return restored(
                     task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
-                    lengths=lengths, enough=NEAR, most=NEAR, pace=PACE,
+                    lengths=lengths, enough=NEAR, most=NEAR, pace=PACE, penalty=penalty,
                 )  # fmt: skip
         except FloatingPointError:
             return None

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinolab.optimize.knots import Knots
-from kinolab.optimize.quickening import closing
+from kinolab.optimize.quickening import PENALTY, closing
 from kinolab.optimize.sequence import EXACT, descend
 from kinolab.optimize.task import Task
 
@@ -31,6 +31,7 @@ def restored(
     enough: float = EXACT,
     most: float = ROUNDED,
     pace: float = 0.0,
+    penalty: float = PENALTY,
 ) -> Knots | None:
     """Return knots near given ones from which nothing is missing; None where none are found.
 
@@ -44,12 +45,13 @@ def restored(
         enough: Sum of all that is missing, in scales, that ends it.
         most: Sum that counts as nothing once it has ended.
         pace: Share of what is missing that every few subproblems must get rid of.
+        penalty: Of what is missing, against the change.
     """
     knots = task.within_limits(knots)
     scaling = task.scaling(*(lengths or (knots.h, knots.h)))
     transcription = task.transcription(knots, times)
     descent = descend(
-        transcription, knots, scaling, closing(),
+        transcription, knots, scaling, closing(penalty),
         iterations=iterations, enough=enough, pace=pace, late=late,
     )  # fmt: skip
     return descent.knots if sum(descent.missing) <= most else None

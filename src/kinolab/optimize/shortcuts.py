@@ -1,4 +1,4 @@
-"""Detours left out: straight ways between two states of a motion, the largest gain first.
+"""Detours left out: direct ways between two states of a motion, the largest gain first.
 
 Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007.
 """
@@ -11,17 +11,19 @@ from itertools import combinations
 import numpy as np
 
 from kinolab.optimize.course import Course
-from kinolab.optimize.free_ways import FreeWays
+from kinolab.optimize.bridges import Bridges
 from kinolab.optimize.pieces import Pieces
 from kinolab.optimize.task import Task
 
-PLACES = 24  # of a motion between which straight ways are tried
-FAILURES = 4  # in a row, after which no more are
-GAIN = 0.5  # times the duration of a piece: how quick a straight way must promise to be
+PLACES = 24  # of a motion between which ways are tried
+FAILURES = 5  # in a row, after which no more are
+GAIN = 0.7  # times the duration of a piece: how quick a way must promise to be
+KNOTS = 20  # of a guess, at most
+LITTLE = 0.05  # share of the duration of a gain after which other things may gain more
 
 
 class Shortcuts:
-    """Looks for straight ways.
+    """Looks for direct ways.
 
     Args:
         task: The problem that the whole motion solves.
@@ -31,7 +33,7 @@ class Shortcuts:
 
     def __init__(self, task: Task, pieces: Pieces, late: Callable[[], bool]) -> None:
         self._pieces, self._late = pieces, late
-        self._ways = FreeWays(task.problem, np.random.default_rng(0))
+        self._bridges = Bridges(task.problem)
 
     def taken(self, course: Course) -> Course:
         """Return a motion that is shorter or the same."""
@@ -39,7 +41,10 @@ class Shortcuts:
             shorter = self._once(course)
             if shorter is None:
                 break
+            little = shorter.duration > (1 - LITTLE) * course.duration
             course = shorter
+            if little:
+                break
         return course
 
     def _once(self, course: Course) -> Course | None:
@@ -48,23 +53,24 @@ class Shortcuts:
         for begin, end in self._pairs(course):
             if failures == FAILURES or self._late():
                 break
-            given = course.piece(begin, end)
-            if not self._ways.is_free(*self._pieces.way(given)):
-                continue
-            piece = self._pieces.direct(given, last=end == len(course.spans))
-            if piece is not None:
-                return course.with_piece(begin, end, piece, self._pieces.attitudes)
-            failures += 1
+            given, last = course.piece(begin, end), end == len(course.spans)
+            for guess in self._bridges.between(given.x[0], given.x[-1], KNOTS):
+                if not guess.duration < given.duration or self._late():
+                    continue
+                piece = self._pieces.along(guess, given, last=last)
+                if piece is not None:
+                    return course.with_piece(begin, end, piece, self._pieces.attitudes)
+                failures += 1
         return None
 
     def _pairs(self, course: Course) -> Iterator[tuple[int, int]]:
-        """Yield the ends of pieces that a straight way makes shorter, the largest gain first."""
+        """Yield the ends of pieces that a direct way may make shorter, the largest gain first."""
         t = course.times
         even = np.searchsorted(t, np.linspace(0, t[-1], PLACES + 1))
         places = np.unique(np.minimum(even, len(t) - 1)).tolist()
         gains = []
         for begin, end in combinations(places, 2):
-            least = self._pieces.least(self._pieces.way(course.piece(begin, end)))
+            least = self._bridges.least(course.x[begin], course.x[end])
             duration = float(t[end] - t[begin])
             if least < GAIN * duration:
                 gains.append((least - duration, begin, end))

@@ -14,7 +14,15 @@ from itertools import count
 import numpy as np
 
 from kinolab.compiling import Compilation, compilation
-from kinolab.optimize import AbstractAllowance, Seconds, Subproblems, repair, shorten
+from kinolab.optimize import (
+    AbstractAllowance,
+    Seconds,
+    Spent,
+    Subproblems,
+    is_long,
+    repair,
+    shorten,
+)
 from kinolab.planning.attempt import motion
 from kinolab.planning.keeping import Keeper, margin
 from kinolab.planning.plan import Plan
@@ -25,6 +33,7 @@ from kinolab.trajectory import Trajectory
 
 RATE = 40  # subproblems that stand for a second where a search must repeat bit by bit
 PART = 0.7  # of what is left for one round of shortening: each one is verified and kept
+LANDING = 0.25  # of the time for improving: to make a long motion exact before it is shortened
 QUICK = 0.2  # of the time for improving: a verification that does not keep from shortening
 GAIN = 1e-3  # share of the duration that is worth another round
 
@@ -107,8 +116,8 @@ class Improving:
 
     def _refine(self, keeper: Keeper, given: Trajectory, allowance: AbstractAllowance) -> None:
         """Make a motion exact, and shorter as long as there is time."""
-        spent = allowance.part()
-        exact = keeper.tried(partial(repair, self.problem, given, lambda: spent() >= 1.0))
+        long = is_long(self.problem, given)
+        exact = self._exact(keeper, given, allowance.part(LANDING if long else 1.0))
         # A plan that is found late is made exact all the same, but no more than that.
         allowance.until = min(allowance.until, self.request.time_limit)
         at_once = exact is not None and (
@@ -117,9 +126,15 @@ class Improving:
         if exact is not None and at_once:
             keeper.take(exact, "repair")
         shortest = self._shortened(keeper, exact or given, allowance)
-        if exact is not None and shortest is exact and not at_once:
+        late = self._exact(keeper, shortest, allowance.part()) if exact is None and long else None
+        if late is not None:
+            keeper.take(late, "repair")
+        elif exact is not None and shortest is exact and not at_once:
             keeper.take(exact, "repair")
         self._learn(keeper, given.duration / shortest.duration)
+
+    def _exact(self, keeper: Keeper, given: Trajectory, spent: Spent) -> Trajectory | None:
+        return keeper.tried(partial(repair, self.problem, given, lambda: spent() >= 1.0))
 
     def _verified_soon(self, best: Plan) -> bool:
         """Say whether to verify a motion before it is shortened: if that leaves time to do so."""
