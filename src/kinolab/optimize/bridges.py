@@ -78,7 +78,10 @@ class Bridges:
             motion = self._paths.chain(paths, begin)
             if motion is None or not motion.steps:
                 continue
-            times, count = step * np.arange(motion.steps + 1.0), self._count(step * motion.steps, knots)
+            times, count = (
+                step * np.arange(motion.steps + 1.0),
+                self._count(step * motion.steps, knots),
+            )
             guess = resampled(times, motion.x, motion.u, count)
             guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
             yield guess

@@ -48,6 +48,10 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
     except DivergedError:
         return given
     exact = landed(problem, motion)
-    if exact is None and not in_the_centre(problem, given.x[-1]) and task.keeps_all_at_knots(motion):
+    if (
+        exact is None
+        and not in_the_centre(problem, given.x[-1])
+        and task.keeps_all_at_knots(motion)
+    ):
         exact = motion
     return exact if exact is not None and exact.duration < given.duration else given

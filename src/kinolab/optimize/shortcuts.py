@@ -6,16 +6,17 @@ Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJR
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import combinations
+from itertools import combinations, cycle
 
 import numpy as np
 
-from kinolab.optimize.course import Course
 from kinolab.optimize.bridges import Bridges
+from kinolab.optimize.course import Course
 from kinolab.optimize.pieces import Pieces
 from kinolab.optimize.task import Task
 
-PLACES = 24  # of a motion between which ways are tried
+PLACES = (24, 31, 27)  # of a motion between which ways are tried, in turn
+SLOW = 20  # ways that take longer than what they replace, after which no more are tried
 FAILURES = 5  # in a row, after which no more are
 GAIN = 0.7  # times the duration of a piece: how quick a way must promise to be
 KNOTS = 20  # of a guess, at most
@@ -33,7 +34,7 @@ class Shortcuts:
 
     def __init__(self, task: Task, pieces: Pieces, late: Callable[[], bool]) -> None:
         self._pieces, self._late = pieces, late
-        self._bridges = Bridges(task.problem)
+        self._bridges, self._places = Bridges(task.problem), cycle(PLACES)
 
     def taken(self, course: Course) -> Course:
         """Return a motion that is shorter or the same."""
@@ -49,13 +50,14 @@ class Shortcuts:
 
     def _once(self, course: Course) -> Course | None:
         """Return a motion with one detour less."""
-        failures = 0
-        for begin, end in self._pairs(course):
-            if failures == FAILURES or self._late():
+        failures, slow, places = 0, 0, next(self._places)
+        for begin, end in self._pairs(course, places):
+            if failures == FAILURES or slow == SLOW or self._late():
                 break
             given, last = course.piece(begin, end), end == len(course.spans)
             for guess in self._bridges.between(given.x[0], given.x[-1], KNOTS):
-                if not guess.duration < given.duration or self._late():
+                if not guess.duration < given.duration:
+                    slow += 1
                     continue
                 piece = self._pieces.along(guess, given, last=last)
                 if piece is not None:
@@ -63,13 +65,13 @@ class Shortcuts:
                 failures += 1
         return None
 
-    def _pairs(self, course: Course) -> Iterator[tuple[int, int]]:
+    def _pairs(self, course: Course, places: int) -> Iterator[tuple[int, int]]:
         """Yield the ends of pieces that a direct way may make shorter, the largest gain first."""
         t = course.times
-        even = np.searchsorted(t, np.linspace(0, t[-1], PLACES + 1))
-        places = np.unique(np.minimum(even, len(t) - 1)).tolist()
+        even = np.searchsorted(t, np.linspace(0, t[-1], places + 1))
+        knots = np.unique(np.minimum(even, len(t) - 1)).tolist()
         gains = []
-        for begin, end in combinations(places, 2):
+        for begin, end in combinations(knots, 2):
             least = self._bridges.least(course.x[begin], course.x[end])
             duration = float(t[end] - t[begin])
             if least < GAIN * duration:
