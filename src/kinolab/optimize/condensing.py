@@ -9,6 +9,7 @@ from kinolab.optimize.course import course_of
 from kinolab.optimize.landing import in_the_centre, is_true, landed
 from kinolab.optimize.pieces import NEAR_GAPS, Pieces
 from kinolab.optimize.shortcuts import Shortcuts
+from kinolab.optimize.splices import Splices
 from kinolab.optimize.task import Task
 from kinolab.optimize.windows import Windows
 from kinolab.problem import Problem
@@ -34,11 +35,12 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
     if task.discrete or not is_true(task, given):
         return given
     pieces = Pieces(task, late)
-    shortcuts, windows = Shortcuts(task, pieces, late), Windows(task, pieces, late)
+    shortcuts, splices = Shortcuts(task, pieces, late), Splices(task, pieces, late)
+    windows = Windows(task, pieces, late)
     course = course_of(given)
     while not late():
         before = course.duration
-        course = windows.sweep(shortcuts.taken(course))
+        course = windows.sweep(splices.taken(shortcuts.taken(course)))
         if course.duration > (1 - GAIN) * before:
             break
     if not course.duration < given.duration:
