@@ -81,10 +81,11 @@ def test_a_plan_carries_inputs_and_the_references_they_follow(trajectory: Trajec
     assert header == "t,x,theta,x_dot,theta_dot,push,reference.speed"
 
 
-def test_the_motion_cannot_be_replayed_without_its_feedback(
-    problem: Problem, trajectory: Trajectory
-) -> None:
+def test_the_motion_cannot_be_replayed_without_its_feedback(problem: Problem) -> None:
     """The pole falls with sqrt((M + m) g / M l) = 3.5/s: errors grow by e^(3.5 T)."""
+    searched = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000, optimize=False)
+    trajectory = searched.trajectory
+    assert trajectory is not None
     checks = {check.name: check for check in verify(problem, trajectory).checks}
     assert checks["error growth"].value < 100.0
     assert trajectory.duration * 3.5 > np.log(1e6)
@@ -156,6 +157,25 @@ def test_derivatives_hold_the_law_over_a_step() -> None:
     z = np.concatenate([x, r, [h]])
     expected = [(moved(z + d) - moved(z - d)) / (2 * nudge) for d in nudge * np.eye(6)]
     assert np.allclose(tangents[0], np.transpose(expected), rtol=1e-7, atol=1e-7)
+
+
+def test_derivatives_of_several_steps_ask_the_law_in_each() -> None:
+    model, h, nudge = cart_pole().model(), 0.15, 1e-6
+    x, r = np.array([0.1, 0.02, 0.1, 0.05]), np.array([0.2])
+    after, tangents = StepMap(model, "rk4", 2, acts=3).linearised(x[None], r[None], h)
+
+    def moved(z: np.ndarray) -> np.ndarray:
+        state = z[:4]
+        for _ in range(3):
+            state = model.step(state, z[4:5], float(z[5]) / 3, substeps=2)
+        return state
+
+    z = np.concatenate([x, r, [h]])
+    assert np.allclose(after[0], moved(z), atol=1e-14)
+    expected = [(moved(z + d) - moved(z - d)) / (2 * nudge) for d in nudge * np.eye(6)]
+    assert np.allclose(tangents[0], np.transpose(expected), rtol=1e-7, atol=1e-7)
+    once = StepMap(model, "rk4", 6).after(x[None], r[None], h)
+    assert np.abs(once[0] - after[0]).max() > 1e-4  # a law that is held for longer is another one
 
 
 def test_a_simulation_takes_references(folder: Path, tmp_path: Path) -> None:

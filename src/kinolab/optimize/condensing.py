@@ -20,7 +20,9 @@ SHARE = 0.5  # of that, for limits of states
 GAIN = 0.03  # share of the duration that is worth another round
 
 
-def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> Trajectory:
+def condensed(
+    problem: Problem, given: Trajectory, late: Callable[[], bool], over: Callable[[], bool]
+) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
     It ends in the goal's centre, but where neither the given one does nor one near it could be
@@ -29,7 +31,8 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
     Args:
         problem: That the motion solves.
         given: A true motion; one that is not true stays as it is.
-        late: Whether to stop.
+        late: Whether to stop making it shorter.
+        over: Whether to stop making what is shorter exact.
     """
     task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
     if task.discrete or not is_true(task, given):
@@ -49,7 +52,7 @@ def condensed(problem: Problem, given: Trajectory, late: Callable[[], bool]) -> 
         motion = resimulate(problem, course.times, course.u)
     except DivergedError:
         return given
-    exact = landed(problem, motion)
+    exact = landed(problem, motion, over)
     if (
         exact is None
         and not in_the_centre(problem, given.x[-1])

@@ -24,7 +24,7 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-TAILS = (50, 100, 200, 400)  # steps of the problem, tried one after the other
+TAILS = (100, 200, 50, 400)  # steps of the problem, tried one after the other
 ROOMS = (4e-2, 5e-3)  # of the machine's size, for gaps between few knots; tried likewise
 SHARE = 0.5  # of that, for limits of states
 TRUE = 1e-6  # of a scale: by how much a state may miss where the step before leads
@@ -46,7 +46,7 @@ def landed(
     given, times = course_of(motion), motion.t - motion.t[0]
     tasks = [Task(problem, room, share=SHARE, near=NEAR_GAPS) for room in ROOMS]
     ways = [(task, Pieces(task, late)) for task in tasks]
-    for steps, (task, pieces) in product(TAILS, ways):
+    for (task, pieces), steps in product(ways, TAILS):
         if late():
             break
         begin = int(np.searchsorted(times, times[-1] - steps * problem.step))

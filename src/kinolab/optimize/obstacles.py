@@ -115,7 +115,10 @@ class Obstacles:
 
     def free(self, x: Array) -> bool:
         """Say whether nothing touches at several states (m, nx)."""
-        return not self._any or not len(self._gaps(x, TOUCHING, derive=False)[0])
+        if not self._any:
+            return True
+        gaps = self._gaps(x, TOUCHING, derive=False)[1]  # some that are larger are among them
+        return bool((gaps >= TOUCHING).all())
 
     def least(self, x: Array) -> float:
         """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""

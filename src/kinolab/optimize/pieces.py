@@ -73,7 +73,7 @@ class Pieces:
         few = course.in_steps(max(FEWEST, min(FINAL, len(course.spans))), self.attitudes)
         lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
         knots = self._closed(task, few, lengths, FAR)
-        return None if knots is None else self._true(task, knots)
+        return None if knots is None else self._true(task, knots, self._steps(lengths[1], knots.h))
 
     def _between(self, begin: Array, end: Array | None) -> Task:
         problem = self._problem
@@ -98,9 +98,11 @@ class Pieces:
         if knots is None:
             return None
         scaling = task.scaling(FASTEST * knots.h, knots.h)
-        transcription = task.transcription(knots, self._times(knots.h))
+        times = self._steps(lengths[1], knots.h)
+        transcription = task.transcription(knots, times)
         fast = quicken(transcription, knots, scaling, patience=HASTY, late=self._late)
-        found = self._true(task, fast) if fast.duration < below else None
+        times = self._steps(times * self._problem.step, fast.h)
+        found = self._true(task, fast, times) if fast.duration < below else None
         return found if found is not None and found.duration < below else None
 
     def _closed(
@@ -124,12 +126,14 @@ class Pieces:
         except FloatingPointError:
             return None
 
-    def _true(self, task: Task, knots: Knots) -> Course | None:
+    def _true(self, task: Task, knots: Knots, times: int) -> Course | None:
         """Return the true motion under the inputs of knots, step by step; None if it breaks any.
+
+        Each step of the knots becomes as many as ``times``.
 
         What few knots overlooked between them is mended with all.
         """
-        fine = task.refined(knots, self._times(knots.h))
+        fine = task.refined(knots, times)
         found = self._kept(task, fine)
         if found is not None:
             return found
@@ -142,6 +146,15 @@ class Pieces:
     def _kept(self, task: Task, knots: Knots) -> Course | None:
         made = task.trajectory(knots)
         return course_of(made) if made is not None and task.keeps_all(made) else None
+
+    def _steps(self, longest: float, h: float) -> int:
+        """Return of how many steps of the problem one of length ``h`` is.
+
+        Feedback that acts in other places is another motion, so that there they are as many as in
+        the longest step.
+        """
+        model = self._problem.model
+        return self._times(h if model.plant is model else longest)
 
     def _times(self, h: float) -> int:
         """Return how many steps of the problem a step of knots is, at least."""

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from kinolab.optimize.allowance import Spent, seconds_of_this_thread, seldom
 from kinolab.optimize.condensing import condensed
 from kinolab.optimize.knots import Knots, resampled
+from kinolab.optimize.landing import in_the_centre
 from kinolab.optimize.quickening import NEAR, quicken
 from kinolab.optimize.repairing import FEWEST, exact, is_long, knots_of
 from kinolab.optimize.restoration import restored
@@ -22,6 +23,7 @@ ROOMS = (7e-2, 2e-2, 4e-2, 2e-3)  # of the machine's size, tried one after the o
 FEW = 50  # knots, more or less, of the first motion that is made faster
 SHORTEST = 0.1  # times its duration: how short it may get
 PIECEWISE = 0.9  # share of the time for pieces of a long motion, as long as they get shorter
+UNTIL_EXACT = 0.7  # the same where its end is not exact yet, which takes time too
 SMALL = 5  # subproblems of pieces count as one
 FIRST = 0.8  # share of the time for the first try; later ones begin with what it found
 AT_ONCE = 0.7  # share of the step length below which there are fewer steps before it goes on
@@ -52,7 +54,9 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | Spent) ->
     if not Task(problem, 0.0).possible or not len(trajectory.inputs):
         return trajectory
     if is_long(problem, trajectory):
-        trajectory = condensed(problem, trajectory, seldom(lambda: spent() >= PIECEWISE, SMALL))
+        share = PIECEWISE if in_the_centre(problem, trajectory.x[-1]) else UNTIL_EXACT
+        enough = seldom(lambda: spent() >= share, SMALL)
+        trajectory = condensed(problem, trajectory, enough, seldom(over, SMALL))
         if late():
             return trajectory
     guess, best = _with_few_knots(problem, trajectory, late), trajectory

@@ -2,7 +2,8 @@
 
 The derivative is carried along with the integrator's own stages, so that it belongs to the map that
 is used and not to the differential equation that the map approximates. Where the machine has
-feedback, its law is evaluated at the beginning of a step and held, as the map itself does.
+feedback, its law is evaluated at the beginning of a step and held, as the map itself does; where
+a step stands for several ones of the map, at the beginning of each.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ class MapCode(NamedTuple):
     project: int
     p: Array
     stages: int  # 1 for Euler's step, 4 for the classical Runge-Kutta step
-    substeps: int
+    acts: int  # how often the law is asked in a step
+    substeps: int  # from one time to the next
     projects: int  # whether a step ends on constraints and unit quaternions
     attitudes: NDArray[np.int64]  # where quaternions begin
 
@@ -47,16 +49,17 @@ class StepMap:
     Args:
         model: The machine.
         method: One of METHODS.
-        substeps: Of which each step is made.
+        substeps: Of which each step is made, or each part of it after which feedback acts anew.
         derived: Of which it is made for derivatives; fewer are faster and enough for a direction.
+        acts: How often feedback acts in a step.
     """
 
     def __init__(
-        self, model: Model, method: str, substeps: int, derived: int | None = None
+        self, model: Model, method: str, substeps: int, derived: int | None = None, acts: int = 1
     ) -> None:
         self._model = model  # owns the code
-        self._code = _code(model, method, substeps)
-        self._coarse = _code(model, method, derived) if derived else self._code
+        self._code = _code(model, method, substeps, acts)
+        self._coarse = _code(model, method, derived, acts) if derived else self._code
 
     def after(self, x: Array, u: Array, h: float) -> Array:
         """Return where every step leads, shape (N, nx); NaN where it fails.
@@ -88,7 +91,7 @@ class StepMap:
         return after, tangents
 
 
-def _code(model: Model, method: str, substeps: int) -> Record:
+def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
     plant, closed = model.plant, model.plant is not model
     return Record(
         MapCode(
@@ -100,6 +103,7 @@ def _code(model: Model, method: str, substeps: int) -> Record:
             project=model.address("project"),
             p=np.append(model.parameter_vector(), 0.0),
             stages=4 if method == "rk4" else 1,
+            acts=acts,
             substeps=substeps,
             projects=int(model.projects),
             attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
@@ -124,8 +128,10 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
         for i in range(nx):
             state[i] = x[n, i]
             tangent[i, i] = 1.0
-        refused = act(code, x[n], u[n], derive, acting, dacting, gains)
-        for _ in range(code.substeps):
+        refused = 0
+        for part in range(code.acts * code.substeps):
+            if part % code.substeps == 0:
+                refused = act(code, state, tangent, u[n], derive, acting, dacting, gains)
             if code.stages == 1:
                 failed = euler(code, acting, dacting, h, derive, state, tangent, k, dk, jacobian)
             else:
@@ -143,8 +149,8 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
 
 
 @kernel
-def act(code, x, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
-    """Set the inputs that act during a step, and their derivative; 0 if it worked."""
+def act(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
+    """Set the inputs that act from a state on, and their derivative; 0 if it worked."""
     nx, chosen, inputs = x.shape[0], u.shape[0], acting.shape[0]
     for j in range(inputs):
         for c in range(dacting.shape[1]):
@@ -159,8 +165,12 @@ def act(code, x, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-
     if derive:
         status |= call_under(code.law_jacobian, x.ctypes.data, u.ctypes.data, p, gains.ctypes.data)
         for j in range(inputs):
-            for c in range(nx + chosen):
-                dacting[j, c] = gains[c, j]
+            for c in range(chosen):
+                dacting[j, nx + c] = gains[nx + c, j]
+            for i in range(nx):
+                if gains[i, j] != 0.0:
+                    for c in range(dx.shape[1]):
+                        dacting[j, c] += gains[i, j] * dx[i, c]
     return status
 
 
@@ -196,7 +206,7 @@ def slope(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyp
 def euler(code, u, du, h, derive, x, dx, k, dk, jacobian):  # type: ignore[no-untyped-def]
     """Make a substep x + h f(x), on SO(3) along the geodesic, in place."""
     nx, wide = dx.shape
-    share = 1.0 / code.substeps
+    share = 1.0 / (code.acts * code.substeps)
     h = h * share
     failed = slope(code, x, dx, u, du, derive, k, dk, jacobian)
     first, turns = 0, code.attitudes.shape[0]
@@ -254,7 +264,7 @@ def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
 @kernel
 def runge_kutta(code, u, du, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobian):  # type: ignore[no-untyped-def]
     """Make a substep of the classical Runge-Kutta method in place."""
-    share = 1.0 / code.substeps
+    share = 1.0 / (code.acts * code.substeps)
     h, failed = h * share, 0
     copy(x, dx, derive, total, dtotal)
     for stage in range(4):

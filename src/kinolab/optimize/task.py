@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -221,14 +221,15 @@ class Task:
     def _map(self, knots: Knots) -> StepMap:
         return StepMap(self.problem.model, *self._steps_of(knots))
 
-    def _steps_of(self, knots: Knots) -> tuple[str, int]:
+    def _steps_of(self, knots: Knots, acts: int = 1) -> tuple[str, int]:
         """Return the method and the number of substeps that are true enough."""
         settings, model = self.problem.scenario.integration, self.problem.model
         if self.discrete:
             return settings.method, settings.substeps
-        substeps, coarse = 1, StepMap(model, "rk4", 1).after(knots.x, knots.u, knots.h)
+        substeps, step = 1, partial(StepMap, model, "rk4", acts=acts)
+        coarse = step(1).after(knots.x, knots.u, knots.h)
         while substeps < MOST_SUBSTEPS:
-            fine = StepMap(model, "rk4", 2 * substeps).after(knots.x, knots.u, knots.h)
+            fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
             if _apart(coarse, fine, self.problem.scales) <= TRUE:
                 break
             substeps, coarse = 2 * substeps, fine
@@ -236,18 +237,20 @@ class Task:
 
     def _derived(self, knots: Knots, times: int) -> StepMap:
         """Return the map with derivatives that are good enough for a direction."""
-        method, substeps = self._steps_of(knots)
         model = self.problem.model
+        acts = 1 if model.plant is model else times
+        method, substeps = self._steps_of(knots, acts)
         if self.discrete:
-            return StepMap(model, method, times * substeps)
+            return StepMap(model, method, times * substeps // acts, acts=acts)
+        step = partial(StepMap, model, method, acts=acts)
         x, u = knots.x[:-1][::SPARSE], knots.u[::SPARSE]
-        few, coarse = 1, StepMap(model, method, 1).linearised(x, u, knots.h)[1]
+        few, coarse = 1, step(1).linearised(x, u, knots.h)[1]
         while few < substeps:
-            fine = StepMap(model, method, 2 * few).linearised(x, u, knots.h)[1]
+            fine = step(2 * few).linearised(x, u, knots.h)[1]
             if self._wrong(coarse, fine) <= DIRECTION:
                 break
             few, coarse = 2 * few, fine
-        return StepMap(model, method, substeps, few)
+        return step(substeps, few)
 
     def _wrong(self, coarse: Array, fine: Array) -> float:
         """Return the largest difference of derivatives, in what counts as large."""
