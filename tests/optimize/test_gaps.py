@@ -46,7 +46,9 @@ def test_a_gap_follows_the_turn_of_a_coin_as_its_outline_does(walled: Problem) -
     assert rows.dx[0] == pytest.approx([-1, 0, slope, 0, 0, 0], abs=1e-7)
 
 
-@pytest.mark.parametrize("name", ["rolling_disk_maze", "vehicle_parking", "crane_factory"])
+@pytest.mark.parametrize(
+    "name", ["rolling_disk_maze", "vehicle_parking", "crane_factory", "motorcycle_chicane"]
+)
 def test_what_touches_has_no_gap_and_what_is_free_has_the_certified_one(name: str) -> None:
     """The checker asks FCL; its own clearance is proved, and 3e-5 m short at most."""
     problem = kinolab.load(name)
