@@ -39,8 +39,9 @@ class Bridges:
         self._guesses = Guesses(problem, np.random.default_rng(0))
         self._ways = FreeWays(problem, np.random.default_rng(0))
         self._attitudes = tuple(problem.model.attitudes.values())
-        self._curves = None
-        if problem.system.flat is not None and not self._attitudes:
+        model, self._curves = problem.model, None
+        # Inputs along a curve are forces, which feedback would choose by itself.
+        if problem.system.flat is not None and not self._attitudes and model.plant is model:
             self._curves = ways_of(problem)
             self._paths = PathMotion(problem, self._curves.coordinates)
 

@@ -24,6 +24,7 @@ from kinolab.optimize import (
     shorten,
 )
 from kinolab.planning.attempt import motion
+from kinolab.planning.findings import CENTRE
 from kinolab.planning.keeping import Keeper, margin
 from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
@@ -126,10 +127,10 @@ class Improving:
         if exact is not None and at_once:
             keeper.take(exact, "repair")
         shortest = self._shortened(keeper, exact or given, allowance)
-        late = self._exact(keeper, shortest, allowance.part()) if exact is None and long else None
-        if late is not None:
-            keeper.take(late, "repair")
-        elif exact is not None and shortest is exact and not at_once:
+        if exact is None and long and self.problem.goal_distance(shortest.x[-1]) > CENTRE:
+            exact = shortest = self._exact(keeper, shortest, allowance.part()) or shortest
+            at_once = False
+        if exact is not None and shortest is exact and not at_once:
             keeper.take(exact, "repair")
         self._learn(keeper, given.duration / shortest.duration)
 
