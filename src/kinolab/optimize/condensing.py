@@ -35,7 +35,7 @@ def condensed(
         over: Whether to stop making what is shorter exact.
     """
     task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
-    if task.discrete or not is_true(task, given):
+    if not is_true(task, given):
         return given
     pieces = Pieces(task, late)
     shortcuts, splices = Shortcuts(task, pieces, late), Splices(task, pieces, late)

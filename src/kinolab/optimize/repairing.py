@@ -52,8 +52,12 @@ def exact(
 
 
 def is_long(problem: Problem, trajectory: Trajectory) -> bool:
-    """Say whether a motion has so many steps that pieces of it are better looked at one by one."""
-    return trajectory.duration > MANY * problem.step
+    """Say whether a motion has so many steps that pieces of it are better looked at one by one.
+
+    Discrete ones have steps of one length, so that pieces cannot take a little less time.
+    """
+    discrete = problem.scenario.integration.truth == "discrete"
+    return not discrete and trajectory.duration > MANY * problem.step
 
 
 def repair(
@@ -99,6 +103,6 @@ def _in_the_end(
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
     task = Task(problem, ROOMS[0])
-    if task.discrete or not is_long(problem, trajectory) or not is_true(task, trajectory):
+    if not is_long(problem, trajectory) or not is_true(task, trajectory):
         return None
     return landed(problem, trajectory, late)
