@@ -379,7 +379,7 @@ def formula(expression: sympy.Expr) -> str:
 def draw(name: str, seed: int) -> bool:
     """Plan a scenario and film the motion; say how that went."""
     problem = kinolab.load(name)
-    found = problem.solve(seed=seed, optimize=False)
+    found = problem.solve(seed=seed)
     if found.trajectory is None or found.exit_code != 0:
         print(f"{name}: {found.status}, no picture. {found.message}")
         return False
