@@ -82,3 +82,15 @@ def test_nothing_is_guessed_through_a_rack() -> None:
     begin, end = problem.start.copy(), problem.start.copy()
     begin[:3], end[:3] = (1.2, 1.5, 0.0), (3.8, 1.5, 0.0)
     assert list(Bridges(problem).between(begin, end, 40)) == []
+
+
+def test_a_motion_that_is_one_loop_has_nothing_to_be_spliced(tmp_path: Path) -> None:
+    """It ends where it begins, in a last step that is longer: no step is left without the loop."""
+    problem = problem_with(tmp_path)
+    half = CIRCLE // 2
+    turn = 2 * np.pi / (half * STEP) ** 2
+    times = STEP * np.append(np.arange(2 * half + 1.0), 2 * half + 6.0)
+    u = np.array([(0.0, turn)] * half + [(0.0, -turn)] * half + [(0.0, 0.0)])
+    given = course_of(resimulate(problem, times, u))
+    task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
+    assert Splices(task, Pieces(task, never), never).taken(given) is given

@@ -17,6 +17,7 @@ from kinolab.optimize.following import in_motion
 from kinolab.optimize.free_ways import FreeWays
 from kinolab.optimize.guesses import Guesses
 from kinolab.optimize.knots import Knots, resampled
+from kinolab.optimize.pieces import FEWEST
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import PathMotion
 from kinolab.steering.ways import ways_of
@@ -24,7 +25,6 @@ from kinolab.steering.ways import ways_of
 Array: TypeAlias = NDArray[np.float64]
 
 LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
-FEWEST = 8  # knots that leave inputs enough freedom
 
 
 class Bridges:
@@ -65,7 +65,7 @@ class Bridges:
             yield self._straight(way, knots)
 
     def _straight(self, way: Array, knots: int) -> Knots:
-        duration = LEISURE * (self._guesses.quickest(way) + self._guesses.starting)
+        duration = LEISURE * self.least(*way)
         count = self._count(duration, knots)
         return in_motion(self._problem, self._guesses.knots(way, count, duration / count))
 
@@ -79,11 +79,8 @@ class Bridges:
             motion = self._paths.chain(paths, begin)
             if motion is None or not motion.steps:
                 continue
-            times, count = (
-                step * np.arange(motion.steps + 1.0),
-                self._count(step * motion.steps, knots),
-            )
-            guess = resampled(times, motion.x, motion.u, count)
+            times = step * np.arange(motion.steps + 1.0)
+            guess = resampled(times, motion.x, motion.u, self._count(times[-1], knots))
             guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
             yield guess
 

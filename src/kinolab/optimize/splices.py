@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from kinolab.optimize.between import straight
 from kinolab.optimize.course import Course
 from kinolab.optimize.knots import Knots, resampled
-from kinolab.optimize.pieces import Pieces
+from kinolab.optimize.pieces import FEWEST, Pieces
 from kinolab.optimize.task import Task
 from kinolab.steering.ignorable import ignorable
 
@@ -67,6 +67,8 @@ class Splices:
                 break
             before = int(np.searchsorted(t, t[begin] - margin))
             after = min(int(np.searchsorted(t, t[end] + margin)), len(t) - 1)
+            if begin - before + after - end < FEWEST:
+                continue  # too few steps are left to take up the gap
             given, last = course.piece(before, after), after == len(course.spans)
             guess = self._spliced(given, begin - before, end - before)
             piece = self._pieces.along(guess, given, last=last)
@@ -90,9 +92,8 @@ class Splices:
         x = np.vstack([before.x, second[1:]])
         x[: begin + 1] += share[: begin + 1] * (there - here)
         x[begin + 1 :] -= (1 - share[begin + 1 :]) * (there - here)
-        count = max(1, min(KNOTS, len(spans)))
         u = np.vstack([before.u, after.u])
-        return resampled(times, x, u, count, self._pieces.attitudes)
+        return resampled(times, x, u, min(KNOTS, len(spans)), self._pieces.attitudes)
 
     def _loops(self, course: Course) -> Iterator[tuple[int, int]]:
         """Yield the ends of loops, those that take long and end near where they begin first."""
