@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from kinolab.dynamics import Model
+from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.errors import KinolabError, SingularError
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -89,7 +90,9 @@ def follow(
 ) -> Motion:
     """Integrate from a start with the inputs held between the times t.
 
-    Where the machine has feedback, it is asked at every knot what its inputs are.
+    Where the machine has feedback, it is asked at every knot what its inputs are. Constraints of
+    position are differentiated away in the equations of motion: what an interval has drifted off
+    them is taken back at its end, before the next one begins.
 
     Args:
         model: The compiled machine.
@@ -101,8 +104,11 @@ def follow(
 
     Raises:
         DivergedError: If the integrator stops before the end.
+
+    Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section VII.2 (index reduction, projection).
     """
     states, pieces = [np.asarray(start, dtype=float)], []
+    loops = any(isinstance(c, PositionConstraint) for c in model.system.constraints)
     for k, held in enumerate(u):
         try:
             acting = model.acting(states[-1], held)
@@ -110,7 +116,7 @@ def follow(
             raise DivergedError(float(t[k]), str(error)) from error
         span = (float(t[k]), float(t[k + 1]))
         end, piece = interval(model.plant, states[-1], span, acting, scales, between=between)
-        states.append(end)
+        states.append(model.plant.project(end) if loops else end)
         pieces.append(piece)
     return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
 

@@ -15,6 +15,7 @@ from kinolab.dynamics.cache import cached
 from kinolab.dynamics.chart import condition_number
 from kinolab.dynamics.closed_loop import CLOSED, PREFIX, emit_closed_loop, functions_of
 from kinolab.dynamics.compilation import compile_ir, link
+from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.dynamics.derivation import derive
 from kinolab.dynamics.emission import SINGULAR, emit_module
 from kinolab.dynamics.feedback import Feedback, Regulator
@@ -379,6 +380,13 @@ class Model:
         Shape (..., number of constraints + number of position constraints).
         """
         return self._call("constraint_residual", x, u, parameters)
+
+    @cached_property
+    def residual_names(self) -> tuple[str, ...]:
+        """The constraint's name for each entry of ``constraint_residual``."""
+        constraints = self.system.constraints
+        closed = (c.name for c in constraints if isinstance(c, PositionConstraint))
+        return (*(c.name for c in constraints), *closed)
 
     def constraint_forces(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
         """Return the multiplier of every constraint and rate input; shape (..., rows).
