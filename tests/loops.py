@@ -43,8 +43,8 @@ def four_bar() -> System:
     coupler = crank @ move(CRANK) @ rot_z(b)
     rocker = move(GROUND) @ rot_z(c)
     bars = [
-        Body(name, frame @ move(reach / 2), mass=mass, inertia=(0.001, I, I), shape=bar(reach))
-        for name, frame, reach, mass, I in (
+        Body(name, frame @ move(reach / 2), mass=mass, inertia=(0.001, J, J), shape=bar(reach))
+        for name, frame, reach, mass, J in (
             ("crank", crank, CRANK, 0.5, 0.04),
             ("coupler", coupler, COUPLER, 1.0, 0.3),
             ("rocker", rocker, ROCKER, 0.8, 0.2),

@@ -120,6 +120,37 @@ class Problem:
         """Return the bodies' poses, shape (bodies, 12), and the cables' ends, (cables, 2, 3)."""
         return self.model.frames(x), self.model.cables(x) if self.cables else NO_ENDS
 
+    def difference(self, a: Array, b: Array) -> Array:
+        """Return a - b, shape (..., nx), in SI units: what is the same state has the difference 0.
+
+        Angles are taken the short way round, and of a's quaternion q or -q, whichever is nearer.
+
+        Args:
+            a: State, shape (nx,), or states, shape (N, nx).
+            b: As many.
+        """
+        apart = np.asarray(self._nearer_signs(a, b) - b)
+        wrapped = (apart + np.pi) % (2 * np.pi) - np.pi
+        return np.where(self.circular, wrapped, apart)
+
+    def written_like(self, x: Array, near: Array) -> Array:
+        """Return the same states, shape (..., nx), in the numbers nearest to those of others.
+
+        Whole turns are taken off angles on the circle, and q is replaced by -q. Numbers that are
+        nearest already stay as they are, to the bit.
+        """
+        turns = np.where(self.circular, np.rint((x - near) / (2 * np.pi)), 0.0)
+        return np.where(turns == 0.0, self._nearer_signs(x, near), x - 2 * np.pi * turns)
+
+    def _nearer_signs(self, x: Array, near: Array) -> Array:
+        """Return states, shape (..., nx), with each quaternion q or -q as is nearer to others'."""
+        x = np.array(x, dtype=float)
+        for first in self.model.attitudes.values():
+            four = slice(first, first + 4)
+            away = np.sum(x[..., four] * near[..., four], axis=-1, keepdims=True) < 0
+            x[..., four] = np.where(away, -x[..., four], x[..., four])
+        return x
+
     def goal_excess(self, x: Array) -> float:
         """Return how far outside the goal a state is: at most 1 inside."""
         return self.goal.excess(x, self.frames(x) if self.goal.needs_frames else None)

@@ -30,6 +30,7 @@ from kinolab.problem import Problem
 from kinolab.scenario import Origin, Scenario, load_scenario, write_scenario
 from kinolab.search_graph import SearchGraph, read_graph
 from kinolab.trajectory import Trajectory, read_csv
+from kinolab.unwrapping import unwrapped
 from kinolab.user_code import python_reference, text_of
 from kinolab.verification import Certificate, Check, verify
 
@@ -164,7 +165,7 @@ def read_run(folder: Path) -> Run:
     trajectory = read_csv(
         folder / "trajectory.csv", model.state_names, plant.control_names, references
     )
-    return Run(folder, problem, report, trajectory)
+    return Run(folder, problem, report, unwrapped(problem, trajectory))
 
 
 def check_run(folder: Path) -> Certificate:

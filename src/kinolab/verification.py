@@ -79,11 +79,10 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     sound = _soundness(problem, trajectory)
     if not all(check.passed for check in sound):
         return Certificate(sound)  # nothing can be integrated
+    trajectory, motion = _followed(problem, trajectory)
     feasible = (*sound, *_knot_checks(problem, trajectory))
-    try:
-        motion = _motion_of(problem, trajectory)
-    except DivergedError as error:
-        return Certificate((*feasible, *_diverged(error)))
+    if isinstance(motion, DivergedError):
+        return Certificate((*feasible, *_diverged(motion)))
     growth, walk = _error_growth(problem, trajectory, motion), Walk(problem, trajectory, motion)
     return Certificate(
         (
@@ -103,11 +102,10 @@ def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ..
     sound = _soundness(problem, trajectory)
     if not all(check.passed for check in sound):
         return sound
+    trajectory, motion = _followed(problem, trajectory)
     feasible = (*sound, *_knot_checks(problem, trajectory))
-    try:
-        motion = _motion_of(problem, trajectory)
-    except DivergedError as error:
-        return (*feasible, *_diverged(error))
+    if isinstance(motion, DivergedError):
+        return (*feasible, *_diverged(motion))
     required = _requirements(Walk(problem, trajectory, motion))
     return (*feasible, *required, _error_growth(problem, trajectory, motion))
 
@@ -117,15 +115,27 @@ def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
     unsound = [check for check in _soundness(problem, trajectory) if not check.passed]
     if unsound:
         return unsound[0]
-    try:
-        motion = _motion_of(problem, trajectory)
-    except DivergedError as error:
-        return Check("collision", math.inf, 0.0, False, str(error))
+    trajectory, motion = _followed(problem, trajectory)
+    if isinstance(motion, DivergedError):
+        return Check("collision", math.inf, 0.0, False, str(motion))
     return _collision(Walk(problem, trajectory, motion))
 
 
-def _motion_of(problem: Problem, trajectory: Trajectory) -> Motion:
-    return true_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)
+def _followed(
+    problem: Problem, trajectory: Trajectory
+) -> tuple[Trajectory, Motion | DivergedError]:
+    """Return the true motion, and the stored knots in the numbers nearest to it.
+
+    A state may be stored with whole turns more or less, and a quaternion with either sign: neither
+    what is linear in it, such as a law of feedback, nor the growth of errors shall depend on that.
+    """
+    x = np.array(trajectory.x, dtype=float)
+    x[0] = problem.written_like(x[0], problem.start)
+    try:
+        motion = true_motion(problem, x[0], trajectory.t, trajectory.inputs)
+    except DivergedError as error:
+        return replace(trajectory, x=x), error
+    return replace(trajectory, x=problem.written_like(x, motion.x)), motion
 
 
 def _diverged(error: DivergedError) -> tuple[Check, Check]:
@@ -160,11 +170,8 @@ def _soundness(problem: Problem, trajectory: Trajectory) -> tuple[Check, Check]:
 
 
 def _difference(problem: Problem, a: Array, b: Array) -> Array:
-    """Return a - b in units of the states' scales, angles on the circle."""
-    difference = np.asarray(a - b)
-    wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
-    result: Array = np.where(problem.circular, wrapped, difference) / problem.scales
-    return result
+    """Return a - b in units of the states' scales."""
+    return problem.difference(a, b) / problem.scales
 
 
 def _start(problem: Problem, trajectory: Trajectory) -> Check:

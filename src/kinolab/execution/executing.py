@@ -17,6 +17,7 @@ from kinolab.execution.surveillance import Fault, Surveillance
 from kinolab.execution.tracking import LARGE, Tracker
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
+from kinolab.unwrapping import unwrapped
 
 Array: TypeAlias = NDArray[np.float64]
 Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
@@ -105,6 +106,7 @@ def execute(
     """
     if not len(trajectory.u):
         raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
+    trajectory = unwrapped(problem, trajectory)
     tracker, surveillance = Tracker.along(problem, trajectory, large=large), Surveillance(problem)
     made = []
     for k in range(runs):

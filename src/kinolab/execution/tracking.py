@@ -86,15 +86,8 @@ class Tracker:
         return wanted
 
     def deviation(self, planned: Array, x: Array) -> Array:
-        """Return how far a state is from a planned one, shape (nx,); angles on the circle."""
-        problem, off = self.problem, x - planned
-        wrapped = (off + np.pi) % (2 * np.pi) - np.pi
-        off = np.where(problem.circular, wrapped, off)
-        for first in problem.model.attitudes.values():
-            own = slice(first, first + 4)
-            if x[own] @ planned[own] < 0:
-                off[own] = -x[own] - planned[own]
-        return np.asarray(off)
+        """Return how far a state is from a planned one, shape (nx,)."""
+        return self.problem.difference(x, planned)
 
 
 def _keeping(model: Model, x: Array, u: Array) -> Array:

@@ -20,6 +20,7 @@ from kinolab.render.page import Content
 from kinolab.runs import check_to_json
 from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
+from kinolab.unwrapping import unwrapped
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -41,7 +42,7 @@ def content_of(
         graph: What its search explored.
         drive: Whether the page can simulate the machine.
     """
-    shown = _standing(problem) if trajectory is None else trajectory
+    shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)
     x, model = shown.x, problem.model
     scene = picture(problem, model.frames(x), model.cables(x))
     system = problem.system

@@ -9,6 +9,7 @@ from kinolab.plots.timelines import inputs_over_time, states_over_time
 from kinolab.problem import Problem
 from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
+from kinolab.unwrapping import unwrapped
 
 FORMS: tuple[Format, ...] = ("svg", "png")
 NAMES = ("states", "inputs", "phase", "configuration")
@@ -36,7 +37,7 @@ def plots(
     Raises:
         InputError: If there is no such coordinate.
     """
-    title = problem.scenario.title
+    title, trajectory = problem.scenario.title, unwrapped(problem, trajectory)
     figures = (
         states_over_time(problem, trajectory, title),
         inputs_over_time(problem, trajectory, title),

@@ -38,14 +38,7 @@ class Closing:
 
     def miss(self, reached: Array, wanted: Array) -> Array:
         """Return by how much a state is missed, in units of the scales, shape (nx,)."""
-        difference = wanted - reached
-        for first in self._problem.model.attitudes.values():
-            if reached[first : first + 4] @ wanted[first : first + 4] < 0:
-                difference[first : first + 4] = (
-                    -wanted[first : first + 4] - reached[first : first + 4]
-                )
-        wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
-        difference = np.where(self._problem.circular, wrapped, difference)
+        difference = self._problem.difference(wanted, reached)
         return np.where(self._matters, difference / self._problem.scales, 0.0)
 
     def close(self, x0: Array, u: Array, x1: Array, *, most: int = 8) -> Maneuver | None:
