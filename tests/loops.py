@@ -1,4 +1,4 @@
-"""Machines with closed loops, and their loops in closed form."""
+"""Machines with closed loops or axles that do not slip, and what these demand in closed form."""
 
 from __future__ import annotations
 
@@ -22,10 +22,13 @@ from kinolab.dynamics import (
     force_of,
     length,
     move,
+    parameter,
     require,
     rot_y,
     rot_z,
     toward,
+    velocity,
+    zero,
 )
 from kinolab.dynamics.machine_file import machine_to_json
 
@@ -34,6 +37,7 @@ Array = NDArray[np.float64]
 CRANK, COUPLER, ROCKER, GROUND = 1.0, 2.0, 1.8, 2.2  # [m]
 BEAM, STRING = 0.8, 1.0  # [m]
 PIVOT, RAIL = 1.2, 2.0  # [m] above the ground
+REACH, FRONT = 0.3, 0.2  # [m] from the rear axle to the joint, from there to the front axle
 
 
 def four_bar() -> System:
@@ -114,6 +118,34 @@ def hung_arm_place(a: Array) -> Array:
 def string_length(s: Array, a: Array) -> Array:
     """How far the arm's end is from the trolley."""
     return np.hypot(BEAM * np.cos(a) - s, PIVOT + BEAM * np.sin(a) - RAIL)
+
+
+def roller_racer() -> System:
+    """Two axles that do not slip, joined by a pivot, with every rate as a state."""
+    x, y, th, ph = length("x"), length("y"), angle("th"), angle("ph", -1.4, 1.4)
+    rear = move(x, y) @ rot_z(th)
+    joint = rear @ move(parameter("l", REACH, "m")) @ rot_z(ph)
+    front = joint @ move(parameter("d", FRONT, "m"))
+    seat = Body("seat", rear, mass=1.0, inertia=(0.1, 0.1, 0.1), shape=Box(0.3, 0.1, 0.05))
+    bar = Body("bar", front, mass=0.2, inertia=(0.01, 0.01, 0.01), shape=Box(0.1, 0.1, 0.05))
+    return System(
+        "roller_racer",
+        bodies=[seat, bar],
+        constraints=[
+            zero(velocity(rear).y, "the rear axle"),
+            zero(velocity(front).y, "the front axle"),
+        ],
+        inputs=[Torque("steer", on=bar, about=rear.z, reacts_on=seat, limit=1.0)],
+        velocities="all",
+    )
+
+
+def rows_of_racer(th: float, ph: float) -> Array:
+    """How fast both axles slip per x_dot, y_dot, th_dot, ph_dot, from a drawing."""
+    rear = [-np.sin(th), np.cos(th), 0.0, 0.0]
+    far = REACH * np.cos(ph) + FRONT
+    front = [-np.sin(th + ph), np.cos(th + ph), far, FRONT]
+    return np.array([rear, front])
 
 
 def written(folder: Path, system: System, text: str) -> Path:

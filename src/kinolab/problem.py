@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
 from kinolab.dynamics import Model, System
+from kinolab.dynamics.consistency import breaches, nearest_consistent
 from kinolab.dynamics.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone, Norm
@@ -27,6 +28,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
 ROUNDING = 1e-9  # by how much a value may pass a limit, in its own unit
+SAME = 1e-12  # what differs by less is not written
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,17 +202,45 @@ class Problem:
                     yield f"{axis} of {body.name}", value, lower, upper
 
     def check_endpoints(self) -> None:
-        """Raise if the start or every state of the goal breaks a limit or collides.
+        """Raise if the start breaks a constraint, or it or every goal a limit, or collides.
 
         Raises:
-            EndpointError: Naming the limits, and the pairs that collide.
+            EndpointError: Naming the constraints, the limits, and the pairs that collide.
         """
         mistakes = [
+            *self.start_breaches(),
             *(Mistake(f"{self._file} [start]", what) for what in self._faults(self.start)),
             *self._goal_mistakes(),
         ]
         if mistakes:
             raise EndpointError(mistakes)
+
+    def start_breaches(self) -> Iterator[Mistake]:
+        """Yield what is wrong with a start that breaks constraints, and the nearest that holds."""
+        broken = breaches(self.model, self.start)
+        if broken:
+            sizes = ", ".join(f"{one.name!r} by {one.size:.3g} {one.unit}" for one in broken)
+            near = nearest_consistent(self.model, self.start, self.bounds)
+            remedy = "Move it to where they hold; no such state was found nearby."
+            if near is not None:
+                remedy = f"The nearest start that holds has {self._changed_entries(near)}."
+            yield Mistake(f"{self._file} [start]", f"it breaks {sizes}.", remedy)
+
+    def _changed_entries(self, near: Array) -> str:
+        """Write the entries that differ from the start's, with the digits that it takes to hold."""
+        near = np.where(np.abs(near) < SAME, 0.0, near)
+        short = np.array([float(f"{value:.12g}") for value in near.tolist()])
+        values = near if breaches(self.model, short) else short
+        differs = np.abs(values - self.start) > SAME
+        first_of = {first: name for name, first in self.model.attitudes.items()}
+        quaternions = {first + k for first in first_of for k in range(4)}
+        changed = []
+        for i, name in enumerate(self.model.state_names):
+            if i in first_of and differs[i : i + 4].any():
+                changed.append(f"{first_of[i]} = {values[i : i + 4].tolist()}")
+            elif i not in quaternions and differs[i]:
+                changed.append(f"{name} = {float(values[i])}")
+        return ", ".join(changed)
 
     @property
     def _file(self) -> str:

@@ -31,13 +31,16 @@ def simulate(problem: Problem, duration: float, inputs: Path | None = None) -> T
             the limit nearest to it.
 
     Raises:
-        InputError: If the duration or the file makes no sense.
+        InputError: If the duration or the file makes no sense, or the start breaks a constraint.
         DivergedError: If the motion cannot be followed to its end.
     """
     steps = math.ceil(duration / problem.step - 1e-9) if math.isfinite(duration) else 0
     if not 0 < steps <= MOST_STEPS:
         what = f"{duration:g} s is no duration for steps of {problem.step:g} s."
         raise InputError([Mistake("--duration", what, "Give a positive number of seconds.")])
+    broken = list(problem.start_breaches())
+    if broken:
+        raise InputError(broken)
     t = np.minimum(problem.step * np.arange(steps + 1), duration)
     model = problem.model
     idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)

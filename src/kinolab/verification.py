@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.consistency import CONSISTENT
 from kinolab.errors import SingularError
 from kinolab.motion import GROWTH, DivergedError, Motion, growth, nudged, true_motion
 from kinolab.problem import Problem
@@ -24,7 +25,6 @@ from kinolab.world import NO_ENDS, CollisionChecker, World
 Array: TypeAlias = NDArray[np.float64]
 
 DEFECT = 1e-6  # of a state's scale: how far a knot may lie from where the one before leads
-CONSTRAINT = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]; motions are made to hold, to rounding
 EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
 FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
 MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
@@ -238,13 +238,13 @@ def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
 def _constraints(problem: Problem, trajectory: Trajectory) -> Check:
     held = np.vstack([trajectory.u, trajectory.u[-1:]]) if len(trajectory.u) else trajectory.u
     if not problem.system.constraints or not len(held):
-        return _check("constraints", 0.0, CONSTRAINT, "")
+        return _check("constraints", 0.0, CONSISTENT, "")
     residual = np.abs(problem.model.plant.constraint_residual(trajectory.x, held))
     k, i = np.unravel_index(int(residual.argmax()), residual.shape)
     name = problem.model.residual_names[int(i)]
     worst = float(residual[k, i])
-    detail = f"at t = {trajectory.t[k]:.6g} s {name} is broken" if worst > CONSTRAINT else ""
-    return _check("constraints", worst, CONSTRAINT, detail)
+    detail = f"at t = {trajectory.t[k]:.6g} s {name} is broken" if worst > CONSISTENT else ""
+    return _check("constraints", worst, CONSISTENT, detail)
 
 
 def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
