@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from kinolab.dynamics import Body, Drive, System, length, move, rate, require
+from kinolab.dynamics.machine_file import machine_to_json
 from kinolab.optimize.demands import Demands
+from kinolab.optimize.knots import Knots
 from kinolab.optimize.samples import Samples
+from kinolab.optimize.task import Task
 from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
 Array = NDArray[np.float64]
@@ -161,3 +166,62 @@ def test_a_problem_without_demands_has_no_margins(tmp_path: Path) -> None:
     at = Samples(np.arange(3), np.zeros(3), x, u)
     assert demands.violation(at) == 0.0
     assert not len(demands.rows(at, EVERYTHING).value)
+
+
+# --- where steps begin ---
+
+SLIDE = """
+schema = 1
+title = "A slide that may not brake while it is fast"
+[system]
+file = "machine.json"
+[start]
+x_dot = 1.0
+[goal]
+x = 0.5
+tolerance = 0.1
+[integration]
+step = 1.0
+"""
+
+
+def slide(folder: Path, most: float) -> Problem:
+    """Return a slide whose speed in [m/s], less 0.2 s times its acceleration, is limited."""
+    x = length("x", -4, 4, speed=2.0)
+    push = Drive("push", on=x, limit=2.0)
+    demanded = require(most - rate(x) + 0.2 * push.symbol, "gentle")
+    body = Body("slide", move(x, 0, 0), mass=1.0)
+    system = System("slide", bodies=[body], inputs=[push], requirements=[demanded])
+    folder.mkdir(exist_ok=True)
+    (folder / "machine.json").write_text(machine_to_json(system), encoding="utf-8")
+    return problem_of(folder, SLIDE)
+
+
+@pytest.mark.parametrize(("most", "short"), [(1.1, 0.1), (1.3, 0.0)])
+def test_what_inputs_decide_is_demanded_where_a_step_begins(
+    most: float, short: float, tmp_path: Path
+) -> None:
+    """Braking at 1 m/s^2 from 1 m/s is worst at its beginning: most - 1.0 - 0.2."""
+    problem, model = slide(tmp_path, most), slide(tmp_path, most).model
+    x, u = np.array([[0.0, 1.0], [0.5, 0.0]]), np.array([[-1.0]])
+    task = Task(problem, 0.0)
+    knots = Knots(x, u, 1.0)
+    assert task.transcription(knots).missing(knots)[2] == pytest.approx(short, abs=1e-12)
+    motion = Trajectory(np.array([0.0, 1.0]), x, u, model.state_names, model.control_names)
+    assert task.keeps_all(motion) == (short == 0.0)
+    assert task.keeps_all_at_knots(motion) == (short == 0.0)
+
+
+def test_a_demand_where_a_step_begins_is_linear_in_that_knot_and_its_inputs(
+    tmp_path: Path,
+) -> None:
+    """The last step glides and breaks nothing; the first one's beginning is short by 0.1."""
+    problem = slide(tmp_path, 1.1)
+    knots = Knots(np.array([[0.0, 1.0], [0.5, 0.0], [0.5, 0.0]]), np.array([[-1.0], [0.0]]), 1.0)
+    rows = Task(problem, 0.0).transcription(knots).local(knots, EVERYTHING).rows
+    [worst] = np.flatnonzero(rows.value < 0)
+    assert rows.knot[worst] == 0
+    assert rows.value[worst] == pytest.approx(-0.1, abs=1e-12)
+    np.testing.assert_allclose(rows.dx[worst], [0.0, -1.0], atol=1e-8)
+    np.testing.assert_allclose(rows.du[worst], [0.2], atol=1e-8)
+    np.testing.assert_array_equal(rows.dx_next[worst], [0.0, 0.0])

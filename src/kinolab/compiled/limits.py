@@ -119,12 +119,17 @@ def keeps_rates(machine, limits, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def keeps_requirements(machine, limits, x, u, h, looks):  # type: ignore[no-untyped-def]
-    """Check what the machine demands along a step under the inputs held."""
+    """Check what the machine demands along a step under the inputs held, its beginning included.
+
+    What inputs decide, such as the force of a constraint, jumps where they do.
+    """
     if limits.requirements == 0:
         return True
-    at, under, p = looks.x.ctypes.data, u.ctypes.data, machine.p.ctypes.data
-    for k in range(1, SAMPLES + 1):
-        advance(machine, x, u, h * k / SAMPLES, looks.x)
+    at, under, p = x.ctypes.data, u.ctypes.data, machine.p.ctypes.data
+    for k in range(SAMPLES + 1):
+        if k > 0:
+            advance(machine, x, u, h * k / SAMPLES, looks.x)
+            at = looks.x.ctypes.data
         call_under(machine.requirements, at, under, p, limits.margins.ctypes.data)
         for i in range(limits.requirements):
             if not limits.margins[i] >= 0.0:

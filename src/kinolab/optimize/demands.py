@@ -20,6 +20,7 @@ from kinolab.problem import Problem
 Array: TypeAlias = NDArray[np.float64]
 
 NUDGE = 1e-6  # of what counts as large
+STATES = 8  # at random, at which it shows what inputs decide
 
 
 class Demands:
@@ -28,17 +29,19 @@ class Demands:
     Args:
         problem: Whose machine and world.
         room: Share of what counts as large that each margin keeps in reserve.
+        begins: Whether it is looked at where steps begin. There inputs jump, and what they decide
+            with them; all else is what it was at the end of the step before, and left out.
     """
 
-    def __init__(self, problem: Problem, room: float) -> None:
-        self._problem, self._room = problem, room
+    def __init__(self, problem: Problem, room: float, *, begins: bool = False) -> None:
+        self._problem, self._room, self.begins = problem, room, begins
+        self._decided = _decided_by_inputs(problem) if begins else np.zeros(0, dtype=bool)
         self._steps = (problem.scales, _half_ranges(problem))
         self._rates = [
             k for k, limits in enumerate(problem.rate_bounds) if np.isfinite(limits).any()
         ]
-        self._any = bool(
-            problem.system.requirements or self._rates or problem.world.bounds or problem.keep_outs
-        )
+        anything = problem.system.requirements or self._rates or problem.world.bounds
+        self._any = bool(self._decided.any() if begins else anything or problem.keep_outs)
 
     def margins(self, x: Array, u: Array) -> Array:
         """Return all margins at states (m, nx) under inputs (m, nu), shape (m, demands)."""
@@ -77,6 +80,10 @@ class Demands:
 
     def _parts(self, x: Array, u: Array) -> Iterator[Array]:
         problem, model = self._problem, self._problem.model
+        if self.begins:
+            if self._any:
+                yield model.requirements(x, u)[:, self._decided]
+            return
         if problem.system.requirements:
             yield model.requirements(x, u)
         if self._rates:
@@ -96,6 +103,17 @@ class Demands:
         for cone in self._problem.keep_outs:
             axis = frames[:, cone.body, :, :3] @ np.asarray(cone.axis)
             yield np.cos(cone.half_angle) - axis @ np.asarray(cone.direction)
+
+
+def _decided_by_inputs(problem: Problem) -> NDArray[np.bool_]:
+    """Return which requirements depend on the inputs, as states at random show, shape (m,)."""
+    if not problem.system.requirements:
+        return np.zeros(0, dtype=bool)
+    random, half = np.random.default_rng(0), _half_ranges(problem)
+    x = np.array([problem.start, *(problem.sample_goal(random) for _ in range(STATES))])
+    some = (random.uniform(-half, half, (len(x), len(half))) for _ in range(2))
+    one, other = (problem.model.requirements(x, u) for u in some)
+    return np.asarray((np.abs(one - other) > 0).any(axis=0))
 
 
 def _half_ranges(problem: Problem) -> Array:

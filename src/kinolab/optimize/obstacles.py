@@ -83,6 +83,8 @@ class Obstacles:
         size: Of the machine: between half its smallest shape and half its largest one, in [m].
     """
 
+    begins = False  # gaps do not jump with the inputs
+
     def __init__(self, problem: Problem, room: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # owns the code
         self._around, touching = surroundings(problem)

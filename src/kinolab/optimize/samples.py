@@ -20,7 +20,7 @@ class Samples:
 
     Attributes:
         knot: After which they come, shape (m,).
-        share: Of the way to the next knot, in (0, 1], shape (m,).
+        share: Of the way to the next knot, in [0, 1], shape (m,).
         x: States, shape (m, nx).
         u: Inputs held there, shape (m, nu).
     """
@@ -50,3 +50,9 @@ def samples(knots: Knots, pieces: int) -> Samples:
     share = np.tile(np.arange(1, pieces + 1) / pieces, steps)
     x = knots.x[:-1][knot] * (1 - share)[:, None] + knots.x[1:][knot] * share[:, None]
     return Samples(knot, share, x, knots.u[knot])
+
+
+def beginnings(knots: Knots) -> Samples:
+    """Return the state at the beginning of each step, under the inputs that are held from there."""
+    steps = len(knots.u)
+    return Samples(np.arange(steps), np.zeros(steps), knots.x[:-1], knots.u)

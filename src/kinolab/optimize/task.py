@@ -22,7 +22,7 @@ from kinolab.motion import (
 from kinolab.optimize.demands import Demands
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.obstacles import Obstacles
-from kinolab.optimize.samples import Samples, samples
+from kinolab.optimize.samples import Samples, beginnings, samples
 from kinolab.optimize.scaling import Scaling
 from kinolab.optimize.step_map import METHODS, StepMap
 from kinolab.optimize.transcription import Inequalities, Transcription
@@ -64,7 +64,7 @@ class Task:
         self._bare = Obstacles(problem, 0.0)
         self._obstacles = Obstacles(problem, room * self._bare.size, near)
         reserve = GROWN if self.discrete else share * room
-        self._demands = Demands(problem, reserve)
+        self._demands = [Demands(problem, reserve, begins=begins) for begins in (False, True)]
         self._reserve = reserve
 
     def of(self, problem: Problem) -> Task:
@@ -114,7 +114,7 @@ class Task:
 
     def transcription(self, knots: Knots, times: int = 1) -> Transcription:
         """Return the equations for knots near a guess, of so many of the problem's steps each."""
-        parts: list[Inequalities] = [self._demands, self._obstacles]
+        parts: list[Inequalities] = [*self._demands, self._obstacles]
         pieces = self._pieces(knots)
         return Transcription(self.problem, self._derived(knots, times), knots.x[-1], parts, pieces)
 
@@ -147,6 +147,7 @@ class Task:
         return (
             self.problem.goal_excess(trajectory.x[-1]) <= 1.0
             and self._breaks_nothing(self._on_the_way(trajectory))
+            and self._begins_well(trajectory)
             and self._stays_free(trajectory)
             and self.repeatable(trajectory)
         )
@@ -156,6 +157,7 @@ class Task:
         return (
             self.problem.goal_excess(trajectory.x[-1]) <= 1.0
             and self._breaks_nothing(samples(Knots(trajectory.x, trajectory.inputs, 1.0), 1))
+            and self._begins_well(trajectory)
             and self.repeatable(trajectory)
         )
 
@@ -165,6 +167,12 @@ class Task:
             return False
         margins = Demands(self.problem, 0.0).margins(at.x, at.u)
         return bool(margins.min(initial=0.0) >= -ROUNDING) and self._bare.free(at.x)
+
+    def _begins_well(self, trajectory: Trajectory) -> bool:
+        """Say whether what inputs decide is as it must be where each step begins."""
+        at = beginnings(Knots(trajectory.x, trajectory.inputs, 1.0))
+        margins = Demands(self.problem, 0.0, begins=True).margins(at.x, at.u)
+        return bool(margins.min(initial=0.0) >= -ROUNDING)
 
     def defect(self, trajectory: Trajectory) -> float:
         """Return the largest distance of a state from where the step before leads, in scales."""

@@ -7,7 +7,7 @@ IFAC 1984; Malyuta and others, Convex optimization for trajectory generation, IE
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -17,7 +17,7 @@ from kinolab.optimize.ends import Ends
 from kinolab.optimize.knots import Knots
 from kinolab.optimize.local import Local
 from kinolab.optimize.rows import Rows, together
-from kinolab.optimize.samples import Samples, samples
+from kinolab.optimize.samples import Samples, beginnings, samples
 from kinolab.optimize.scaling import Scaling, Weights
 from kinolab.optimize.step_map import StepMap
 from kinolab.problem import Problem
@@ -27,6 +27,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 class Inequalities(Protocol):
     """One kind of margins along a trajectory."""
+
+    @property
+    def begins(self) -> bool:
+        """Whether they are looked at where steps begin, not on the way from there."""
 
     def rows(self, at: Samples, reach: float) -> Rows:
         """Return the linearised margins that a change may use up."""
@@ -60,8 +64,7 @@ class Transcription:
     def local(self, knots: Knots, reach: float) -> Local:
         """Return the linearisation; ``reach`` is the largest change it will be used for."""
         after, tangents = self._map.linearised(knots.x, knots.u, knots.h)
-        at = samples(knots, self._pieces)
-        rows = together([part.rows(at, reach) for part in self._inequalities])
+        rows = together([part.rows(at, reach) for part, at in self._looks(knots)])
         end = knots.x[-1]
         miss, derivative = self._ends.miss(end), self._ends.derivative(end)
         return Local(knots, after - knots.x[1:], tangents, rows, miss, derivative)
@@ -70,9 +73,14 @@ class Transcription:
         """Return the sums of all defects, of what is missing in the goal and in inequalities."""
         after = self._map.after(knots.x, knots.u, knots.h)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
-        at = samples(knots, self._pieces)
-        short = sum(part.violation(at) for part in self._inequalities)
+        short = sum(part.violation(at) for part, at in self._looks(knots))
         return defects, float(np.abs(self._ends.miss(knots.x[-1])).sum()), short
+
+    def _looks(self, knots: Knots) -> Iterator[tuple[Inequalities, Samples]]:
+        """Yield each kind of margins with where it is looked at."""
+        begin, on_the_way = beginnings(knots), samples(knots, self._pieces)
+        for part in self._inequalities:
+            yield part, begin if part.begins else on_the_way
 
 
 def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
