@@ -275,6 +275,7 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
         "goal_distance": _finite(plan.goal_distance),
         "jobs": plan.jobs,
         "attempts": [asdict(attempt) for attempt in plan.attempts],
+        "refused": plan.refused,
         "interrupted": plan.interrupted,
         "improvements": [asdict(improvement) for improvement in plan.improvements],
         "timings": plan.timings,

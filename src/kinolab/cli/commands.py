@@ -8,7 +8,7 @@ import sys
 import time
 import traceback
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -295,6 +295,8 @@ def _summary(found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
             f"{found.goal_distance:.3g} from the goal's centre, {found.iterations} iterations in "
             f"{found.timings['search']:.2f} s"
         )
+    if found.refused:
+        lines.append(f"  {_refusals(found.refused)}")
     if len(found.attempts) > 1:
         lines.append(f"  seed {found.seed} of {_ends(found)}")
     if found.certificate is not None:
@@ -309,6 +311,13 @@ def _before(found: Plan) -> str:
     """Word the duration of the motion that a search gave, where it was made shorter."""
     raw = found.statistics.get("raw_duration")
     return f" (found with {raw:.2f} s)" if raw not in {None, found.cost} else ""
+
+
+def _refusals(refused: Mapping[str, int]) -> str:
+    """Word how many motions the verifier refused, and why."""
+    count = sum(refused.values())
+    ways = "; ".join(f"{checks}: {times}" for checks, times in sorted(refused.items()))
+    return f"{count} {'motion' if count == 1 else 'motions'} refused by verification ({ways})"
 
 
 def _ends(found: Plan) -> str:

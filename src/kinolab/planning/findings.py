@@ -63,7 +63,15 @@ class Findings:
 def ended(found: Plan, after: float) -> Attempt:
     """Return how a search ended that came to its end."""
     distance = found.goal_distance if math.isfinite(found.goal_distance) else None
-    return Attempt(found.seed, found.status, found.iterations, found.cost, distance, after)
+    return Attempt(
+        found.seed,
+        found.status,
+        found.iterations,
+        found.cost,
+        distance,
+        after,
+        refused=sum(found.refused.values()),
+    )
 
 
 def rank(found: Plan) -> tuple[int, float, float]:

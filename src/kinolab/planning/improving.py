@@ -28,6 +28,7 @@ from kinolab.planning.findings import CENTRE
 from kinolab.planning.keeping import Keeper, margin
 from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
+from kinolab.planning.searches import REFUSED, stream
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.trajectory import Trajectory
@@ -37,6 +38,8 @@ PART = 0.7  # of what is left for one round of shortening: each one is verified 
 LANDING = 0.25  # of the time for improving: to make a long motion exact before it is shortened
 QUICK = 0.2  # of the time for improving: a verification that does not keep from shortening
 GAIN = 1e-3  # share of the duration that is worth another round
+MENDING = 0.25  # of the time that is left to search: for a motion that the verifier refuses
+SOON = 2.0  # [s] for it in any case
 
 
 @dataclass
@@ -102,8 +105,15 @@ class Improving:
             self._gained = max(self._gained, gained)
 
     def _improve(self, keeper: Keeper, first: Trajectory) -> int:
-        """Improve a motion, and others; return how many more searches were made."""
-        end, limit = keeper.time() + self._seconds, self.request.time_limit
+        """Improve a motion, and others; return how many more searches were made.
+
+        One that the verifier refuses is mended, if it can be; the caller searches for others.
+        """
+        refused, limit = keeper.best.status == REFUSED, self.request.time_limit
+        seconds = self._seconds
+        if refused:  # most of the time is for finding another one
+            seconds = min(seconds, max(SOON, MENDING * (limit - keeper.time())))
+        end = keeper.time() + seconds
         allowance: AbstractAllowance
         if self.request.max_iterations is not None:
             most = math.ceil(RATE * self._seconds)
@@ -111,7 +121,8 @@ class Improving:
         else:
             allowance = Seconds(end, keeper.time, lambda: keeper.stopped)
         self._refine(keeper, first, allowance)
-        if isinstance(allowance, Subproblems) or self.request.anytime:
+        unmended = refused and keeper.best.status == REFUSED
+        if isinstance(allowance, Subproblems) or self.request.anytime or unmended:
             return 0
         return self._search_again(keeper, first, allowance)
 
@@ -191,8 +202,3 @@ class Improving:
             room = margin(self.problem, best.trajectory)
             statistics |= {"margin": room} if math.isfinite(room) else {}
         return statistics
-
-
-def stream(seed: int, k: int) -> int:
-    """Return the seed of the k-th further search after one with a seed."""
-    return int(np.random.SeedSequence((seed, k)).generate_state(1)[0])

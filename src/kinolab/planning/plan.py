@@ -33,6 +33,7 @@ class Attempt:
         goal_distance: Norm of the goal errors at the end in SI units, None where that is unknown.
         after: Seconds from the beginning of the first search in its process or thread to its end.
         detail: A sentence where there is more to say.
+        refused: How many motions it found that the verifier refused.
     """
 
     seed: int
@@ -42,6 +43,7 @@ class Attempt:
     goal_distance: float | None = None
     after: float = 0.0
     detail: str = ""
+    refused: int = 0
 
 
 @dataclass(frozen=True, order=True)
@@ -76,7 +78,7 @@ class Plan:
         certificate: The outcome of all checks, None where nothing was found.
         planner: Name of the planner.
         seed: Seed of its random numbers.
-        iterations: Number of extensions it tried until its first motion.
+        iterations: Number of extensions it tried until its first motion that was not refused.
         goal_distance: Norm of the goal errors at the end, in SI units.
         timings: Seconds per stage.
         statistics: What the planner counted.
@@ -87,6 +89,8 @@ class Plan:
         interrupted: Whether the user ended the search; a plan that was verified before is kept.
         improvements: All motions that were verified, in the order of time.
         graph: What the search explored that the motion began with; None where that is not kept.
+        refused: How many motions the search found that the verifier refused, by the checks that
+            they did not pass; the search went on.
         problem: What it solves, where ``problem.solve`` gave it; a notebook shows the plan in it.
     """
 
@@ -106,6 +110,7 @@ class Plan:
     interrupted: bool = False
     improvements: tuple[Improvement, ...] = ()
     graph: SearchGraph | None = None
+    refused: dict[str, int] = field(default_factory=dict)
     problem: Problem | None = field(default=None, repr=False, compare=False)
 
     def _repr_html_(self) -> str | None:

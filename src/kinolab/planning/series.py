@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from kinolab.planning.attempt import attempt, make_planner
 from kinolab.planning.improving import Improving
 from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
+from kinolab.planning.searches import Searches
 from kinolab.problem import Problem
 from kinolab.search import Budget
 
@@ -23,7 +25,8 @@ def series(
 ) -> Iterator[tuple[Plan, float]]:
     """Yield the plan of each seed, and the seconds from the beginning of the first search.
 
-    A search that ends by itself leaves the rest of the time to the next seed.
+    A search that ends by itself leaves the rest of the time to the next seed; one whose motion the
+    verifier refuses leaves it, and its iterations, to another search with the same seed's numbers.
 
     Args:
         problem: What to solve.
@@ -36,24 +39,31 @@ def series(
     clock, solved = _Clock(progress), False
     improving = Improving(problem, searcher, request, lambda: clock.elapsed, watch, better)
     budget: Budget | None = None
+    last: Budget | None = None
     for seed in request.seeds():
-        left = request.time_limit - clock.elapsed
-        if budget is not None and (budget.interrupted or left <= 0):
+        searches = Searches(seed, request.max_iterations)
+        while not searches.over:
+            left = request.time_limit - clock.elapsed
+            if budget is not None and (budget.interrupted or left <= 0):
+                break
+            last = budget
+            budget = Budget(left, searches.left, clock.report if progress else None)
+            if watch:
+                watch(budget)
+            if last is not None and last.interrupted:
+                break  # that was meant for this one, which was not known yet
+            if request.optimize:
+                budget.improve = 0.0  # the time is better spent on making the first motion shorter
+            found = attempt(problem, searcher, searches.next_seed, budget, keep_approach=not solved)
+            clock.add(budget)
+            found = replace(found, seed=seed)
+            searches.add(found, improving.plan(found, budget))
+        if not searches.begun:
             return
-        last = budget
-        budget = Budget(left, request.max_iterations, clock.report if progress else None)
-        if watch:
-            watch(budget)
-        if last is not None and last.interrupted:
-            return  # that was meant for this one, which was not known yet
-        if request.optimize:
-            budget.improve = 0.0  # the time is better spent on making the first motion shorter
-        found = attempt(problem, searcher, seed, budget, keep_approach=not solved)
-        clock.add(budget)
-        found = improving.plan(found, budget)
+        found = searches.plan()
         solved = solved or found.status == "solved"
         yield found, clock.elapsed
-        if found.interrupted:
+        if found.interrupted or (last is not None and last.interrupted):
             return
 
 
