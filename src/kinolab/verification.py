@@ -138,6 +138,23 @@ def _followed(
     return replace(trajectory, x=problem.written_like(x, motion.x)), motion
 
 
+def motion_checks(problem: Problem, trajectory: Trajectory, motion: Motion) -> tuple[Check, ...]:
+    """Check what a motion does on its way, whatever made it: all but whether it is true.
+
+    Args:
+        problem: With its requirements, limits, goal and obstacles.
+        trajectory: With the inputs.
+        motion: Under them.
+    """
+    walk = Walk(problem, trajectory, motion)
+    return (*_requirements(walk), _limits(walk), _goal(problem, motion), _collision(walk))
+
+
+def difference(problem: Problem, a: Array, b: Array) -> Array:
+    """Return a - b in units of the states' scales."""
+    return problem.difference(a, b) / problem.scales
+
+
 def _diverged(error: DivergedError) -> tuple[Check, Check]:
     grown = Check("error growth", math.inf, GROWTH, False, str(error))
     return grown, Check("motion", math.inf, 0.0, False, str(error))
@@ -169,13 +186,8 @@ def _soundness(problem: Problem, trajectory: Trajectory) -> tuple[Check, Check]:
     return finite, _time(problem, trajectory)
 
 
-def _difference(problem: Problem, a: Array, b: Array) -> Array:
-    """Return a - b in units of the states' scales."""
-    return problem.difference(a, b) / problem.scales
-
-
 def _start(problem: Problem, trajectory: Trajectory) -> Check:
-    errors = np.abs(_difference(problem, trajectory.x[0], problem.start))
+    errors = np.abs(difference(problem, trajectory.x[0], problem.start))
     k = int(errors.argmax())
     detail = _named(problem, k, trajectory.x[0, k], problem.start[k]) if errors[k] > EXCESS else ""
     return _check("start", float(errors[k]), EXCESS, detail)
@@ -211,7 +223,7 @@ def _defects(problem: Problem, trajectory: Trajectory) -> Check:
         reached = _from_each(replace(problem, model=problem.model.plant), trajectory)
     except DivergedError as error:
         return Check("dynamics", math.inf, limit, False, str(error))
-    errors = np.abs(_difference(problem, trajectory.x[1:], reached))
+    errors = np.abs(difference(problem, trajectory.x[1:], reached))
     if not errors.size:
         return _check("dynamics", 0.0, limit, "")
     k, i = map(int, np.unravel_index(int(errors.argmax()), errors.shape))
@@ -321,7 +333,7 @@ def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, grown: floa
 
     Every knot may add a defect, and every defect grows as the motion makes errors grow.
     """
-    errors = np.abs(_difference(problem, trajectory.x, motion.x))
+    errors = np.abs(difference(problem, trajectory.x, motion.x))
     worst = float(errors.max())
     k = int(errors.max(axis=1).argmax())
     limit = min(DEFECT * len(trajectory.t) * max(grown, 1.0), MOST_DRIFT)

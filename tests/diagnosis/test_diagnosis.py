@@ -7,17 +7,23 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import kinolab
 from kinolab import cli, planners
 from kinolab.diagnosis import diagnosis
+from kinolab.diagnosis.truth import truth_sentences
 from kinolab.motion import resimulate
+from kinolab.planning import Plan
+from kinolab.problem import Problem
 from tests.conftest import Solved
 from tests.diagnosis.scenarios import PENDULUM, door, ring
 from tests.support import OPEN, plan, problem_of
 from tests.test_cli import interrupted, started
 
+Array = NDArray[np.float64]
 Capture = pytest.CaptureFixture[str]
 
 every_planner = pytest.mark.parametrize("name", planners.names())
@@ -86,13 +92,58 @@ def test_a_motion_that_truth_refuses_is_called_that(short: Solved) -> None:
 
 
 @pytest.mark.usefixtures("hurried")
+def test_motions_that_break_in_truth_are_not_said_to_miss_the_goal(short: Solved) -> None:
+    found = replace(short.plan, status="approximate", statistics={"broken_in_truth": 1.0})
+    [sentence] = [s for s in kinolab.diagnose(short.problem, found).sentences if "truth" in s]
+    assert sentence.startswith("The planner reached the goal once by a motion that in truth")
+    assert "step" not in sentence
+
+
+def refusal_of(problem: Problem, t: Array, u: Array) -> str:
+    """Return what is said of a motion under given inputs that the verifier refuses."""
+    motion = resimulate(problem, t, u)
+    certificate = kinolab.verify(problem, motion)
+    assert not certificate.passed
+    found = Plan("verification_failed", motion, certificate, "rrt", 1, 10, 0.0)
+    [sentence] = truth_sentences(problem, found)
+    return sentence
+
+
 def test_a_plan_that_was_not_verified_names_the_checks(short: Solved, tmp_path: Path) -> None:
+    """Its steps are those of the truth, so that shorter ones would not help."""
     problem = problem_of(tmp_path, OPEN, "bounds.phi_dot=[-0.1, 0.1]")
-    motion = resimulate(problem, short.trajectory.t, short.trajectory.u)
-    refused = kinolab.verify(problem, motion)
-    found = replace(short.plan, status="verification_failed", certificate=refused)
-    [sentence] = [s for s in kinolab.diagnose(problem, found).sentences if "not true" in s]
-    assert sentence == "The motion found is not true (limits): shorten [integration] step."
+    said = refusal_of(problem, short.trajectory.t, short.trajectory.u)
+    assert said.startswith("Verification refused the motion found (limits: at t = ")
+    assert "phi_dot is " in said
+    assert "[integration]" not in said
+
+
+@pytest.mark.parametrize(("tolerance", "to_blame"), [(0.1, True), (1e-9, False)])
+def test_the_step_is_to_blame_where_the_planners_own_motion_passes(
+    tolerance: float, to_blame: bool, tmp_path: Path
+) -> None:
+    """Straight on at 8/3 m/s^2 for 1 s: 4/3 m in truth.
+
+    Euler's steps h go h/2 = 0.1 s of the last speed less far: 4/3 - 4/15 m, or 16/15 rad of a
+    coin of 0.25 m. The goal is 0.05 m further than that: they end within its tolerance, or neither
+    does.
+    """
+    goal = 4 / 3 - 4 / 15 + 0.05
+    problem = problem_of(
+        tmp_path,
+        OPEN,
+        'integration={method="euler", step=0.2}',
+        f"goal={{x={goal - 1.0}, tolerance={tolerance}}}",
+    )
+    said = refusal_of(problem, np.linspace(0.0, 1.0, 6), np.array([[1.0, 0.0]] * 5))
+    assert said.startswith("Verification refused the motion found (goal: x is off by 0.2167)")
+    assert said.endswith(
+        ", which the planner's own steps pass. They lead up to 1.07 rad (phi) away from the true "
+        "motion: shorten [integration] step."
+        if to_blame
+        else "."
+    )
+    assert ("[integration]" in said) == to_blame
 
 
 def test_the_data_are_plain_and_finite(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from ompl import util as ou
 
 from kinolab.bridge.bridge import Bridge
 from kinolab.problem import Problem
-from kinolab.propagation.true_end import true_excess
+from kinolab.propagation.true_end import TrueEnds
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.search_graph import SearchGraph
 
@@ -53,22 +53,21 @@ def search(
     budget.restart()  # code for this machine was compiled and loaded until here
     rounds = _Rounds(budget, restart_after, lambda: _graph(bridge, planner))
     condition = ob.PlannerTerminationCondition(rounds.ended)
-    nearest, misses = _Path(math.inf, [], []), 0
+    nearest, truth = _Path(math.inf, [], []), TrueEnds(problem)
     while not rounds.all_over:
         begun = budget.iterations
         planner.solve(condition)
         path = _path(definition)
         if definition.hasExactSolution():
             path = _with_last_step(path, bridge)
-            difference = budget.breaking(partial(true_excess, problem, _rows(problem, path)[1]))
+            difference = budget.breaking(partial(truth.excess, _rows(problem, path)[1]))
             if difference is None:
                 rounds.all_over, nearest = True, path  # the user does not wait for the truth
                 break
             path = replace(path, difference=difference)
             if path.difference <= 1.0:
                 nearest = path
-                break
-            misses += 1  # the tree stays, and the next solve goes on with it
+                break  # else the tree stays, and the next solve goes on with it
         if path.difference < nearest.difference:
             nearest = path
         definition.clearSolutionPaths()
@@ -80,7 +79,7 @@ def search(
             rounds.all_over = True  # OMPL refuses the start, which is free but for its margins
     t, u = _rows(problem, nearest)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.counts.items()}
-    statistics |= {"missed_the_goal_in_truth": float(misses), "restarts": float(rounds.restarts)}
+    statistics |= {**truth.statistics, "restarts": float(rounds.restarts)}
     shares = bridge.rejections.shares()
     graph = None if rounds.all_over else _graph(bridge, planner)  # it takes more time than is left
     outcome = _outcome(rounds, len(u))

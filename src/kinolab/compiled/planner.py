@@ -27,7 +27,7 @@ from kinolab.compiled.tree import (
 from kinolab.problem import Problem
 from kinolab.propagation.free_motion import Looks, Ways, looks_at, ways_of
 from kinolab.propagation.machine_calls import Machine, machine_of
-from kinolab.propagation.true_end import true_excess
+from kinolab.propagation.true_end import TrueEnds
 from kinolab.search import Budget, Outcome, SearchResult, setting, with_default
 from kinolab.search_graph import SearchGraph
 from kinolab.tree_search import AbstractTreeSearch
@@ -133,7 +133,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         budget.restart()  # code was compiled and loaded until here
         nearest, u, solved = math.inf, np.zeros((0, problem.model.nu)), False
         length = left = float(self.restart_after or math.inf)
-        misses, restarts, pieces = 0, 0, Pieces(budget)
+        truth, restarts, pieces = TrueEnds(problem), 0, Pieces(budget)
         asides = Asides(
             [Arrivals(problem, self, seed, budget), *self.asides(problem, seed, budget)]
         )
@@ -148,12 +148,11 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             if ended == REACHED:
                 found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
             if found is not None and improvement.wants(len(found)):
-                if own_map or true_excess(problem, found) <= 1.0:
+                if own_map or truth.excess(found) <= 1.0:
                     solved, u = True, found
                     improvement.found(len(u), tree)
                 else:
-                    misses += 1
-                    left = left if misses % MISSES else 0.0
+                    left = left if truth.refused % MISSES else 0.0
             elif ended == FULL or left <= 0:
                 nearest, u = (nearest, u) if solved else nearer(tree, nearest, u)
                 length *= GROWTH
@@ -161,8 +160,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                 tree.begin()
         if not solved:
             nearest, u = nearer(tree, nearest, u)
-        statistics = {"missed_the_goal_in_truth": float(misses), "restarts": float(restarts)}
-        statistics |= improvement.statistics
+        statistics = {**truth.statistics, "restarts": float(restarts), **improvement.statistics}
         outcome = result(problem, budget, u, tree.nodes, statistics, solved=solved)
         if solved or budget.interrupted:
             return outcome

@@ -131,7 +131,7 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
         yield found.passage.sentence
     yield from unreached_sentences(found.unreached)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
-    yield from truth_sentences(plan)
+    yield from truth_sentences(problem, plan)
     yield from retry_sentences(found.retries)
     yield from refusal_sentences(found.rejections)
     yield from approach_sentences(found.approach, moved=plan.trajectory is not None)

@@ -58,7 +58,6 @@ class Escapes:
     Attributes:
         minima: Those found, the first one first.
         made: How many random motions were made.
-        missed: How many trails ended in the goal, but not in truth.
     """
 
     def __init__(
@@ -73,7 +72,7 @@ class Escapes:
         self._field, self._descent, self._propagator, self._most = field, descent, propagator, most
         self._projection, self._reached = projection, reached
         self.minima: list[Minimum] = []
-        self.made = self.missed = self._since_progress = 0
+        self.made = self._since_progress = 0
 
     def search(
         self, problem: Problem, generator: np.random.Generator, budget: Budget
@@ -97,7 +96,6 @@ class Escapes:
         """Go down; a goal that is missed in truth counts as a minimum."""
         ending = self._descent.follow(trail, generator, budget)
         if ending is Ending.GOAL and not self._reached(trail):
-            self.missed += 1
             ending = Ending.MINIMUM
         if ending is Ending.MINIMUM:
             self._note(trail)

@@ -21,7 +21,7 @@ from kinolab.potential.repulsion import Repulsion
 from kinolab.potential.trail import Trail
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
-from kinolab.propagation.true_end import true_excess
+from kinolab.propagation.true_end import TrueEnds
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.steering import Arrival
 
@@ -59,14 +59,16 @@ def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) 
     projection = Projection(problem.model, settings.pull, settings.damping)
     descent = _descent(field, projection, settings, propagator, budget)
 
+    truth = TrueEnds(problem)
+
     def reaches(trail: Trail) -> bool:
-        return true_excess(problem, _rows(problem, trail)[1]) <= 1.0
+        return truth.excess(_rows(problem, trail)[1]) <= 1.0
 
     escapes = Escapes(field, descent, projection, propagator, settings.escapes, reaches)
     ending, trail = escapes.search(problem, np.random.default_rng(seed), budget)
     statistics = {"potential_at_start": float(field.potential(problem.start[None])[0])}
     statistics |= {"minima": float(len(escapes.minima)), "escapes": float(escapes.made)}
-    statistics |= {"missed_the_goal_in_truth": float(escapes.missed)}
+    statistics |= truth.statistics
     if escapes.minima:
         statistics |= _where(problem, escapes)
     return _result(problem, trail, ending, budget, propagator, statistics)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -15,6 +16,40 @@ from kinolab.propagation.machine_calls import motion_under
 Array: TypeAlias = NDArray[np.float64]
 
 SUBSTEPS = (8, 16)  # of a step
+MISSED = "missed_the_goal_in_truth"  # what planners call it in their statistics
+BROKEN = "broken_in_truth"
+
+
+@dataclass
+class TrueEnds:
+    """Judges motions that a planner's steps bring into the goal, and counts those refused.
+
+    Attributes:
+        problem: With the start and the goal.
+        missed: How many truly end outside the goal.
+        broken: How many cannot be followed, touch something, or make errors grow too much.
+    """
+
+    problem: Problem
+    missed: int = 0
+    broken: int = 0
+
+    def excess(self, u: Array) -> float:
+        """Return ``true_excess`` of inputs (N, nu)."""
+        excess = true_excess(self.problem, u)
+        self.broken += math.isinf(excess)
+        self.missed += 1.0 < excess < math.inf
+        return excess
+
+    @property
+    def refused(self) -> int:
+        """All together."""
+        return self.missed + self.broken
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """By the names that planners give them."""
+        return {MISSED: float(self.missed), BROKEN: float(self.broken)}
 
 
 def true_excess(problem: Problem, u: Array) -> float:
