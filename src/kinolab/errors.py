@@ -81,3 +81,8 @@ class EndpointError(KinolabError):
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes: tuple[Mistake, ...] = tuple(mistakes)
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+def printable(text: str) -> str:
+    """Replace what would steer a terminal or could not be printed, such as half a character."""
+    return "".join(character if character.isprintable() else "�" for character in text)

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
+import logging
+import os
 import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from kinolab.errors import printable
+
 SEAL = 32  # bytes of a checksum
+MOST_KEPT = 2**28  # [bytes] of what is kept in one file, ten times what there is
+NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # for who writes into a pipe
+LOG = logging.getLogger("kinolab")
 
 _drafts: set[Path] = set()  # what is being written, under a name that nobody looks for
 
@@ -35,16 +44,45 @@ def write_sealed(path: Path, magic: bytes, content: bytes) -> None:
 
 
 def read_sealed(path: Path, magic: bytes) -> memoryview | None:
-    """Return what ``write_sealed`` kept, writable; None where it is damaged or not there."""
+    """Return what ``write_sealed`` kept, writable; None where it is damaged or not there.
+
+    What is damaged is removed with a word of warning, so that it is made anew only once.
+    """
     try:
-        with path.open("rb") as file:
-            kept = memoryview(bytearray(path.stat().st_size))
-            file.readinto(kept)
-    except OSError:
+        kept = _content_of(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        discard(path, f"cannot be read ({error.strerror})")
         return None
     begin = len(magic) + SEAL
     head, seal, content = kept[: len(magic)], kept[len(magic) : begin], kept[begin:]
-    return content if head == magic and hashlib.sha256(content).digest() == seal else None
+    if head == magic and hashlib.sha256(content).digest() == seal:
+        return content
+    discard(path, "was damaged")
+    return None
+
+
+def discard(path: Path, why: str = "") -> None:
+    """Remove what can be made anew, and say why where it is odd; a full folder stays."""
+    with suppress(OSError):
+        path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink()
+    if why:
+        LOG.warning("warning: %s %s; it is made anew.", printable(str(path)), why)
+
+
+def _content_of(path: Path) -> memoryview:
+    """Read an ordinary file into memory that may be written to; nothing else is waited for.
+
+    Raises:
+        OSError: If it is not one, or cannot be read.
+    """
+    with open(os.open(path, os.O_RDONLY | NO_WAIT), "rb") as file:
+        about = os.fstat(file.fileno())
+        if not stat.S_ISREG(about.st_mode) or about.st_size > MOST_KEPT:
+            raise OSError(errno.EINVAL, "it is no ordinary file of this kind")
+        content = memoryview(bytearray(about.st_size))
+        return content[: file.readinto(content)]
 
 
 def discard_drafts() -> None:

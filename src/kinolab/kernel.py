@@ -6,9 +6,12 @@ allocated, so that a loop works on the memory it is given. The interpreter's loc
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numba
+
+from kinolab.kept_code import sealed_caches
 
 OPTIONS: dict[str, Any] = {
     "cache": True,
@@ -17,5 +20,17 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,  # nobody calls them from C, and a twelfth of compiling went there
 }
 
-allocating: Any = numba.njit(**OPTIONS)  # around the loops
-kernel: Any = numba.njit(**OPTIONS, _nrt=False)
+
+def compiler(**options: Any) -> Any:
+    """Return a decorator that compiles as numba does, and keeps what it compiles with checksums."""
+    decorate = numba.njit(**options)
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        with sealed_caches():
+            return decorate(function)
+
+    return compiled
+
+
+allocating: Any = compiler(**OPTIONS)  # around the loops
+kernel: Any = compiler(**OPTIONS, _nrt=False)

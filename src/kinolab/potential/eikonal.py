@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from kinolab.kept_code import sealed_caches
+
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -167,7 +169,8 @@ def shortest(speed: Array, source: Array, sweeps: int) -> Array:
     The solver wants a source whose coordinates are whole numbers to the last bit: it takes anything
     else for a point between corners.
     """
-    from fteikpy import Eikonal2D, Eikonal3D  # its import compiles what is not cached yet
+    with sealed_caches():  # its import compiles what is not cached yet
+        from fteikpy import Eikonal2D, Eikonal3D
 
     solver = (Eikonal2D if speed.ndim == 2 else Eikonal3D)(speed, gridsize=(1.0,) * speed.ndim)
     values: Array = solver.solve(source, nsweep=sweeps).grid

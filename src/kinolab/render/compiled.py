@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
+from kinolab.kernel import compiler
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 
 def compiled(kernel: Kernel) -> Kernel:
     """Compile on the first call and keep the result on disk; the kernel releases the GIL."""
-    return cast(Kernel, numba.njit(cache=True, nogil=True)(kernel))
+    return cast(Kernel, compiler(cache=True, nogil=True)(kernel))

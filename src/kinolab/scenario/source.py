@@ -8,7 +8,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, printable
 from kinolab.scenario.toml_text import shortened
 
 SIZE_LIMIT = 1_000_000  # [bytes]
@@ -43,7 +43,7 @@ def read_text(path: Path) -> str:
     Raises:
         InputError: If there is no such file, or it is none of this kind.
     """
-    where = shortened(_printable(str(path)), 200)
+    where = shortened(printable(str(path)), 200)
     if not os.path.isfile(path):  # unlike pathlib's, it never raises
         raise InputError([_no_file(path, where)])
     try:
@@ -66,7 +66,7 @@ def _no_file(path: Path, where: str) -> Mistake:
         return Mistake(where, "this is a folder, not a scenario.", remedy)
     if os.path.exists(path):
         return Mistake(where, "this is not an ordinary file.", "Give a .toml file.")
-    what = f"there is no file {shortened(_printable(os.path.abspath(path)), 400)}."
+    what = f"there is no file {shortened(printable(os.path.abspath(path)), 400)}."
     if path.parent != Path(".") or path.suffix in ENDINGS:
         return Mistake(where, what, _suggestion(path.stem, _neighbours(path)))
     return Mistake(
@@ -96,8 +96,3 @@ def _decoded(content: bytes, label: str) -> str:
         raise InputError(
             [Mistake(f"{label} line {line}", "this is not UTF-8 text.", "Save the file as UTF-8.")]
         ) from None
-
-
-def _printable(text: str) -> str:
-    """Replace what would steer a terminal or could not be printed."""
-    return "".join(character if character.isprintable() else "�" for character in text)

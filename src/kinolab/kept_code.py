@@ -1,0 +1,101 @@
+"""What numba has compiled, on disk with checksums: machine code that was damaged is never run.
+
+numba unpickles what lies in its cache as it is, and jumps into it. Here an entry that does not
+match its own checksum is removed, and its function compiled anew.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from numba.core import dispatcher
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+
+from kinolab.files import discard, read_sealed, write_sealed
+
+MAGIC = b"kinolab compiled loop 1\n"
+MARK = ".sealed"  # in the names of files: numba's own have no checksum
+
+
+@contextmanager
+def sealed_caches() -> Iterator[None]:
+    """Keep with checksums what numba is told inside to cache."""
+    numba: Any = dispatcher
+    before, numba.FunctionCache = numba.FunctionCache, _cache_of
+    try:
+        yield
+    finally:
+        numba.FunctionCache = before
+
+
+def _cache_of(function: Callable[..., Any]) -> Any:
+    """Return where a function is kept; nowhere, where no folder can be written."""
+    try:
+        return _SealedCache(function)
+    except (OSError, RuntimeError):
+        return NullCache()
+
+
+class _SealedCache(FunctionCache):  # type: ignore[misc]
+    """The cache of one function, for all its signatures."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        name = f"{self._impl.filename_base}{MARK}"
+        self._cache_file = _SealedFiles(self._cache_path, name, stamp)
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Save what was compiled for a signature; a folder that cannot be written costs time."""
+        with suppress(OSError):
+            super().save_overload(signature, compiled)
+
+
+class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]
+    """An index of signatures, and a file of machine code for each of them."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save an entry, with its key."""
+        super().save(key, (key, data))
+
+    def load(self, key: Any) -> Any:
+        """Return an entry, None where it is damaged or not there.
+
+        Two processes that save at once may take the same name for two signatures: so an entry is
+        taken only by the key that it was saved with.
+        """
+        saved_for, data = super().load(key) or (None, None)
+        return data if saved_for == key else None
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        content = self._version.encode() + b"\n" + self._dump((self._source_stamp, overloads))
+        write_sealed(Path(self._index_path), MAGIC, content)
+
+    def _load_index(self) -> dict[Any, str]:
+        path = Path(self._index_path)
+        version, _, content = bytes(read_sealed(path, MAGIC) or b"").partition(b"\n")
+        if version != self._version.encode():  # its signatures may be none that can be read
+            return {}
+        stamp, overloads = _unpickled(path, content) or (None, {})
+        return overloads if stamp == self._source_stamp else {}
+
+    def _save_data(self, name: str, data: Any) -> None:
+        write_sealed(Path(self._data_path(name)), MAGIC, self._dump(data))
+
+    def _load_data(self, name: str) -> Any:
+        path = Path(self._data_path(name))
+        content = read_sealed(path, MAGIC)
+        return None if content is None else _unpickled(path, content)
+
+
+def _unpickled(path: Path, content: bytes | memoryview) -> Any:
+    """Return what was saved; None where it names what is not there any more, as after an update."""
+    try:
+        return pickle.loads(content)
+    except Exception:  # there is no end to what a pickle of other code may raise
+        discard(path)
+        return None

@@ -1,0 +1,106 @@
+"""Files with a checksum: what was written, or nothing; whatever lies there is never waited for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.files import MOST_KEPT, read_sealed, write_sealed
+from kinolab.world import box_obstacle, kept_grids
+from kinolab.world.kept_grids import kept_grid
+from tests.support import within
+
+MAGIC, CONTENT = b"a test 1\n", bytes(range(256)) * 3
+
+
+@pytest.fixture
+def entry(tmp_path: Path) -> Path:
+    path = tmp_path / "cache" / "entry"
+    write_sealed(path, MAGIC, CONTENT)
+    assert read_sealed(path, MAGIC) == CONTENT
+    return path
+
+
+def test_no_change_of_a_byte_passes(entry: Path, caplog: pytest.LogCaptureFixture) -> None:
+    whole = entry.read_bytes()
+    for place in range(len(whole)):
+        changed = bytearray(whole)
+        changed[place] ^= 1 + place % 255
+        entry.write_bytes(changed)
+        assert read_sealed(entry, MAGIC) is None, place
+        assert not entry.exists()
+    assert len(caplog.records) == len(whole)
+
+
+@pytest.mark.parametrize("kept", [0, 1, 8, 9, 40, 41, 42, 500])
+def test_no_beginning_passes_for_the_whole(kept: int, entry: Path) -> None:
+    entry.write_bytes(entry.read_bytes()[:kept])
+    assert read_sealed(entry, MAGIC) is None
+    assert not entry.exists()
+
+
+def test_what_is_not_there_is_no_damage(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / "file").write_text("")
+    assert read_sealed(tmp_path / "entry", MAGIC) is None
+    assert read_sealed(tmp_path / "file" / "entry", MAGIC) is None
+    assert not caplog.records
+
+
+def test_a_file_that_claims_to_be_huge_is_not_read(
+    entry: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its length is all that there is of it: a hole of a terabyte takes no room on disk."""
+    os.truncate(entry, 2**40)
+    assert MOST_KEPT < 2**40
+    assert read_sealed(entry, MAGIC) is None
+    assert not entry.exists()
+    assert len(caplog.records) == 1
+
+
+def a_machine() -> bytes:
+    return kinolab.systems.get("pendulum").model().f([0.4, -0.7], [0.3]).tobytes()
+
+
+def a_grid() -> bytes:
+    return kept_grid((box_obstacle("box", (1.0, 1.0, 1.0)),), 0.1).distance.tobytes()
+
+
+def machine_as_javascript() -> bytes:
+    from kinolab.dynamics.javascript import javascript_of
+
+    return javascript_of(kinolab.systems.get("pendulum").model()).encode()
+
+
+MAKERS = [a_machine, a_grid, machine_as_javascript]
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_whatever_becomes_of_an_entry_it_is_made_anew(
+    make: Callable[[], bytes],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """A flipped byte at some places, and a pipe, to which nobody will ever write."""
+    home, draw = tmp_path / "cache", np.random.default_rng(1)
+    monkeypatch.setenv("KINOLAB_CACHE", str(home))
+    monkeypatch.setattr(kept_grids, "WORTH", 1)
+    expected = make()
+    entries = {path: path.read_bytes() for path in home.iterdir()}
+    for path, whole in entries.items():
+        for place in draw.integers(len(whole), size=4):
+            path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+            caplog.clear()
+            with within(60):
+                assert make() == expected
+            assert [str(path) in message for message in caplog.messages] == [True]
+        path.unlink()
+        os.mkfifo(path)
+        with within(60):
+            assert make() == expected
+        assert {path: path.read_bytes() for path in home.iterdir()} == entries
