@@ -61,7 +61,7 @@ position = [3.0, 0.0, 0.5]
 
 def environment(**extra: str) -> dict[str, str]:
     """Return an environment in which any working folder finds the kinolab under test."""
-    home = str(Path(str(kinolab.__file__)).resolve().parents[1])
+    home = str(Path(str(kinolab.__file__)).absolute().parents[1])  # of links, in an editable one
     return {**os.environ, "PYTHONPATH": home, **extra}
 
 

@@ -20,7 +20,7 @@ import pytest
 
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from tests.support import ENTER, OPEN, environment
+from tests.support import ENTER, OPEN, ROOT, environment
 
 pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are read in /proc")
 
@@ -341,3 +341,33 @@ def test_nothing_is_broken_off_outside() -> None:
         budget.end()
     assert budget.breaking(lambda: "later") == "later"
     budget.end()
+
+
+# --- where nobody hears it ---
+
+DEAF = """
+import signal, sys, pytest
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+sys.exit(pytest.main(["-q", "-n", "0", "-p", "no:cacheprovider", *sys.argv[1:]]))
+"""
+HEARD = """
+import signal, subprocess, sys
+
+def test_ctrl_c_is_heard_here_and_in_a_process_that_is_started() -> None:
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    asked = "import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, check=True)
+    assert done.stdout == b"True\\n"
+"""
+
+
+def test_these_tests_do_not_mind_who_ignores_ctrl_c(tmp_path: Path) -> None:
+    """As nohup and shells in the background do; it is handed on to every process."""
+    (tmp_path / "test_hearing.py").write_text(HEARD)
+    (tmp_path / "conftest.py").write_text("from tests.conftest import _ctrl_c_is_heard as _heard")
+    done = subprocess.run(
+        [sys.executable, "-c", DEAF, str(tmp_path / "test_hearing.py"), f"--rootdir={ROOT}",
+         "-c", str(ROOT / "pyproject.toml")],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout

@@ -77,7 +77,7 @@ def _content_of(path: Path) -> memoryview:
     Raises:
         OSError: If it is not one, or cannot be read.
     """
-    with open(os.open(path, os.O_RDONLY | NO_WAIT), "rb") as file:
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | NO_WAIT)) as file:
         about = os.fstat(file.fileno())
         if not stat.S_ISREG(about.st_mode) or about.st_size > MOST_KEPT:
             raise OSError(errno.EINVAL, "it is no ordinary file of this kind")
