@@ -54,28 +54,113 @@ def test_two_cranes_are_two_mechanisms_and_others_are_one() -> None:
     assert len(mechanisms(machine("satellite"))) == 1  # its hull joins the wheels
 
 
-MODES = {  # space, nonholonomic, underactuated, drift, switching, several
-    "pendulum": "100100",
-    "rolling_disk": "110100",
-    "crane": "001100",
-    "two_cranes": "001101",
-    "unicycle1_v0": "110000",
-    "diff_drive": "110100",
-    "snakeboard": "111100",
-    "submarine": "101100",
-    "sprung_cart": "001110",
-    "four_bar": "100100",
+MODES = {  # internal or potential, many inputs, much freedom, feedback, several, transitions
+    "pendulum": "100000",
+    "rolling_disk": "000000",  # what the others go beyond
+    "falling_disk": "101100",
+    "crane": "111000",
+    "two_cranes": "111010",
+    "unicycle": "101100",
+    "motorcycle": "101100",
+    "unicycle1_v0": "000000",
+    "unicycle2_v0": "000000",
+    "diff_drive": "000000",
+    "snakeboard": "101000",  # it rolls on; no input pushes that
+    "helicopter": "111000",
+    "satellite": "111000",
+    "submarine": "111000",
+    "sprung_cart": "100000",
+    "four_bar": "100000",
 }
 
 
 @pytest.mark.parametrize("name", MODES)
 def test_machines_show_the_modes_of_generalisation_that_they_have(name: str) -> None:
-    assert "".join(str(int(bool(mode.shown))) for mode in described(name).modes) == MODES[name]
+    assert "".join(str(int(mode.shown)) for mode in described(name).modes) == MODES[name]
+
+
+def test_the_six_modes_are_those_of_the_source() -> None:
+    assert [mode.name for mode in described("pendulum").modes] == [
+        "internal dynamics or potential energy",
+        "more than two inputs",
+        "more degrees of freedom",
+        "feedback",
+        "several mechanisms",
+        "state transitions",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "dry", "places"),
+    [("satellite", {}, 0), ("satellite", {"tau_c": 0.01}, 3), ("sprung_cart", {}, 1)],
+)
+def test_dry_friction_is_told_where_it_has_a_strength(
+    name: str, dry: dict[str, float], places: int
+) -> None:
+    """It is a smooth law, so that no state sticks; without a strength there is nothing to tell."""
+    found = describe(systems.get(name, **dry) if dry else machine(name))
+    why = found.modes[5].why
+    assert not found.modes[5].shown
+    assert ("dry friction" in why) == (places > 0)
+    assert ("regularised" in why) == (places > 0)
+    if places:
+        assert f"in {places} place" in why
+    assert "sticks and slips" not in described_as_text(found)
+
+
+STATES = {  # dimension of the state space as textbooks have it, and what is stored
+    "helicopter": (12, 13, ()),  # SE(3) and its velocities
+    "quad3d_v0": (12, 13, ()),
+    "submarine": (12, 13, ()),
+    "satellite": (12, 13, ()),  # SO(3) and three wheels
+    "satellite_two_wheels": (10, 11, ()),
+    "whipple": (10, 11, ()),  # 7 configurations and 3 velocities (Meijaard et al. 2007)
+    "car1_v0": (4, 4, ()),
+    "unicycle2_v0": (5, 5, ("v", "w")),
+    "four_bar": (2, 4, ()),  # one crank angle and its rate
+    "pendulum": (2, 2, ()),
+    "crane": (10, 10, ()),
+}
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_the_state_space_has_the_dimension_of_the_textbook(name: str) -> None:
+    dimension, stored, further = STATES[name]
+    found = described(name)
+    data = description_to_json(found)
+    assert (data["states"], data["stored_numbers"]) == (dimension, stored)
+    assert tuple(data["further_states"]) == further
+    text = described_as_text(found)
+    assert f"states: {dimension}\n" in text
+    assert (f"stored as {stored} numbers" in text) == (stored > dimension)
+    assert all(state in text for state in further)
+
+
+def test_inputs_that_count_as_states_in_brackets_are_named_as_such() -> None:
+    text = " ".join(described_as_text(described("helicopter")).split())
+    assert "of 16 dimensions of the state space and the inputs, which count as states" in text
+
+
+ONE_AND_BOTH = ("unicycle1_v1", "unicycle1_v0")
+
+
+def test_a_machine_that_only_goes_forward_is_not_said_to_follow_any_path() -> None:
+    """Its speed is at least 0.25 m/s: it can neither go back nor slow down."""
+    forward, both = (" ".join(described_as_text(described(n)).split()) for n in ONE_AND_BOTH)
+    assert "follow any path" not in forward
+    assert "v one way only (0.25 to 0.5" in forward
+    assert "follow any path of such motions, slowly enough" in both
+
+
+def test_what_is_left_of_a_configuration_space_by_holonomic_constraints_is_said() -> None:
+    """A bicycle's front wheel touches the ground: seven of its eight coordinates are free."""
+    assert "dimension 8 (7 under its holonomic constraints)" in described_as_text(
+        described("whipple")
+    )
 
 
 def test_where_constraints_depend_on_inputs_nothing_is_claimed_of_them() -> None:
     found = described("car1_v0")
-    assert found.modes[1].shown is None
     assert {constraint.kind for constraint in found.constraints} == {"depends on inputs"}
     assert found.freedom == 1
     assert any("depend on inputs" in sentence for sentence in found.left_out)
@@ -186,5 +271,8 @@ def test_a_controller_that_must_not_rest_says_nothing_of_where_its_machine_can()
     """The coin stands on its rim without torque; its controller wants at least 1.2 m/s."""
     disk = systems.get("falling_disk")
     controlled, alone = map(description_to_json, map(describe, (disk, disk.with_feedback(None))))
+    modes, modes_alone = controlled.pop("modes"), alone.pop("modes")
     assert controlled == alone
+    differing = [a["name"] for a, b in zip(modes, modes_alone, strict=True) if a != b]
+    assert differing == ["feedback"]
     assert not any("no state was found" in text for text in controlled["left_out"])

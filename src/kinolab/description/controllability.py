@@ -12,6 +12,7 @@ from kinolab.dynamics.fields import (
     SmallTimeVerdict,
     word_text,
 )
+from kinolab.dynamics.inputs import Input, bounds_of
 from kinolab.dynamics.printing import one_line
 
 ROUNDING = 1e-9  # of a state or input: what is not told
@@ -39,7 +40,7 @@ def _configurations(found: Description) -> Iterator[str]:
     if found.pushes == found.freedom:
         yield (
             f"The inputs push along every one of the {found.freedom} motions that the constraints "
-            "leave, so that it can follow any path of such motions, slowly enough."
+            f"leave{_followed(found)}."
         )
     for combination in closure.combinations:
         yield f"Together, {combination} can be integrated: holonomic in disguise."
@@ -47,10 +48,32 @@ def _configurations(found: Description) -> Iterator[str]:
         yield f"{one_line(integral)} never changes."
 
 
+def _followed(found: Description) -> str:
+    """Say which paths follow from a push along every motion that is left."""
+    one_way = [entry for entry in found.inputs if not _both_ways(entry)]
+    if one_way:
+        limits = [bounds_of(entry) for entry in one_way]
+        named = (
+            f"{entry.name} one way only ({lower:g} to {upper:g} {entry.unit})"
+            for entry, (lower, upper) in zip(one_way, limits, strict=True)
+        )
+        return f", {', '.join(named)}"
+    if found.potential:
+        return ", so that it can follow any path of such motions on which they are strong enough"
+    return ", so that it can follow any path of such motions, slowly enough"
+
+
+def _both_ways(entry: Input) -> bool:
+    lower, upper = bounds_of(entry)
+    return lower < 0 < upper
+
+
 def _states(found: Description) -> str:
     spanned, whole = found.accessible, found.accessible.dimension
     growth = ", ".join(map(str, spanned.growth)) or "0"
     states = "states that the constraints leave" if found.constraints else "state space"
+    if found.prolonged:
+        states += " and the inputs, which count as states here because one does not enter linearly"
     begin = f"Brackets of the equations of motion span ({growth}) of {whole} dimensions of the "
     begin += f"{states}: "
     if spanned.full:

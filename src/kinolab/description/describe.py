@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 from kinolab.description.modes import Mode, modes_of
 from kinolab.description.rest import AtRest, examined_at_rest
 from kinolab.description.space import dimension_of, space_of
-from kinolab.dynamics import System
+from kinolab.description.states import StateSpace, state_space
+from kinolab.dynamics import Model, System, VectorFields
 from kinolab.dynamics.binding import Binding
 from kinolab.dynamics.chart import constraint_rows, independent_rows
 from kinolab.dynamics.constraints import PositionConstraint
+from kinolab.dynamics.derivation import is_kinematic
 from kinolab.dynamics.fields import (
     Filtration,
     InvolutiveClosure,
@@ -21,6 +23,8 @@ from kinolab.dynamics.fields import (
 )
 from kinolab.dynamics.inputs import Input
 from kinolab.errors import InputError
+
+SAME = 1e-9  # relative to its largest value: what a potential energy may differ by from rounding
 
 
 @dataclass(frozen=True)
@@ -46,15 +50,17 @@ class Description:
         space: Its configuration space as a product.
         dimension: Of the configuration space.
         freedom: Degrees of freedom: velocities that the constraints leave to choose.
-        states: Dimension of the state space.
+        states: The state space: its dimension and what it consists of.
         constraints: Each with its kind.
         inputs: What is decided.
         closure: Of the motions that constraints allow; None where they depend on inputs.
         accessible: What brackets of the equations of motion span, the drift itself left out.
+        prolonged: Whether the inputs count as states there, because one does not enter linearly.
         pushes: Along how many independent directions inputs act.
+        potential: Whether the potential energy changes with the place.
         rests: States in which it stays, with what is known about them: near the position of rest,
             and at another place where nothing was decided there.
-        modes: Six ways of going beyond a point in R^n.
+        modes: Six ways of going beyond the upright rolling disk.
         left_out: What could not be found out, in sentences.
     """
 
@@ -62,12 +68,14 @@ class Description:
     space: str
     dimension: int
     freedom: int
-    states: int
+    states: StateSpace
     constraints: tuple[ConstraintKind, ...]
     inputs: tuple[Input, ...]
     closure: InvolutiveClosure | None
     accessible: Filtration
+    prolonged: bool
     pushes: int
+    potential: bool
     rests: tuple[AtRest, ...]
     modes: tuple[Mode, ...]
     left_out: tuple[str, ...]
@@ -90,20 +98,29 @@ def describe(system: System) -> Description:
         left_out.append(f"{what}, take too long.")
     rests = tuple(examined_at_rest(system, leaf, left_out))
     freedom = _freedom(system, closure)
-    nonholonomic = closure.nonholonomic if closure else None
+    model = system.model().plant
+    pushed = len(system.inputs) if fields.prolonged else next(iter(accessible.growth), 0)
+    pushes, potential = min(pushed, freedom), _has_potential(model, fields)
     return Description(
         name=system.name,
         space=space_of(system),
         dimension=dimension_of(system),
         freedom=freedom,
-        states=fields.dimension,
+        states=state_space(
+            system,
+            dimension=fields.dimension - (len(system.inputs) if fields.prolonged else 0),
+            stored=model.nx,
+            redundant=model.redundant,
+        ),
         constraints=tuple(_kinds(system, closure)),
         inputs=system.inputs,
         closure=closure,
         accessible=accessible,
-        pushes=len(system.inputs) if fields.prolonged else next(iter(accessible.growth), 0),
+        prolonged=fields.prolonged,
+        pushes=pushes,
+        potential=potential,
         rests=rests,
-        modes=modes_of(system, nonholonomic=nonholonomic, freedom=freedom),
+        modes=modes_of(system, freedom=freedom, pushes=pushes, potential=potential),
         left_out=tuple(left_out),
     )
 
@@ -114,6 +131,15 @@ def _closure(system: System, left_out: list[str]) -> InvolutiveClosure | None:
     except InputError as error:
         left_out.append(f"which constraints can be integrated: {error}")
         return None
+
+
+def _has_potential(model: Model, fields: VectorFields) -> bool:
+    """Whether the potential energy differs between places that the machine can be in."""
+    if is_kinematic(model.system):
+        return False
+    places = [[point[name] for name in model.state_names] for point in fields.points]
+    energies = [model.energy(x)[1] for x in places]
+    return max(energies) - min(energies) > SAME * max(map(abs, energies))
 
 
 def _freedom(system: System, closure: InvolutiveClosure | None) -> int:

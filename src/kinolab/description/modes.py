@@ -1,15 +1,18 @@
-"""Which of six ways a machine goes beyond a point that is pushed about in R^n.
+"""Which of six ways a machine goes beyond the simplest one that a course begins with.
 
-The definitions are kinolab's own; each is decided from the machine alone.
+That one is the upright rolling disk: two inputs push its two degrees of freedom, and no potential
+energy, controller, second mechanism or change of laws is there.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kinolab.description.space import kind_of, mechanisms
+from kinolab.description.space import mechanisms
 from kinolab.dynamics import Coulomb, System
-from kinolab.dynamics.derivation import is_kinematic
+from kinolab.dynamics.records import exact, is_zero
+
+SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
 
 
 @dataclass(frozen=True)
@@ -18,75 +21,88 @@ class Mode:
 
     Attributes:
         name: Of the way.
-        shown: Whether the machine goes it; None where that is not known.
+        shown: Whether the machine goes it.
         why: What decides it, a clause.
     """
 
     name: str
-    shown: bool | None
+    shown: bool
     why: str
 
 
-def modes_of(system: System, *, nonholonomic: int | None, freedom: int) -> tuple[Mode, ...]:
+def modes_of(system: System, *, freedom: int, pushes: int, potential: bool) -> tuple[Mode, ...]:
     """Return the six ways, and whether a machine goes them.
 
     Args:
         system: The machine.
-        nonholonomic: How many of its constraints cannot be integrated; None if that is not known.
         freedom: How many velocities its constraints leave to choose.
+        pushes: Along how many independent directions its inputs act.
+        potential: Whether its potential energy differs between places.
     """
     return (
-        _curved(system),
-        _nonholonomic(nonholonomic),
-        _underactuated(system, freedom),
-        _drifting(system),
-        _switching(system),
+        _internal(system, freedom - pushes, freedom, potential),
+        _inputs(system),
+        _freedom(freedom),
+        _feedback(system),
         _several(system),
+        _transitions(system),
     )
 
 
-def _curved(system: System) -> Mode:
-    kinds = {c.name: kind_of(c) for c in system.coordinates}
-    circles = ", ".join(name for name, kind in kinds.items() if kind == "S^1")
-    attitudes = ", ".join(name for name, kind in kinds.items() if kind == "SO(3)")
-    where = [f"{circles} on the circle"] if circles else []
-    where += [f"{attitudes} on SO(3)"] if attitudes else []
-    why = "; ".join(where) or "it is R^n"
-    return Mode("configuration space other than R^n", bool(where), why)
+def _internal(system: System, left: int, freedom: int, potential: bool) -> Mode:
+    lagging = [entry.name for entry in system.states if entry.velocity is None]
+    verb = "is" if left == 1 else "are"
+    facts = {
+        f"{left} of {_counted(freedom, 'degree')} of freedom {verb} pushed by no input": left > 0,
+        f"{', '.join(lagging)} with differential equations of their own": len(lagging) > 1,
+        f"{', '.join(lagging)} with a differential equation of its own": len(lagging) == 1,
+        "its potential energy changes with its place": potential,
+    }
+    shown = [fact for fact, holds in facts.items() if holds]
+    why = "its inputs move every degree of freedom, and its potential energy is the same everywhere"
+    why = "; ".join(shown) or why
+    return Mode("internal dynamics or potential energy", bool(shown), why)
 
 
-def _nonholonomic(count: int | None) -> Mode:
-    name = "nonholonomic constraints"
-    if count is None:
-        return Mode(name, None, "its constraints depend on inputs, and are not integrated here")
-    what = f"{count} forbid velocities but no configuration"
-    if count == 1:
-        what = "1 forbids velocities but no configuration"
-    return Mode(name, count > 0, what if count else "none")
-
-
-def _underactuated(system: System, freedom: int) -> Mode:
+def _inputs(system: System) -> Mode:
     count = len(system.inputs)
-    why = f"{_counted(count, 'input')} for {_counted(freedom, 'degree')} of freedom"
-    return Mode("fewer inputs than degrees of freedom", count < freedom, why)
+    return Mode("more than two inputs", count > SIMPLEST, _counted(count, "input"))
 
 
-def _drifting(system: System) -> Mode:
-    still = is_kinematic(system) and not system.states
-    why = "its inputs are velocities" if still else "it moves on when the inputs are zero"
-    return Mode("drift", not still, why)
+def _freedom(freedom: int) -> Mode:
+    why = f"{freedom}, where the upright rolling disk has {SIMPLEST}"
+    return Mode("more degrees of freedom", freedom > SIMPLEST, why)
 
 
-def _switching(system: System) -> Mode:
-    dry = sum(isinstance(effort, Coulomb) for effort in system.efforts)
-    why = f"dry friction sticks and slips in {_counted(dry, 'place')}" if dry else "one set of laws"
-    return Mode("mechanics that switch", dry > 0, why)
+def _feedback(system: System) -> Mode:
+    why = "its inputs are chosen directly"
+    if system.feedback is not None:
+        followed = ", ".join(entry.name for entry in system.feedback.references)
+        why = f"a controller sets its inputs; what is chosen is {followed}"
+    return Mode("feedback", system.feedback is not None, why)
 
 
 def _several(system: System) -> Mode:
     count = len(mechanisms(system))
     why = f"{count} that no body, constraint or force joins" if count > 1 else "one mechanism"
     return Mode("several mechanisms", count > 1, why)
+
+
+def _transitions(system: System) -> Mode:
+    """No machine of this vocabulary changes its laws on the way: dry friction is smooth."""
+    dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, Coulomb))
+    why = "one set of laws holds everywhere"
+    if dry:
+        why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "
+        why += "sticks"
+    return Mode("state transitions", False, why)
+
+
+def _rubs(system: System, friction: Coulomb) -> bool:
+    """Whether a friction has any strength at the values that the parameters have."""
+    values = system.parameter_values
+    strength = exact(friction.strength)
+    return not is_zero(strength.subs({p: values[p.name] for p in system.parameters}))
 
 
 def _counted(count: int, noun: str) -> str:

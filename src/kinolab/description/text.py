@@ -10,7 +10,7 @@ from kinolab.description.describe import Description
 from kinolab.dynamics.inputs import Input, bounds_of
 
 WIDTH = 100  # characters of a line
-SHOWN = {True: "yes", False: "no", None: "?"}
+SHOWN = {True: "yes", False: "no"}
 
 
 def described_as_text(found: Description) -> str:
@@ -20,8 +20,11 @@ def described_as_text(found: Description) -> str:
 
 def _lines(found: Description) -> Iterator[str]:
     yield found.name
-    yield f"  configuration space: {found.space}, dimension {found.dimension}"
-    yield f"  degrees of freedom: {found.freedom}, states: {found.states}"
+    yield f"  configuration space: {found.space}, dimension {found.dimension}{_left(found)}"
+    yield f"  degrees of freedom: {found.freedom}, states: {found.states.dimension}"
+    yield f"    {found.states.parts()}"
+    if found.states.storage():
+        yield f"    {found.states.storage()}"
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
     yield "  controllability"
@@ -29,11 +32,19 @@ def _lines(found: Description) -> Iterator[str]:
         yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
     yield "  modes of generalisation"
     for k, mode in enumerate(found.modes, 1):
-        yield f"    {k} {SHOWN[mode.shown]:3}  {mode.name}: {mode.why}"
+        begin = f"    {k} {SHOWN[mode.shown]:3}  "
+        sentence = f"{mode.name}: {mode.why}"
+        yield from wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent=" " * 11)
     if found.left_out:
         yield "  left out"
         for sentence in found.left_out:
             yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+
+
+def _left(found: Description) -> str:
+    """Say how much of the configuration space holonomic constraints leave, where there are some."""
+    left = found.states.positions
+    return f" ({left} under its holonomic constraints)" if left < found.dimension else ""
 
 
 def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
