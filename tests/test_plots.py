@@ -22,6 +22,7 @@ from kinolab.plots.plane import configuration_plane
 from kinolab.plots.timelines import inputs_over_time, states_over_time
 from kinolab.problem import Problem
 from kinolab.runs import write_run
+from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
 
 
@@ -159,3 +160,29 @@ def test_plan_plot_writes_files_that_go_with_the_plan(
     assert "Write it as x,y." in capsys.readouterr().err
     write_run(tmp_path, problem, replace(plan, seed=2))
     assert not any(path.exists() for path in printed)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-1e+308"])
+def test_a_table_with_what_is_no_number_is_refused_by_line_and_column(
+    value: str, problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_run(tmp_path, problem, plan)
+    table = tmp_path / "trajectory.csv"
+    rows = [row.split(",") for row in table.read_text().splitlines()]
+    rows[4][rows[0].index("psi")] = value
+    table.write_text("".join(",".join(row) + "\n" for row in rows))
+    assert run(["plot", str(tmp_path), "--quiet"]) == 2
+    assert f"trajectory.csv line 5 column psi: {value} is" in capsys.readouterr().err
+
+
+def test_a_search_with_a_state_that_is_not_finite_is_refused_by_row_and_column(
+    problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_run(tmp_path, problem, plan)
+    assert plan.graph is not None
+    x = plan.graph.x.copy()
+    x[2, problem.model.state_names.index("y")] = np.nan
+    graph = SearchGraph(x, plan.graph.edges)
+    (tmp_path / "search.npz").write_bytes(graph.to_npz(problem.model.state_names))
+    assert run(["plot", str(tmp_path), "--quiet"]) == 2
+    assert "search.npz row 3 column y: nan is not finite." in capsys.readouterr().err

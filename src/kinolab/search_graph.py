@@ -83,4 +83,8 @@ def read_graph(path: Path, state_names: Sequence[str]) -> SearchGraph:
     inside = edges.ndim == 2 and edges.shape[1] == 2 and edges.dtype.kind == "i"
     if not (fits and inside and (not edges.size or 0 <= edges.min() <= edges.max() < len(x))):
         raise InputError([Mistake(str(path), "it is not of this machine.", "Plan again.")])
+    if not np.isfinite(x).all():
+        row, column = np.argwhere(~np.isfinite(x))[0]
+        where = f"{path} row {row + 1} column {names[column]}"
+        raise InputError([Mistake(where, f"{x[row, column]} is not finite.", "Plan again.")])
     return SearchGraph(x, edges)

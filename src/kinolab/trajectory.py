@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -109,7 +110,7 @@ def read_csv(
     """Read ``trajectory.csv`` of a machine whose states, inputs and references have these names.
 
     Raises:
-        InputError: Naming the line, if the header or a value is not as it must be.
+        InputError: Naming the line and the column, if the header or a value is not as it must be.
     """
     try:
         rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
@@ -121,7 +122,7 @@ def read_csv(
         raise InputError([Mistake(f"{path} line 1", what)])
     if len(rows) < 2:
         raise InputError([Mistake(str(path), "it has no knots.")])
-    data = _numbers(path, rows[1:], len(header), 1 + len(state_names))
+    data = _numbers(path, rows[1:], header, 1 + len(state_names))
     nx, nu = len(state_names), len(control_names)
     return Trajectory(
         t=data[:, 0],
@@ -143,23 +144,41 @@ def reference_column(name: str) -> str:
     return f"reference.{name}"
 
 
-def _numbers(path: Path, rows: list[list[str]], width: int, states: int) -> Array:
+def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: int) -> Array:
     """Convert rows; only the last one leaves its inputs out."""
+    width = len(header)
     data = np.full((len(rows), width), np.nan)
     mistakes = []
     for k, row in enumerate(rows):
         needed = states if k == len(rows) - 1 else width
-        try:
-            if len(row) != width or any(row[needed:]):
-                raise ValueError(f"{len(row)} values where {width} are due")
-            data[k, :needed] = [float(value) for value in row[:needed]]
-            if not np.isfinite(data[k, :needed]).all():
-                raise ValueError("a value is not finite")
-        except ValueError as error:
-            mistakes.append(Mistake(f"{path} line {k + 2}", f"{error}."))
+        where = f"{path} line {k + 2}"
+        if len(row) != width:
+            mistakes.append(Mistake(where, f"{len(row)} values where {width} are due."))
+            continue
+        for column, text in enumerate(row):
+            try:
+                data[k, column] = _number(text) if column < needed else _blank(text)
+            except ValueError as error:
+                mistakes.append(Mistake(f"{where} column {header[column]}", f"{error}."))
     if mistakes:
         raise InputError(mistakes[:10])
     return data
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value
+
+
+def _blank(text: str) -> float:
+    if text:
+        raise ValueError(f"{text!r} is an input in the last row, which has none")
+    return float("nan")
 
 
 def _digits(value: float) -> str:

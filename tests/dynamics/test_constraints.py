@@ -13,10 +13,14 @@ from kinolab.dynamics import (
     Body,
     System,
     angle,
+    closed,
+    force_of,
     length,
     move,
     rate,
+    require,
     rot_z,
+    toward,
     velocity,
     zero,
 )
@@ -306,3 +310,47 @@ def test_a_machine_that_constraints_hold_entirely_is_no_crash() -> None:
         assert "held" in str(error)  # noqa: PT017
     else:
         np.testing.assert_array_equal(model.f([1.0, 2.0]), [0.0, 0.0])
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("velocities", [None, "all"])
+def test_the_force_of_a_rope_has_the_sign_that_its_slack_or_stretch_gives_it(
+    sign: int, velocities: Any
+) -> None:
+    """A mass that hangs at rest pulls with m g; swinging through with v, with m (g + v^2/l)."""
+    x, y = length("x"), length("y")
+    m, l, g, v = 1.5, 2.0, 9.81, 3.0  # noqa: E741
+    weight = Body("weight", move(x, y), mass=m)
+    slack = l - sp.sqrt(x**2 + y**2)
+    rope = closed(sign * slack, "rope")
+    system = System(
+        "hanging",
+        bodies=[weight],
+        gravity=toward("-y", g),
+        constraints=[rope],
+        velocities=velocities or [x],
+        requirements=[require(sign * force_of(rope), "the rope only pulls")],
+    )
+    model = system.model()
+    still = np.zeros(model.nx)
+    still[1] = -l
+    moving = still.copy()
+    moving[2] = v
+    (tension,), (swinging,) = (model.requirements(state, []) for state in (still, moving))
+    assert tension == pytest.approx(m * g, rel=1e-12)
+    assert swinging == pytest.approx(m * (g + v**2 / l), rel=1e-12)
+
+
+def test_the_force_of_a_velocity_that_is_held_acts_towards_larger_ones() -> None:
+    """Gravity pulls down with m g; what holds the velocity upwards at zero pushes up with m g."""
+    x, y = length("x"), length("y")
+    held = zero(rate(y), "table")
+    system = System(
+        "on a table",
+        bodies=[Body("block", move(x, y), mass=2.0)],
+        gravity=toward("-y", 9.81),
+        constraints=[held],
+        requirements=[require(force_of(held), "the table only pushes")],
+    )
+    model = system.model()
+    assert model.requirements(model.rest(), []) == pytest.approx([2.0 * 9.81], rel=1e-12)

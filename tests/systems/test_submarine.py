@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -12,6 +12,8 @@ from scipy.integrate import solve_ivp
 
 from kinolab import systems
 from kinolab.dynamics import Model
+from kinolab.errors import InputError
+from kinolab.systems.submarine import added_mass_coefficients
 from tests.oracles import submarine as oracle
 from tests.oracles.submarine import Hull
 
@@ -134,6 +136,57 @@ def test_quadrature_closed_form_and_potential_flow_give_the_same_added_mass() ->
     assert misfit < 1e-9  # of a hull that moves at 1 m/s
     np.testing.assert_allclose(flow, closed[[0, 2, 4]], rtol=1e-10)
     np.testing.assert_allclose(flow, LAMB, rtol=1e-10)
+
+
+AXES = [
+    (1.0, 1.0, 1.0),
+    (5.0, 1.0, 1.0),  # prolate
+    (1.0, 5.0, 1.0),
+    (3.0, 3.0, 1.0),  # oblate
+    (0.2, 1.0, 1.0),
+    (3.0, 2.0, 1.0),
+    (0.7, 2.3, 1.1),
+    (1.0, 1.001, 1.002),  # nearly a sphere
+]
+
+
+@pytest.mark.parametrize("axes", AXES)
+def test_added_mass_of_any_ellipsoid_is_lambs(axes: tuple[float, float, float]) -> None:
+    """Against quadrature of Lamb's integrals; what turns carries the rounding of a difference."""
+    integrals = oracle.lamb_coefficients(np.array(axes))
+    found = np.array(added_mass_coefficients(*axes))
+    expected = oracle.added_mass_factors(np.array(axes), integrals)
+    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
+    k = found[:3]
+    assert (2 * k / (1 + k)).sum() == pytest.approx(2.0, abs=1e-13)  # alpha + beta + gamma
+
+
+def test_added_mass_has_the_figures_of_lambs_table() -> None:
+    """Spheroid 5:1 (.059, .895, .701) and sphere; the unit of the axes does not matter.
+
+    The figures are those integrals by quadrature with 30 digits.
+    """
+    k1, k2, k5 = 0.0591211708978287, 0.8942605396198953, 0.6998510160300644
+    expected = [k1, k2, k2, 0.0, k5, k5]
+    for axes in ((5.0, 1.0, 1.0), (0.5, 0.1, 0.1)):
+        np.testing.assert_allclose(added_mass_coefficients(*axes), expected, rtol=0, atol=1e-12)
+    sphere = added_mass_coefficients(2.0, 2.0, 2.0)
+    np.testing.assert_allclose(sphere, [0.5, 0.5, 0.5, 0, 0, 0], rtol=0, atol=1e-14)
+
+
+def test_a_thin_disk_carries_the_fluid_of_the_textbook() -> None:
+    """Broadside a disk of radius r adds 8/3 rho r^3, edgewise nothing (Lamb, section 114)."""
+    thin = 1e-5
+    edgewise, _, broadside, *_ = added_mass_coefficients(1.0, 1.0, thin)
+    assert broadside * 4 / 3 * np.pi * thin == pytest.approx(8 / 3, rel=1e-4)
+    assert edgewise == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("axis", [0.0, -1.0, np.nan, np.inf, "1", None])
+def test_an_ellipsoid_without_extent_is_refused(axis: Any) -> None:
+    with pytest.raises(InputError, match="added_mass_coefficients b") as caught:
+        added_mass_coefficients(1.0, axis, axis)
+    assert len(caught.value.mistakes) == 2
 
 
 # The equations of motion

@@ -64,3 +64,14 @@ def test_the_cables_run_from_trolley_to_load(model: Model) -> None:
     np.testing.assert_allclose(top, [2.0, 0.0, 6.0], atol=1e-12)
     swung = [2.0 + 4.0 * np.sin(0.3), 0.0, 6.0 - 4.0 * np.cos(0.3)]
     np.testing.assert_allclose(bottom, swung, atol=1e-12)
+
+
+def test_sway_is_damped_as_much_as_one_says() -> None:
+    """l s'' = -g sin s - c s'/(m l), on a still trolley."""
+    system = systems.get("two_cranes", c_s=2.0)
+    (damping,) = [entry for entry in system.parameters if entry.name == "c_s"]
+    assert (damping.default, damping.unit) == (0.5, "N m s/rad")
+    model = system.model()
+    x = state(model, l_a=2.0, sway_a=0.3, sway_a_dot=0.7)
+    rate = model.f(x, np.zeros(4))[model.state_names.index("sway_a_dot")]
+    assert rate == pytest.approx((-G * np.sin(0.3) - 2.0 * 0.7 / (M * 2.0)) / 2.0, abs=1e-12)

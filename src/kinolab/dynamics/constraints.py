@@ -58,6 +58,16 @@ def force_of(constraint: Constraint) -> sympy.Symbol:
     """Return the symbol of a constraint's force, for use in a requirement.
 
     It is the multiplier: in [N] where the constraint is a velocity in [m/s] or a length in [m].
-    A rope held at its length by ``closed`` only pulls where ``require(force_of(rope), …)`` holds.
+    Its force on the machine acts towards larger values of what ``zero`` or ``closed`` holds at
+    zero. So a taut rope has a positive one where its slack is held, ``closed(L - distance, name)``,
+    and a negative one where its stretch is, ``closed(distance - L, name)``: it only pulls where
+    ``require(force_of(rope), …)`` holds for the first, ``require(-force_of(rope), …)`` for the
+    second.
+
+    Args:
+        constraint: What ``zero`` or ``closed`` returned.
+
+    Raises:
+        InputError: If it is something else.
     """
     return ForceSymbol(constraint.name)

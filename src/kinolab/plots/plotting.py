@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from kinolab.errors import InputError, Mistake
 from kinolab.plots.figure import Format, written
 from kinolab.plots.phase import phase_portraits
 from kinolab.plots.plane import configuration_plane
@@ -11,6 +14,7 @@ from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
 from kinolab.unwrapping import unwrapped
 
+LARGEST = 1e150  # of what is drawn; the square of a larger number is not finite
 FORMS: tuple[Format, ...] = ("svg", "png")
 NAMES = ("states", "inputs", "phase", "configuration")
 FILES = tuple(f"{name}.{form}" for form in FORMS for name in NAMES)
@@ -35,8 +39,9 @@ def plots(
             out.
 
     Raises:
-        InputError: If there is no such coordinate.
+        InputError: If there is no such coordinate, or a value is too large to be drawn.
     """
+    _check_size(trajectory)
     title, trajectory = problem.scenario.title, unwrapped(problem, trajectory)
     figures = (
         states_over_time(problem, trajectory, title),
@@ -49,3 +54,19 @@ def plots(
         for name, figure in zip(NAMES, figures, strict=True)
         if figure is not None
     }
+
+
+def _check_size(trajectory: Trajectory) -> None:
+    """Refuse numbers beyond what axes can span; the file of a plan has its header in line 1."""
+    t, x, u = trajectory.t[:, None], trajectory.x, trajectory.u
+    columns = {("t",): t, trajectory.state_names: x, trajectory.control_names: u}
+    mistakes = [
+        Mistake(
+            f"trajectory.csv line {row + 2} column {names[column]}",
+            f"{table[row, column]:g} is too large to be drawn.",
+        )
+        for names, table in columns.items()
+        for row, column in np.argwhere(np.abs(table) > LARGEST)
+    ]
+    if mistakes:
+        raise InputError(mistakes[:10])

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 import sympy
+from scipy.special import elliprd
 
 from kinolab.dynamics import (
     Body,
@@ -26,7 +28,9 @@ from kinolab.dynamics import (
     toward,
     velocity,
 )
+from kinolab.errors import InputError, Mistake
 
+ROUND = 1e-6  # relative difference of squared semi-axes below which a section is a circle
 SLENDERNESS = 5.0  # half length over radius of the hull
 HALF_LENGTH = 1.0  # [m] that is drawn; the parameter a is what displaces water
 
@@ -47,7 +51,7 @@ def submarine() -> System:
     b = a / sympy.Float(SLENDERNESS)
     m = sympy.Float(4 / 3 * math.pi) * rho * a * b**2
     about_x, about_y = m * 2 * b**2 / 5, m * (a**2 + b**2) / 5
-    k1, k2, k55 = added_mass_coefficients(SLENDERNESS)
+    k1, k2, k3, k44, k55, k66 = added_mass_coefficients(SLENDERNESS, 1.0, 1.0)
     x, y, z = length("x", speed=2.0), length("y", speed=2.0), length("z", speed=2.0)
     R = rotation("R", speed=1.0)
     hull = move(x, y, z) @ orient(R)
@@ -56,7 +60,7 @@ def submarine() -> System:
         hull,
         mass=m,
         inertia=(about_x, about_y, about_y),
-        added_mass=(k1 * m, k2 * m, k2 * m, 0, k55 * about_y, k55 * about_y),
+        added_mass=(k1 * m, k2 * m, k3 * m, k44 * about_x, k55 * about_y, k66 * about_y),
         shape=_shape(),
     )
     return System(
@@ -72,23 +76,51 @@ def submarine() -> System:
     )
 
 
-def added_mass_coefficients(slenderness: float) -> tuple[float, float, float]:
-    """Return k1, k2 = k3 and k55 = k66 of a prolate ellipsoid of revolution.
+def added_mass_coefficients(
+    a: float, b: float, c: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return what an ideal fluid adds to an ellipsoid, along x, y, z and about x, y, z.
 
-    k1 and k2 are fractions of the displaced mass, along and across the axis; k55 is a fraction of
-    the displaced fluid's moment of inertia about a cross axis.
+    The first three, k = alpha / (2 - alpha), are fractions of the displaced mass; the others are
+    fractions of the displaced fluid's moment of inertia about the same axis, zero about an axis of
+    symmetry.
 
     Args:
-        slenderness: Length over diameter, more than 1.
+        a: Semi-axis along x, positive, in any unit.
+        b: Semi-axis along y, in the same unit; it may be equal to others.
+        c: Semi-axis along z.
 
-    Source: Lamb, Hydrodynamics, 6th ed., 1932, sections 114 and 115.
+    Raises:
+        InputError: If a semi-axis is not a positive, finite number.
+
+    Source: Lamb, Hydrodynamics, 6th ed., 1932, sections 114 and 115; his integrals in Carlson's
+    symmetric form R_D, Numerical Algorithms 10, 1995.
     """
-    e = math.sqrt(1 - slenderness**-2)
-    logarithm = math.log((1 + e) / (1 - e))
-    alpha = 2 * (1 - e**2) / e**3 * (logarithm / 2 - e)
-    beta = 1 / e**2 - (1 - e**2) / (2 * e**3) * logarithm
-    turning = e**4 * (beta - alpha) / ((2 - e**2) * (2 * e**2 - (2 - e**2) * (beta - alpha)))
-    return alpha / (2 - alpha), beta / (2 - beta), turning
+    axes = {"a": a, "b": b, "c": c}
+    mistakes = [
+        Mistake(f"added_mass_coefficients {name}", f"it is {axis!r}.", "Give a positive number.")
+        for name, axis in axes.items()
+        if not (isinstance(axis, Real) and 0 < axis < math.inf)
+    ]
+    if mistakes:
+        raise InputError(mistakes)
+    middle = math.cbrt(a) * math.cbrt(b) * math.cbrt(c)
+    x, y, z = ((axis / middle) ** 2 for axis in axes.values())  # only proportions matter
+    alpha, beta, gamma = (
+        2 / 3 * float(elliprd(*others)) for others in ((y, z, x), (z, x, y), (x, y, z))
+    )
+    k1, k2, k3 = (share / (2 - share) for share in (alpha, beta, gamma))
+    about = (_turning(y, z, beta, gamma), _turning(z, x, gamma, alpha), _turning(x, y, alpha, beta))
+    return k1, k2, k3, *about
+
+
+def _turning(y: float, z: float, beta: float, gamma: float) -> float:
+    """Return the share about an axis across which the squared semi-axes are y and z."""
+    gap, total = y - z, y + z
+    if abs(gap) < ROUND * total:  # the share is of third order in the gap
+        return 0.0
+    slope = (gamma - beta) / gap
+    return gap**2 * slope / (total * (2 - total * slope))
 
 
 def _drag(boat: Body, V: BodyVelocity) -> Wrench:

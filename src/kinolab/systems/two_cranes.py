@@ -28,14 +28,15 @@ HEIGHT = 6.0  # [m] of the runway above the floor
 def two_cranes() -> System:
     """Two trolleys on one runway, each with a load on a rope; only the hall joins them.
 
-    Trolleys and hoists are driven: their accelerations are the inputs. A rope cannot push, so that
-    a plan must keep both taut.
+    Trolleys and hoists are driven: their accelerations are the inputs. The sway of both loads is
+    damped alike, by c_s. A rope cannot push, so that a plan must keep both taut.
 
     Source: Abdel-Rahman, Nayfeh, Masoud, Dynamics and control of cranes: a review, J. Vibration
     and Control 9, 2003.
     """
     m, g = parameter("m", 5.0, "kg"), parameter("g", 9.81, "m/s^2")
-    one, two = _crane("a", m, g), _crane("b", m, g)
+    c_s = parameter("c_s", 0.5, "N m s/rad")
+    one, two = _crane("a", m, g, c_s), _crane("b", m, g, c_s)
     parts: dict[str, Any] = {part: [*one[part], *two[part]] for part in one}
     return System(
         "two_cranes",
@@ -45,7 +46,7 @@ def two_cranes() -> System:
     )
 
 
-def _crane(name: str, m: Parameter, g: Parameter) -> dict[str, Any]:
+def _crane(name: str, m: Parameter, g: Parameter, c_s: Parameter) -> dict[str, Any]:
     """Return what one crane adds to the system, by the name of ``System``'s argument."""
     x = length(f"x_{name}", 0.5, 11.5, speed=1.5)
     l = length(f"l_{name}", 1.0, 5.5, speed=1.0)  # noqa: E741  # the rope's length
@@ -61,6 +62,6 @@ def _crane(name: str, m: Parameter, g: Parameter) -> dict[str, Any]:
         "bodies": [load, trolley],
         "cables": [Cable((rail, load.frame), f"rope {name}")],
         "inputs": [travel, hoist],
-        "efforts": [Viscous(rate(s), 0.5)],
+        "efforts": [Viscous(rate(s), c_s)],
         "requirements": [require(m * pull, f"rope {name} pulls")],
     }
