@@ -101,8 +101,10 @@ def test_what_is_wrong_with_a_cable_is_told() -> None:
     assert mistakes_of(Cable((TOP, LOAD), "load")) == [
         "cable 'load': 2 have this name. Give each a name of its own."
     ]
-    with pytest.raises(InputError, match="cable 'rope': its ends are not two frames"):
+    with pytest.raises(InputError, match=r"'rope' between: .* Give a tuple of 2, each a frame"):
         Cable((TOP, BODY), "rope")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"'rope' between: it has 3 ends\. Give a pair"):
+        Cable([TOP, LOAD, TOP], "rope")
 
 
 def test_pairs_that_cannot_collide_are_refused() -> None:

@@ -139,7 +139,7 @@ def _has_potential(model: Model, fields: VectorFields) -> bool:
         return False
     places = [[point[name] for name in model.state_names] for point in fields.points]
     energies = [model.energy(x)[1] for x in places]
-    return max(energies) - min(energies) > SAME * max(map(abs, energies))
+    return bool(max(energies) - min(energies) > SAME * max(map(abs, energies)))
 
 
 def _freedom(system: System, closure: InvolutiveClosure | None) -> int:

@@ -8,12 +8,14 @@ from typing import Any
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.frames import Frame, Number
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.shapes import Shape
 from kinolab.errors import InputError, Mistake
 
 
+@checked
 @dataclass(frozen=True, init=False)
 class Body:
     """A rigid body whose centre of mass is the origin of its frame.

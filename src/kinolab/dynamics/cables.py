@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.frames import Frame
 from kinolab.dynamics.shapes import Scalar
 from kinolab.errors import InputError, Mistake
 
 
+@checked
 @dataclass(frozen=True)
 class Cable:
     """A taut rope, string or chain: a capsule between the origins of two frames.
@@ -26,22 +28,21 @@ class Cable:
         collides: Whether it can touch anything; otherwise it is only drawn.
     """
 
-    between: tuple[Frame, Frame]
+    between: tuple[Frame, Frame] | list[Frame]
     name: str = ""
     radius: Scalar = 0.01
     collides: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse ends that are no frames; a list of two is fine."""
-        ends = self.between if isinstance(self.between, list | tuple) else ()
-        if len(ends) != 2 or not all(isinstance(end, Frame) for end in ends):
+        """Refuse other than two ends; a list of two is fine."""
+        if len(self.between) != 2:
+            what = f"it has {len(self.between)} ends."
             remedy = "Give a pair, such as (trolley.frame, load.frame)."
-            where = f"cable {self.name!r}" if self.name else "cables"
-            raise InputError([Mistake(where, "its ends are not two frames.", remedy)])
-        object.__setattr__(self, "between", tuple(ends))
+            raise InputError([Mistake(f"Cable {self.name!r} between", what, remedy)])
+        object.__setattr__(self, "between", tuple(self.between))
 
 
-AnyCable: TypeAlias = Cable | tuple[Frame, Frame]
+AnyCable: TypeAlias = Cable | tuple[Frame, Frame] | list[Frame]
 
 
 def as_cables(entries: Sequence[AnyCable]) -> tuple[Cable, ...]:

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.frames import Number
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import ForceSymbol
@@ -31,6 +32,7 @@ class PositionConstraint:
 Constraint: TypeAlias = VelocityConstraint | PositionConstraint
 
 
+@checked
 @dataclass(frozen=True)
 class Requirement:
     """A condition g(x, u) >= 0 that plans must keep, such as a rope that only pulls."""
@@ -39,21 +41,25 @@ class Requirement:
     name: str
 
 
+@checked
 def zero(velocity: Number, name: str) -> VelocityConstraint:
     """State that a velocity, linear in the rates, is zero, such as ``zero(V.y, "no sideslip")``."""
     return VelocityConstraint(exact(velocity), name)
 
 
+@checked
 def closed(position: Number, name: str) -> PositionConstraint:
     """State that a function of the coordinates is zero, such as a loop that closes."""
     return PositionConstraint(exact(position), name)
 
 
+@checked
 def require(margin: Number, name: str) -> Requirement:
     """Demand of every plan that an expression in states and inputs stays at least zero."""
     return Requirement(exact(margin), name)
 
 
+@checked
 def force_of(constraint: Constraint) -> sympy.Symbol:
     """Return the symbol of a constraint's force, for use in a requirement.
 

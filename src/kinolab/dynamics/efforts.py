@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.frames import Frame, Number
 from kinolab.dynamics.records import exact, sympify_fields
@@ -14,6 +15,7 @@ from kinolab.dynamics.shapes import ORIGIN, Point
 from kinolab.errors import InputError, Mistake
 
 
+@checked
 @dataclass(frozen=True)
 class Gravity:
     """A uniform field: ``strength`` in [m/s^2] along the world direction ``down`` (unit vector)."""
@@ -22,6 +24,7 @@ class Gravity:
     strength: sympy.Expr
 
 
+@checked
 def toward(direction: str, strength: Number = 9.81) -> Gravity:
     """Say which way is down, such as ``toward("-z", 9.81)``; the pictures follow.
 
@@ -39,6 +42,7 @@ def toward(direction: str, strength: Number = 9.81) -> Gravity:
     return Gravity((x, y, z), exact(strength))
 
 
+@checked
 @dataclass(frozen=True)
 class Potential:
     """Any energy of position in [J], such as k theta^2 / 2; its negative gradient is the force."""
@@ -50,6 +54,7 @@ class Potential:
         sympify_fields(self, "energy")
 
 
+@checked
 @dataclass(frozen=True)
 class Spring:
     """A linear spring between the origins of two frames.
@@ -70,6 +75,7 @@ class Spring:
         sympify_fields(self, "stiffness", "length")
 
 
+@checked
 @dataclass(frozen=True)
 class Buoyancy:
     """A constant lift against gravity at a point of a body.
@@ -90,6 +96,7 @@ class Buoyancy:
         sympify_fields(self, "lift", "at")
 
 
+@checked
 @dataclass(frozen=True)
 class Viscous:
     """Friction that grows with a velocity: the force -coefficient * velocity along it.
@@ -107,6 +114,7 @@ class Viscous:
         sympify_fields(self, "velocity", "coefficient")
 
 
+@checked
 @dataclass(frozen=True)
 class Coulomb:
     """Dry friction, regularised: the force -strength * tanh(velocity / smoothing) along it.
@@ -127,6 +135,7 @@ class Coulomb:
         sympify_fields(self, "velocity", "strength", "smoothing")
 
 
+@checked
 @dataclass(frozen=True)
 class Wrench:
     """Any force and torque on a body, as expressions in states, inputs and parameters.

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY, dataclass
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.frames import Number
 from kinolab.dynamics.records import exact, sympify_fields
 from kinolab.dynamics.symbols import StateSymbol
 
 
+@checked
 @dataclass(frozen=True)
 class State:
     """A further state with its own differential equation.
@@ -43,11 +45,13 @@ class State:
         return StateSymbol(self.name)
 
 
+@checked
 def state(name: str) -> StateSymbol:
     """Return the symbol of a further state, to write its own derivative with."""
     return StateSymbol(name)
 
 
+@checked
 def lag(name: str, signal: Number, time_constant: Number, *, unit: str = "") -> State:
     """Return a state that follows a signal with a first-order lag, as an actuator does.
 

@@ -14,13 +14,21 @@ from typing import Any, TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
+from kinolab.dynamics.frames import Number
 from kinolab.dynamics.inputs import Limit
 from kinolab.dynamics.records import exact
-from kinolab.dynamics.symbols import ReferenceSymbol
+from kinolab.dynamics.symbols import InputSymbol, ReferenceSymbol
 
-Pairs: TypeAlias = Mapping[Any, Any] | Sequence[tuple[Any, Any]]
+Named: TypeAlias = str | InputSymbol | ReferenceSymbol  # an input or reference, by name or symbol
+Law: TypeAlias = Mapping[Named, Number] | Sequence[tuple[Named, Number]]
+Sizes: TypeAlias = Mapping[Named, float] | Sequence[tuple[Named, float]]
+Degrees: TypeAlias = Mapping[Named, int] | Sequence[tuple[Named, int]]
+Deviations: TypeAlias = Mapping[Number, float] | Sequence[tuple[Number, float]]
+Values: TypeAlias = Mapping[Number, Number] | Sequence[tuple[Number, Number]]
 
 
+@checked
 @dataclass(frozen=True)
 class Reference:
     """A set point of a feedback law, which a planner chooses: a speed, a lean, an attitude.
@@ -42,6 +50,7 @@ class Reference:
         return ReferenceSymbol(self.name)
 
 
+@checked
 @dataclass(frozen=True, init=False)
 class Feedback:
     """A law that gives every input of a machine, as an expression in its state and in references.
@@ -58,13 +67,14 @@ class Feedback:
     def __init__(
         self,
         references: Sequence[Reference],
-        law: Pairs,
+        law: Law,
     ) -> None:
         object.__setattr__(self, "references", tuple(references))
         named = tuple((str(name), exact(expression)) for name, expression in _pairs(law))
         object.__setattr__(self, "law", named)
 
 
+@checked
 @dataclass(frozen=True, init=False)
 class Regulator:
     """A law that kinolab designs: linear-quadratic regulation about equilibria, one per reference.
@@ -98,10 +108,10 @@ class Regulator:
         self,
         references: Sequence[Reference],
         *,
-        tracked: Pairs,
-        about: Pairs,
-        efforts: Pairs = (),
-        schedule: Pairs = (),
+        tracked: Deviations,
+        about: Values,
+        efforts: Sizes = (),
+        schedule: Degrees = (),
     ) -> None:
         values = {
             "references": tuple(references),
@@ -114,5 +124,5 @@ class Regulator:
             object.__setattr__(self, field, value)
 
 
-def _pairs(table: Pairs) -> Sequence[tuple[Any, Any]]:
+def _pairs(table: Mapping[Any, Any] | Sequence[tuple[Any, Any]]) -> Sequence[tuple[Any, Any]]:
     return list(table.items()) if isinstance(table, Mapping) else list(table)

@@ -18,6 +18,8 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.dynamics.arguments import checked
+from kinolab.dynamics.frames import Number
 from kinolab.dynamics.lowering import Lowering
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import Coordinate, MachineSymbol
@@ -45,6 +47,7 @@ class OutputSymbol(MachineSymbol):
         return made
 
 
+@checked
 def output(name: str, order: int = 0) -> OutputSymbol:
     """Return the symbol of a flat output, or of its derivative by time of an order up to 2."""
     return OutputSymbol(name, order)
@@ -53,6 +56,7 @@ def output(name: str, order: int = 0) -> OutputSymbol:
 CURVATURE = output("curvature")  # of a plane curve, in [1/m], positive to the left
 
 
+@checked
 @dataclass(frozen=True)
 class PlaneCurves:
     """A machine that rolls along plane curves; how fast is decided apart from where.
@@ -76,6 +80,7 @@ class PlaneCurves:
         return (self.x, self.y, self.heading, *(coordinate for coordinate, _ in self.steered))
 
 
+@checked
 @dataclass(frozen=True)
 class FlatOutputs:
     """A machine whose coordinates follow from some outputs and their derivatives by time.
@@ -88,8 +93,8 @@ class FlatOutputs:
             of coordinates listed before.
     """
 
-    outputs: tuple[tuple[str, sympy.Expr], ...]
-    determined: tuple[tuple[Coordinate, sympy.Expr], ...]
+    outputs: tuple[tuple[str, Number], ...]
+    determined: tuple[tuple[Coordinate, Number], ...]
 
     def __post_init__(self) -> None:
         """Let numbers stand for expressions."""
@@ -116,7 +121,7 @@ def output_symbols(outputs: Iterable[str]) -> Iterator[OutputSymbol]:
 def symbols_used(flat: Flat) -> set[sympy.Symbol]:
     """Return the symbols of all expressions of a flat map."""
     pairs = flat.steered if isinstance(flat, PlaneCurves) else (*flat.outputs, *flat.determined)
-    return {symbol for _, expression in pairs for symbol in expression.free_symbols}
+    return {symbol for _, expression in pairs for symbol in exact(expression).free_symbols}
 
 
 def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:

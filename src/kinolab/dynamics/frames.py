@@ -13,10 +13,11 @@ from typing import TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.shapes import AxisName
 from kinolab.dynamics.symbols import Attitude, Coordinate, QuaternionEntry, rate
-from kinolab.errors import UnknownNameError
+from kinolab.errors import InputError, Mistake, UnknownNameError
 
 Number: TypeAlias = int | float | sympy.Expr
 Vector: TypeAlias = tuple[sympy.Expr, sympy.Expr, sympy.Expr]
@@ -63,6 +64,7 @@ class Orientation:
 Motion: TypeAlias = Translation | Rotation | Orientation
 
 
+@checked
 @dataclass(frozen=True)
 class Frame:
     """A pose g(q), the product of its motions from left to right, starting at the world frame."""
@@ -70,7 +72,10 @@ class Frame:
     motions: tuple[Motion, ...] = ()
 
     def __matmul__(self, other: Frame) -> Frame:
-        return Frame(self.motions + other.motions)
+        return Frame(self.motions + _frame(other).motions)
+
+    def __rmatmul__(self, other: object) -> Frame:
+        return _frame(other) @ self
 
     @property
     def x(self) -> Axis:
@@ -88,6 +93,15 @@ class Frame:
         return Axis(self, "z")
 
 
+def _frame(factor: object) -> Frame:
+    """Return a factor of a product of frames, if it is one."""
+    if not isinstance(factor, Frame):
+        remedy = "Give a frame, such as move(x, y) @ rot_z(psi)."
+        raise InputError([Mistake("Frame @", f"it is {factor!r}.", remedy)])
+    return factor
+
+
+@checked
 @dataclass(frozen=True)
 class Axis:
     """A unit direction that is fixed in a frame and moves with it."""
@@ -100,6 +114,7 @@ class Axis:
         check_axis(self.name)
 
 
+@checked
 @dataclass(frozen=True)
 class BodyVelocity:
     """unhat(g^-1 g_dot): the velocity of a frame's origin and its turn rate, in its own axes.
@@ -127,21 +142,32 @@ class BodyVelocity:
         return sympy.Matrix([self.wx, self.wy, self.wz])
 
 
+@checked
 def hat(twist: Sequence[Number]) -> sympy.Matrix:
     """Return a twist (vx, vy, vz, wx, wy, wz) as the 4x4 matrix of se(3).
 
+    Raises:
+        InputError: If it has not six numbers.
+
     Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.3.
     """
+    if len(twist) != 6:
+        raise InputError([Mistake("hat twist", f"it has {len(twist)} numbers.", "Give six.")])
     vx, vy, vz, wx, wy, wz = twist
     return sympy.Matrix([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0]])
 
 
+@checked
 def unhat(matrix: sympy.Matrix) -> BodyVelocity:
     """Return the twist of a 4x4 matrix of se(3), such as g^-1 g_dot."""
+    if matrix.shape != (4, 4):
+        what = f"it is {matrix.rows}x{matrix.cols}."
+        raise InputError([Mistake("unhat matrix", what, "Give a 4x4 matrix.")])
     vx, vy, vz = (matrix[i, 3] for i in range(3))
     return BodyVelocity(vx, vy, vz, matrix[2, 1], matrix[0, 2], matrix[1, 0])
 
 
+@checked
 def homogeneous(frame: Frame) -> sympy.Matrix:
     """Return a frame as a 4x4 matrix; one of move(x, y) and rot_z alone is in SE(2)."""
     R, p = pose(frame)
@@ -151,26 +177,31 @@ def homogeneous(frame: Frame) -> sympy.Matrix:
 WORLD = Frame()
 
 
+@checked
 def move(x: Number = 0, y: Number = 0, z: Number = 0) -> Frame:
     """Return a frame displaced by (x, y, z) in [m] along the axes it is multiplied to."""
     return Frame((Translation((exact(x), exact(y), exact(z))),))
 
 
+@checked
 def rot_x(angle: Number) -> Frame:
     """Return a frame turned about the x axis by ``angle`` in [rad], right-handed."""
     return Frame((Rotation("x", exact(angle)),))
 
 
+@checked
 def rot_y(angle: Number) -> Frame:
     """Return a frame turned about the y axis by ``angle`` in [rad], right-handed."""
     return Frame((Rotation("y", exact(angle)),))
 
 
+@checked
 def rot_z(angle: Number) -> Frame:
     """Return a frame turned about the z axis by ``angle`` in [rad], right-handed."""
     return Frame((Rotation("z", exact(angle)),))
 
 
+@checked
 def orient(attitude: Attitude) -> Frame:
     """Return a frame turned by an attitude of ``rotation``."""
     return Frame((Orientation(attitude),))
@@ -206,6 +237,7 @@ def motion_of(symbol: Coordinate | QuaternionEntry) -> sympy.Expr:
     return changes[symbol.index] / 2
 
 
+@checked
 def velocity(frame: Frame) -> BodyVelocity:
     """Return the body velocity of a frame, as expressions in coordinates and rates."""
     linear, angular = _velocity(frame.motions)

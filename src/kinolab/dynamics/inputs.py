@@ -6,6 +6,7 @@ import math
 from dataclasses import KW_ONLY, dataclass
 from typing import Protocol, TypeAlias
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.frames import Axis, Frame, Number
 from kinolab.dynamics.symbols import Coordinate, InputSymbol, rate
@@ -26,6 +27,7 @@ class AbstractInput:
         return InputSymbol(self.name)
 
 
+@checked
 @dataclass(frozen=True)
 class Torque(AbstractInput):
     """An input torque in [N m] on a body about an axis.
@@ -49,6 +51,7 @@ class Torque(AbstractInput):
         return "N m"
 
 
+@checked
 @dataclass(frozen=True)
 class Force(AbstractInput):
     """An input force in [N] on a body's centre of mass along an axis.
@@ -73,6 +76,7 @@ class Force(AbstractInput):
         return "N"
 
 
+@checked
 @dataclass(frozen=True)
 class Pull(AbstractInput):
     """An input tension in [N] that pulls two frames' origins together, as a rope or muscle does.
@@ -97,6 +101,7 @@ class Pull(AbstractInput):
         return "N"
 
 
+@checked
 @dataclass(frozen=True)
 class Rate(AbstractInput):
     """An input that is a velocity: a kinematic machine is moved, not pushed.
@@ -121,6 +126,7 @@ class Rate(AbstractInput):
         return f"{self.on.unit}/s" if isinstance(self.on, Coordinate) else "m/s or rad/s"
 
 
+@checked
 @dataclass(frozen=True)
 class Drive(AbstractInput):
     """An input that is the acceleration of a coordinate, whatever force that takes.
@@ -140,6 +146,7 @@ class Drive(AbstractInput):
         return f"{self.on.unit}/s^2"
 
 
+@checked
 @dataclass(frozen=True)
 class Control(AbstractInput):
     """An input that acts through expressions: ``throttle.symbol`` in a wrench or a motor.

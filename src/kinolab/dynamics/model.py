@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
 from kinolab.dynamics.cache import cached
 from kinolab.dynamics.chart import condition_number
@@ -48,6 +49,7 @@ FUNCTIONS = ("f", "rows_at", "rows_under", "tangent", *STEPPERS)
 UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
 
 
+@checked
 class Model:
     """The equations of motion of a machine, compiled.
 

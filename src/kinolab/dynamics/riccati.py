@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, solve_continuous_are, solve_discrete_are
 
+from kinolab.dynamics.arguments import checked
 from kinolab.errors import KinolabError
 
 Array: TypeAlias = NDArray[np.float64]
@@ -23,6 +24,7 @@ class NotStabilisableError(KinolabError):
     exit_code = 2
 
 
+@checked
 def lqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     """Return the gain K of u = -K x that minimises the integral of x^T Q x + u^T R u.
 
@@ -42,6 +44,7 @@ def lqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     return np.linalg.solve(R, B.T @ P)
 
 
+@checked
 def dlqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     """Return the gain K of u_k = -K x_k that minimises the sum of x^T Q x + u^T R u.
 
@@ -69,6 +72,7 @@ def _solution(solve: Callable[..., Any], *matrices: Array) -> Any:
         raise NotStabilisableError(f"there is no stabilising gain ({error})") from error
 
 
+@checked
 def tvlqr(A: Array, B: Array, Q: Array, R: Array, final: Array) -> Array:
     """Return the gains K_k of u_k = -K_k x_k along a motion, by Riccati's recursion backwards.
 

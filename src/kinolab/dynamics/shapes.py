@@ -12,6 +12,8 @@ from typing import Literal, TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
+
 Scalar: TypeAlias = float | sympy.Expr
 AxisName: TypeAlias = Literal["x", "y", "z"]
 Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
@@ -19,6 +21,7 @@ Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
 ORIGIN: Point = (0.0, 0.0, 0.0)
 
 
+@checked
 @dataclass(frozen=True)
 class Box:
     """A cuboid with full edge lengths ``x``, ``y`` and ``z`` in [m]."""
@@ -29,6 +32,7 @@ class Box:
     at: Point = ORIGIN
 
 
+@checked
 @dataclass(frozen=True)
 class Sphere:
     """A ball of the given radius in [m]."""
@@ -37,6 +41,7 @@ class Sphere:
     at: Point = ORIGIN
 
 
+@checked
 @dataclass(frozen=True)
 class Cylinder:
     """A cylinder: radius and full length in [m], symmetric about ``axis``."""
@@ -47,6 +52,7 @@ class Cylinder:
     at: Point = ORIGIN
 
 
+@checked
 @dataclass(frozen=True)
 class Capsule:
     """A cylinder of ``length`` in [m] with a half ball of the same radius on both ends."""
@@ -57,6 +63,7 @@ class Capsule:
     at: Point = ORIGIN
 
 
+@checked
 @dataclass(frozen=True)
 class Disk:
     """A flat cylinder that is drawn with sectors, so that one sees it turn."""

@@ -13,6 +13,7 @@ from typing import Any, Literal, Self, TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.errors import InputError, Mistake
 
 Topology: TypeAlias = Literal["line", "circle"]
@@ -43,6 +44,7 @@ class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
         return self.__reduce__()
 
 
+@checked
 class Coordinate(MachineSymbol):
     """A generalised coordinate; two calls of ``length`` or ``angle`` never give the same one."""
 
@@ -167,6 +169,7 @@ class TurnAcceleration(MachineSymbol):
         return rf"\dot{{{printer._print(self.turn)}}}"
 
 
+@checked
 @dataclass(frozen=True, order=True)
 class Attitude:
     """A coordinate on SO(3): any rotation, without a singular one.
@@ -248,6 +251,7 @@ class Acceleration(TimeDerivative):
     order = 2
 
 
+@checked
 class Parameter(MachineSymbol):
     """A constant of the machine with a default; a new value never recompiles anything."""
 
@@ -322,6 +326,7 @@ class ReferenceSymbol(MachineSymbol):
         return made
 
 
+@checked
 def length(
     name: str,
     lower: float = -math.inf,
@@ -342,6 +347,7 @@ def length(
     return Coordinate(name, "line", "m", (float(lower), float(upper)), float(speed), float(scale))
 
 
+@checked
 def angle(
     name: str,
     lower: float = -math.inf,
@@ -364,6 +370,7 @@ def angle(
     return Coordinate(name, topology, "rad", limits, float(speed), float(scale))
 
 
+@checked
 def rotation(name: str, *, speed: float = math.inf, scale: float = 1.0) -> Attitude:
     """Declare a coordinate on SO(3), to be used as a frame by ``orient``.
 
@@ -376,21 +383,25 @@ def rotation(name: str, *, speed: float = math.inf, scale: float = 1.0) -> Attit
     return Attitude(name, float(speed), float(scale), next(_serial))
 
 
+@checked
 def turn_rate(attitude: Attitude) -> tuple[TurnRate, TurnRate, TurnRate]:
     """Return the components of an attitude's angular velocity, in body axes, in [rad/s]."""
     return attitude.turn_rate
 
 
+@checked
 def parameter(name: str, default: float, unit: str = "") -> Parameter:
     """Declare a constant of the machine, such as a mass, with its default value and unit."""
     return Parameter(name, default, unit)
 
 
+@checked
 def rate(coordinate: Coordinate) -> Rate:
     """Return the symbol of the coordinate's time derivative."""
     return Rate(coordinate)
 
 
+@checked
 def acceleration(coordinate: Coordinate) -> Acceleration:
     """Return the symbol of the coordinate's second time derivative, for equations by hand."""
     return Acceleration(coordinate)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.bodies import Body
 from kinolab.dynamics.cables import AnyCable, Cable, as_cables
 from kinolab.dynamics.constraints import Constraint, Requirement
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 AnyCoordinate: TypeAlias = Coordinate | Attitude
 
 
+@checked
 @dataclass(frozen=True, init=False)
 class System:
     """A mechanical system, frozen; several separate mechanisms may be in one.
@@ -95,7 +97,7 @@ class System:
         cables: Sequence[AnyCable] = (),
         velocities: Sequence[AnyCoordinate] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
-        values: Mapping[str, float] | None = None,
+        values: Mapping[str, Any] | None = None,  # each is judged with its parameter
         flat: Flat | None = None,
         feedback: Feedback | Regulator | None = None,
     ) -> None:

@@ -16,7 +16,9 @@ import sympy
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
+from kinolab.dynamics.frames import Number
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.records import exact
 from kinolab.errors import InputError, KinolabError, Mistake
@@ -34,6 +36,7 @@ class NoTrimError(KinolabError):
     exit_code = 2
 
 
+@checked
 @dataclass(frozen=True)
 class Trim:
     """An equilibrium, or a steady motion.
@@ -47,6 +50,7 @@ class Trim:
     u: Array
 
 
+@checked
 class Watched:
     """Expressions of a machine's state and their derivatives, as functions of numbers.
 
@@ -58,7 +62,7 @@ class Watched:
         InputError: If one contains a symbol of something else.
     """
 
-    def __init__(self, model: Model, expressions: Sequence[Any]) -> None:
+    def __init__(self, model: Model, expressions: Sequence[Number]) -> None:
         system = model.system
         rates = tangent_symbols(system)
         self._symbols = [
@@ -98,10 +102,11 @@ class Watched:
         )
 
 
+@checked
 def trim(
     model: Model,
-    steady: Sequence[Any] | Watched,
-    fixed: Sequence[tuple[Any, float]] = (),
+    steady: Sequence[Number] | Watched,
+    fixed: Sequence[tuple[Number, float]] = (),
     *,
     start: Trim | None = None,
 ) -> Trim:

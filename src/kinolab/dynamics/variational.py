@@ -40,6 +40,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.binding import Binding
 from kinolab.dynamics.cache import cached
 from kinolab.dynamics.chart import Row, constraint_rows, unconstrained_chart
@@ -69,6 +70,7 @@ CONTRACTION = 0.5  # largest ratio of one Newton change to that before it
 CONVERGED = 1e-12  # last change of h w, relative to 1 + max |q|; its square is below rounding
 
 
+@checked
 @final
 class VariationalIntegrator:
     """Steps a conservative machine so that its symmetries' momenta are kept to rounding.

@@ -9,6 +9,8 @@ from typing import final
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
+from kinolab.dynamics.frames import Number
 from kinolab.dynamics.printing import one_line
 from kinolab.dynamics.records import exact
 from kinolab.errors import InputError, Mistake
@@ -18,6 +20,7 @@ LONGEST = 400  # symbols and operations of a component that SymPy can simplify i
 PRINTED = 20_000  # of a component that is written out
 
 
+@checked
 @final
 @dataclass(frozen=True, init=False)
 class VectorField:
@@ -31,7 +34,7 @@ class VectorField:
     variables: tuple[sympy.Symbol, ...]
     components: tuple[sympy.Expr, ...]
 
-    def __init__(self, variables: Sequence[sympy.Symbol], components: Sequence[sympy.Expr]) -> None:
+    def __init__(self, variables: Sequence[sympy.Symbol], components: Sequence[Number]) -> None:
         object.__setattr__(self, "variables", tuple(variables))
         object.__setattr__(self, "components", tuple(map(exact, components)))
         if len(self.variables) != len(self.components):
@@ -56,6 +59,7 @@ class VectorField:
         return "\n".join(_lines(self))
 
 
+@checked
 def lie_bracket(f: VectorField, g: VectorField) -> VectorField:
     """Return [f, g] = Dg f - Df g: where f, g, then -f, -g lead, to second order.
 

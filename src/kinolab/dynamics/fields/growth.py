@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.fields.brackets import VectorField
 from kinolab.dynamics.fields.layers import Bracket, Layers, Word, work_for
 from kinolab.dynamics.fields.points import complete_point, rational_point
@@ -22,6 +23,7 @@ HIGHEST_DEGREE = 12  # of a bracket; growth vectors of the course's machines end
 MOST_WORK = 400_000_000  # multiplications that one point may take, a few seconds
 
 
+@checked
 @dataclass(frozen=True)
 class Filtration:
     """What brackets of up to 1, 2, … fields span at a point.
@@ -55,9 +57,10 @@ class Filtration:
         return self.full or not self.complete
 
 
+@checked
 def growth_vector(
     fields: VectorFields | Sequence[VectorField],
-    at: Mapping[str, Any] | None = None,
+    at: Mapping[Any, Any] | None = None,
     *,
     exact: bool = False,
     tolerance: float = TOLERANCE,
@@ -83,9 +86,10 @@ def growth_vector(
     return filtration(_as_fields(fields), at, exact=exact, tolerance=tolerance).growth
 
 
+@checked
 def filtration(
     fields: VectorFields,
-    at: Mapping[str, Any] | None = None,
+    at: Mapping[Any, Any] | None = None,
     *,
     strong: bool = False,
     exact: bool = False,

@@ -15,6 +15,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.binding import Binding, tangent_symbols
 from kinolab.dynamics.chart import Row, constraint_rows, independent_rows
 from kinolab.dynamics.constraints import PositionConstraint
@@ -35,6 +36,7 @@ Array = NDArray[np.float64]
 SAME = 1e-6  # what constant coefficients may differ by between configurations
 
 
+@checked
 @dataclass(frozen=True)
 class InvolutiveClosure:
     """What brackets of the allowed motions reach.
@@ -72,6 +74,7 @@ class InvolutiveClosure:
         return self.leaf - (self.growth[0] if self.growth else 0)
 
 
+@checked
 def involutive_closure(system: System) -> InvolutiveClosure:
     """Find out which constraints of a machine are holonomic in disguise.
 

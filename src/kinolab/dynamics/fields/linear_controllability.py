@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.binding import Binding
 from kinolab.dynamics.chart import constraint_rows
 from kinolab.dynamics.constraints import PositionConstraint
@@ -23,6 +24,7 @@ STILL = 1e-6  # of a state's scale per second: what counts as an equilibrium
 DECAYING = 1e-6  # [1/s] real part below which, negated, a mode counts as decaying
 
 
+@checked
 @dataclass(frozen=True)
 class LinearControllability:
     """What inputs do to the linearisation about an equilibrium.
@@ -50,6 +52,7 @@ class LinearControllability:
         return all(mode.real < -DECAYING for mode in self.modes)
 
 
+@checked
 def linear_controllability(
     model: Model,
     x: ArrayLike,

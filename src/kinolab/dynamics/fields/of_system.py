@@ -9,6 +9,7 @@ from dataclasses import fields, replace
 import numpy as np
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.binding import Binding, configuration_symbols, tangent_symbols
 from kinolab.dynamics.chart import Chart, constraint_rows, feasible_values, find_chart
 from kinolab.dynamics.constraints import PositionConstraint
@@ -23,6 +24,7 @@ from kinolab.dynamics.tape import Node, Tape
 from kinolab.errors import InputError, Mistake
 
 
+@checked
 def vector_fields(system: System) -> VectorFields:
     """Return drift and input fields of a machine, x_dot = f(x) + sum of u_i g_i(x).
 
@@ -60,6 +62,7 @@ def vector_fields(system: System) -> VectorFields:
     return whole
 
 
+@checked
 def allowed_motions(system: System) -> VectorFields:
     """Return fields that span the velocities which the constraints allow, on the configurations.
 

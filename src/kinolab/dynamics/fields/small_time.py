@@ -14,10 +14,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.fields.bad_brackets import symmetrised
 from kinolab.dynamics.fields.growth import (
     HIGHEST_DEGREE,
@@ -32,6 +33,7 @@ from kinolab.dynamics.fields.ranks import TOLERANCE
 from kinolab.dynamics.fields.reachable import reachable_subspace
 from kinolab.dynamics.fields.smoothness import has_kink
 from kinolab.dynamics.fields.vector_fields import VectorFields
+from kinolab.errors import InputError, Mistake
 
 AT_REST = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
 
@@ -49,7 +51,13 @@ class SmallTime(Enum):
     ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
     UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
 
+    @classmethod
+    def _missing_(cls, value: object) -> NoReturn:
+        known = ", ".join(f"SmallTime.{outcome.name}" for outcome in cls)
+        raise InputError([Mistake("SmallTime value", f"it is {value!r}.", f"Give one of {known}.")])
 
+
+@checked
 @dataclass(frozen=True)
 class SmallTimeVerdict:
     """What is known of controllability in small time at a state.
@@ -72,9 +80,10 @@ class SmallTimeVerdict:
         return False if self.outcome is SmallTime.UNREACHABLE else None
 
 
+@checked
 def small_time_controllability(
     fields: VectorFields,
-    at: Mapping[str, Any],
+    at: Mapping[Any, Any],
     held: Mapping[str, float] | None = None,
     *,
     limits: Mapping[str, tuple[float, float]] | None = None,

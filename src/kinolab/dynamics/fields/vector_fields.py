@@ -8,6 +8,7 @@ from functools import cached_property
 
 import sympy
 
+from kinolab.dynamics.arguments import checked
 from kinolab.dynamics.fields.brackets import VectorField
 from kinolab.dynamics.fields.points import random_points
 from kinolab.dynamics.fields.raising import raised
@@ -19,6 +20,7 @@ from kinolab.errors import InputError, Mistake
 DRIFT = "drift"  # what the field is called that acts without inputs
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class VectorFields:
     """A drift and input fields on one state space.

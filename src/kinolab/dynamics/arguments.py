@@ -1,0 +1,225 @@
+"""Arguments of the public vocabulary checked against their annotations, in the author's words.
+
+``@checked`` stands above a function or a dataclass whose signature says what each argument is. What
+does not fit is an input error that names the function, the argument and what would fit, and all
+arguments are told of at once. Values are checked for what they are; what they amount to (limits,
+units, names that exist) is judged where it is used.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import cache, wraps
+from numbers import Integral, Real
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+import sympy
+from numpy.typing import ArrayLike
+
+from kinolab.errors import InputError, Mistake
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+PHRASES = {
+    "Attitude": "an attitude of rotation(…)",
+    "Axis": "an axis of a frame, such as fork.z",
+    "Coordinate": "a coordinate of length(…) or angle(…)",
+    "Expr": "an expression of the machine's symbols",
+    "Frame": "a frame, such as move(x, y) @ rot_z(psi)",
+    "Gravity": 'what toward("-z") returns',
+    "MutableDenseMatrix": "a SymPy matrix",
+    "Model": "a model, such as system.model()",
+    "Parameter": "a parameter(…)",
+    "PositionConstraint": "a constraint of closed(…)",
+    "Requirement": "a requirement of require(…)",
+    "Symbol": "a symbol",
+    "VectorFields": "the vector_fields(…) of a system",
+    "VelocityConstraint": "a constraint of zero(…)",
+    "bool": "True or False",
+    "float": "a number",
+    "int": "a whole number",
+    "ndarray": "an array of numbers",
+    "str": "a text",
+}
+
+
+def checked(thing: F) -> F:
+    """Check the arguments of a function, or of a class's constructor, before it runs.
+
+    Raises:
+        InputError: On a call, naming each argument that is not what its annotation says.
+    """
+    if inspect.isclass(thing):
+        own = "__new__" if "__new__" in vars(thing) else "__init__"
+        made = _checking(getattr(thing, own), thing.__name__, skipped=1)
+        setattr(thing, own, staticmethod(made) if own == "__new__" else made)
+        return thing
+    name = thing.__qualname__
+    bound = name.rpartition(".")[0] not in ("", "<locals>")
+    return _checking(thing, name, skipped=int(bound))  # type: ignore[return-value]
+
+
+def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable[..., Any]:
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def wrapper(*args: Any, **kwargs: Any) -> Any:
+        try:
+            given = signature.bind(*args, **kwargs)
+        except TypeError:
+            return function(*args, **kwargs)  # Python says which argument is missing or unknown
+        own = list(given.arguments)[:skipped]
+        values = {key: value for key, value in given.arguments.items() if key not in own}
+        where = _called(name, values)
+        mistakes = [
+            _mistake(f"{where} {key}", hint, value)
+            for key, value in values.items()
+            if not _fits(hint := _hints(function).get(key, Any), value)
+        ]
+        if mistakes:
+            raise InputError(mistakes)
+        return function(*args, **kwargs)
+
+    return wrapper
+
+
+@cache
+def _hints(function: Callable[..., Any]) -> dict[str, Any]:
+    hints = get_type_hints(function)
+    variadic = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+    kinds = inspect.signature(function).parameters
+    return {
+        key: hint
+        for key, hint in hints.items()
+        if kinds.get(key) and kinds[key].kind not in variadic
+    }
+
+
+def _called(name: str, values: Mapping[str, Any]) -> str:
+    """Name what is called, with the name that the author gave it."""
+    own = values.get("name")
+    return f"{name} {own!r}" if isinstance(own, str) else name
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"a {type(value).__name__}"
+
+
+def _mistake(where: str, hint: Any, value: Any) -> Mistake:
+    """Describe what does not fit, in a list of many the entry that does not."""
+    inner = get_args(hint)
+    if _is_collection_of(hint) and _is_collection(value):
+        entries = enumerate(value, start=1)
+        k, wrong = next((k, entry) for k, entry in entries if not _fits(inner[0], entry))
+        return _mistake(f"{where} entry {k}", inner[0], wrong)
+    phrases = " or ".join(dict.fromkeys(_phrases(hint)))
+    return Mistake(where, f"it is {_shown(value)}.", f"Give {phrases}.")
+
+
+def _is_collection_of(hint: Any) -> bool:
+    """Whether an annotation is of a list, or the like, of any number of entries."""
+    origin = get_origin(hint)
+    several = inspect.isclass(origin) and issubclass(origin, Collection) and origin is not tuple
+    return several and not issubclass(origin, Mapping | np.ndarray)
+
+
+def _is_collection(value: Any) -> bool:
+    return isinstance(value, Collection) and not isinstance(value, str | bytes)
+
+
+def _fits(hint: Any, value: Any) -> bool:
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
+    if hint == ArrayLike:
+        return _is_array(value)
+    if origin in (Union, UnionType):
+        symbolic = any(inspect.isclass(a) and issubclass(a, sympy.Basic) for a in inner)
+        if symbolic and _is_real(value) and not math.isfinite(value):
+            return False  # an expression of nan is nothing
+        return any(_fits(argument, value) for argument in inner)
+    if origin is Literal:
+        return isinstance(value, type(inner[0]))  # which names there are is told by name
+    if origin is tuple:
+        return _fits_tuple(inner, value)
+    if origin is np.ndarray or hint is np.ndarray:
+        return _is_array(value)
+    if origin is not None and issubclass(origin, Mapping):
+        return isinstance(value, Mapping) and all(
+            _fits(inner[0], key) and _fits(inner[1], entry) for key, entry in value.items()
+        )
+    if _is_collection_of(hint):
+        return _is_collection(value) and all(_fits(inner[0], entry) for entry in value)
+    return _fits_class(hint, value)
+
+
+def _fits_tuple(inner: Sequence[Any], value: Any) -> bool:
+    if not isinstance(value, tuple):
+        return False
+    if len(inner) == 2 and inner[1] is Ellipsis:
+        return all(_fits(inner[0], entry) for entry in value)
+    return len(value) == len(inner) and all(map(_fits, inner, value))
+
+
+def _fits_class(hint: Any, value: Any) -> bool:
+    if hint in (None, NoneType):
+        return value is None
+    if hint is bool:
+        return isinstance(value, bool | np.bool_)
+    if hint is int:
+        return isinstance(value, Integral) and not isinstance(value, bool)
+    if hint is float:
+        return _is_real(value) or _is_constant(value)
+    if inspect.isclass(hint) and issubclass(hint, sympy.MatrixBase):
+        return isinstance(value, sympy.MatrixBase)  # whether it can be changed or not
+    return isinstance(value, hint) if inspect.isclass(hint) else True
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _is_constant(value: Any) -> bool:
+    """Whether an expression is a number, such as pi / 3."""
+    return isinstance(value, sympy.Expr) and bool(value.is_number and value.is_extended_real)
+
+
+def _is_array(value: Any) -> bool:
+    """Whether a value is a vector or more; a single number is none."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        return False
+    return array.ndim > 0 and (array.dtype.kind in "iuf" or not array.size)
+
+
+def _phrases(hint: Any) -> Iterator[str]:
+    """Yield what an annotation means, in words."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint == ArrayLike:
+        yield PHRASES["ndarray"]
+    elif origin in (Union, UnionType):
+        for argument in inner:
+            if argument is not NoneType and not (argument is int and float in inner):
+                yield from _phrases(argument)
+    elif origin is Literal:
+        yield " or ".join(map(repr, inner))
+    elif origin is tuple and not (len(inner) == 2 and inner[1] is Ellipsis):
+        words = [" or ".join(dict.fromkeys(_phrases(argument))) for argument in inner]
+        alike = len(set(words)) == 1
+        yield f"a tuple of {len(words)}, each {words[0]}" if alike else f"({', '.join(words)})"
+    elif origin is np.ndarray:
+        yield PHRASES["ndarray"]
+    elif origin is not None and issubclass(origin, Mapping):
+        yield "a table"
+    elif origin is not None:
+        kind = "tuple" if origin is tuple else "list"
+        yield f"a {kind}, each entry {' or '.join(dict.fromkeys(_phrases(inner[0])))}"
+    else:
+        name = getattr(hint, "__name__", str(hint))
+        yield PHRASES.get(name, f"a {name}")
