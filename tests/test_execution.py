@@ -33,6 +33,7 @@ from kinolab.runs import write_run
 from kinolab.trajectory import Trajectory
 from kinolab.world import box_obstacle
 from tests.feedback_machines import cart_pole
+from tests.outsiders import FURUTA, furuta, written
 
 CART = """
 schema = 1
@@ -88,10 +89,10 @@ def test_bounds_hold_references_to_less_than_the_machine_can_do(
 def test_the_machine_that_was_planned_for_follows_its_plan(
     problem: Problem, trajectory: Trajectory
 ) -> None:
-    """Only the integrators differ: Runge-Kutta here, DOP853 in the plan."""
+    """Both are the differential equation's motion, to the errors of the two integrators."""
     (one,) = execute(problem, trajectory, Conditions(), runs=1).runs
     assert one.outcome == "reached"
-    assert one.deviation < 1e-4
+    assert one.deviation < 1e-6
 
 
 def test_feedback_along_the_plan_makes_up_for_wrong_parameters(
@@ -266,3 +267,46 @@ def test_leaving_the_workspace_is_no_success(problem: Problem, trajectory: Traje
     assert one.outcome == "strayed"
     assert one.x[-1][0] > 1.5 - 1.0  # a pole that leans ahead leaves it first
     assert len(one.x) < len(trajectory.x)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 4])
+def test_a_perfect_machine_repeats_its_plan_at_whatever_step_it_was_searched(
+    seed: int, tmp_path: Path
+) -> None:
+    """With gains along the plan and without: nothing is wrong for them to correct.
+
+    What is left are the errors of two integrators, up to 1e-9 of a scale in a step, times the
+    growth of errors along a swing-up.
+    """
+    problem = kinolab.load(written(tmp_path, furuta(), FURUTA))
+    trajectory = problem.solve(planner="rrt_fast", seed=seed, max_iterations=400_000).trajectory
+    assert trajectory is not None
+    for conditions in (Conditions(), Conditions(tracked=False)):
+        (one,) = execute(problem, trajectory, conditions, runs=1).runs
+        assert one.outcome == "reached"
+        assert one.deviation < 1e-6
+
+
+def test_drag_that_the_step_of_the_search_cannot_follow_is_followed(
+    carriage: tuple[Problem, Trajectory],
+) -> None:
+    """v' = u - c v with c h = 10, where the step of the search runs away: v = u / c in the end."""
+    c, (problem, plan) = 100.0, carriage
+    (alone,) = execute(problem, plan, Conditions(built={"c": c}, tracked=False), runs=1).runs
+    assert alone.outcome == "missed"
+    assert alone.x[1, 1] == pytest.approx((1.0 - np.exp(-10.0)) / c, rel=1e-6)
+    assert alone.x[9, 1] == pytest.approx(1.0 / c, rel=1e-6)
+
+
+def test_a_problem_of_discrete_steps_is_carried_out_in_them(
+    carriage: tuple[Problem, Trajectory],
+) -> None:
+    """Euler's map of v' = u, x' = v: x lags behind by half a step of speed."""
+    problem, plan = carriage
+    settings = {"truth": "discrete", "method": "euler"}
+    integration = problem.scenario.integration.model_copy(update=settings)
+    scenario = problem.scenario.model_copy(update={"integration": integration})
+    stepped = replace(problem, scenario=scenario)
+    (alone,) = execute(stepped, plan, Conditions(tracked=False), runs=1).runs
+    k = np.arange(11)
+    assert np.allclose(alone.x[:11, 0], 0.01 * k * (k - 1) / 2, atol=1e-12)

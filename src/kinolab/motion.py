@@ -129,13 +129,20 @@ def interval(
     scales: Array,
     *,
     between: bool,
+    **parameters: float,
 ) -> tuple[Array, Any]:
-    """Integrate a machine without feedback; return the last state, and SciPy's dense output."""
+    """Integrate a machine without feedback; return the last state, and SciPy's dense output.
+
+    Parameters by keyword override the machine's own.
+
+    Raises:
+        DivergedError: If the integrator stops before the end.
+    """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # what diverges is reported below
             result = solve_ivp(
-                model.rate_under(held),
+                model.rate_under(held, **parameters),
                 span,
                 start,
                 method="DOP853",

@@ -16,6 +16,7 @@ from kinolab.execution.conditions import Conditions
 from kinolab.execution.surveillance import Fault, Surveillance
 from kinolab.execution.tracking import LARGE, Tracker
 from kinolab.problem import Problem
+from kinolab.propagation import TrueStep
 from kinolab.trajectory import Trajectory
 from kinolab.unwrapping import unwrapped
 
@@ -134,6 +135,7 @@ class _Run:
         self._conditions, self._generator = conditions, generator
         self._built = conditions.machine(problem.system, generator)
         self._parameters = self._built.parameter_values
+        self._step = TrueStep(problem, self._parameters)
         spans = np.diff(trajectory.t)
         later = math.ceil(SETTLE * trajectory.duration / spans[-1])
         self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
@@ -171,13 +173,7 @@ class _Run:
         )
         acting = model.acting(seen, wanted)
         held = self._conditions.disturbed(model.plant, acting, self._generator)
-        settings = problem.scenario.integration
-        after = model.plant.step(
-            x, held, span, method=settings.method, substeps=settings.substeps, **self._parameters
-        )
-        if not np.isfinite(after).all():
-            raise KinolabError("the motion is not finite")
-        return after
+        return self._step(x, held, span)
 
     def _off(self, x: Array) -> Array:
         planned = self._plan.x

@@ -6,5 +6,14 @@ from kinolab.propagation.propagator import Propagator
 from kinolab.propagation.rejections import Rejections
 from kinolab.propagation.rollouts import Rollouts
 from kinolab.propagation.sweep import Sweep
+from kinolab.propagation.true_step import TrueStep
 
-__all__ = ["CompiledStep", "HeldInputs", "Propagator", "Rejections", "Rollouts", "Sweep"]
+__all__ = [
+    "CompiledStep",
+    "HeldInputs",
+    "Propagator",
+    "Rejections",
+    "Rollouts",
+    "Sweep",
+    "TrueStep",
+]
