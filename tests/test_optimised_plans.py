@@ -23,7 +23,7 @@ from kinolab.problem import Problem
 from kinolab.runs import check_run, write_run
 from kinolab.search import Budget
 from kinolab.trajectory import Trajectory
-from tests.support import WALL, plan, problem_of
+from tests.support import WALL, coin_after, plan, problem_of
 from tests.test_planners import bits
 
 EXACT = 1e-6  # [SI units] from the goal's centre
@@ -138,13 +138,22 @@ def test_whole_steps_stay_whole(driven: Both) -> None:
     assert np.abs(steps - driven.problem.step).max() < 1e-12
 
 
-def test_the_margin_is_the_room_at_the_knots(rolled: Both) -> None:
-    """A rim of 0.25 m about the centre, which is 0.25 m above the ground, and half of 5 cm."""
-    x, y = trajectory_of(rolled.found).x[:, :2].T
+def test_the_margin_is_the_least_room_of_the_motion(rolled: Both) -> None:
+    """A rim of 0.25 m about the centre, which is 0.25 m above the ground, and half of 5 cm.
+
+    The coin's motion between the knots is known in closed form.
+    """
+    end = trajectory_of(rolled.found)
+    spans = np.diff(end.t)[:, None] * np.linspace(0, 1, 50)
+    rows = zip(end.x, end.u, spans, strict=False)
+    x, y = np.vstack([coin_after(*row) for row in rows])[:, :2].T
     to_wall = np.hypot(np.maximum(np.abs(x - 1.0) - 0.05, 0), np.maximum(np.abs(y) - 0.5, 0))
     margin = rolled.found.statistics["margin"]
     assert to_wall.min() - np.hypot(0.25, 0.025) - 1e-6 <= margin <= to_wall.min() - 0.025
     assert margin > 0
+    assert rolled.found.certificate is not None
+    assert rolled.found.certificate.margin is not None
+    assert margin == rolled.found.certificate.margin.room
     assert "margin" not in rolled.raw.statistics
 
 

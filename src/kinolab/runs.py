@@ -13,7 +13,7 @@ import math
 import os
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
 from kinolab.loading import build_problem
 from kinolab.planning import Plan
+from kinolab.planning.goal_entries import apart_by_unit, goal_entries
 from kinolab.plots import FILES
 from kinolab.problem import Problem
 from kinolab.scenario import Origin, Scenario, load_scenario, write_scenario
@@ -176,7 +177,7 @@ def check_run(folder: Path) -> Certificate:
     """
     run = read_run(folder)
     certificate = verify(run.problem, run.trajectory)
-    return Certificate((_intact(run), *certificate.checks))
+    return replace(certificate, checks=(_intact(run), *certificate.checks))
 
 
 def _intact(run: Run) -> Check:
@@ -273,6 +274,7 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
         "cost": plan.cost,
         "duration": plan.cost,
         "goal_distance": _finite(plan.goal_distance),
+        "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
         "jobs": plan.jobs,
         "attempts": [asdict(attempt) for attempt in plan.attempts],
         "refused": plan.refused,
@@ -283,6 +285,7 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
         "verification": [
             check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
+        "margin": margin_to_json(certificate),
         "warnings": list(problem.world.warnings),
         "diagnosis": {"rejections": plan.rejections},
         "assets": {name: _digest(content) for name, content in assets.items()},
@@ -293,6 +296,23 @@ def _report(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[s
 def check_to_json(check: Check) -> dict[str, Any]:
     """Return a check as plain data; what is not finite becomes null."""
     return {**asdict(check), "value": _finite(check.value)}
+
+
+def margin_to_json(certificate: Certificate | None) -> dict[str, Any] | None:
+    """Return the least room of a verified motion as plain data, in m and s; null without one."""
+    if certificate is None or certificate.margin is None:
+        return None
+    return asdict(certificate.margin)
+
+
+def goal_distance_by_unit(problem: Problem, plan: Plan) -> dict[str, float] | None:
+    """Return how far a plan ends from the goal's centre in each unit; null where it has no end.
+
+    The report's ``goal_distance`` is the norm of these, of whatever units.
+    """
+    if plan.trajectory is None:
+        return None
+    return apart_by_unit(goal_entries(problem, plan.trajectory.x[-1]))
 
 
 def _versions() -> dict[str, str]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.consistency import CONSISTENT
 from kinolab.errors import SingularError
+from kinolab.margin import Margin, least_room
 from kinolab.motion import GROWTH, DivergedError, Motion, growth, nudged, true_motion
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
@@ -59,9 +60,16 @@ class Check:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The outcome of all checks of a trajectory."""
+    """The outcome of all checks of a trajectory.
+
+    Attributes:
+        checks: In order.
+        margin: The least room along the motion; None where it touches something or cannot be
+            followed, and where there is nothing to collide with.
+    """
 
     checks: tuple[Check, ...]
+    margin: Margin | None = None
 
     @property
     def passed(self) -> bool:
@@ -84,6 +92,7 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     if isinstance(motion, DivergedError):
         return Certificate((*feasible, *_diverged(motion)))
     growth, walk = _error_growth(problem, trajectory, motion), Walk(problem, trajectory, motion)
+    collision = _collision(walk)
     return Certificate(
         (
             *feasible,
@@ -92,8 +101,9 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
             _drift(problem, trajectory, motion, growth.value),
             _limits(walk),
             _goal(problem, motion),
-            _collision(walk),
-        )
+            collision,
+        ),
+        least_room(walk) if collision.passed else None,
     )
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 import kinolab
-from kinolab.diagnosis.approach import approach_sentences, goal_entries, unmet_sentences
+from kinolab.diagnosis.approach import approach_sentences, unmet_sentences
 from kinolab.diagnosis.goal_states import goal_states
+from kinolab.planning.goal_entries import goal_entries
 from kinolab.scenario import builtin_scenarios
 from tests.diagnosis.scenarios import PENDULUM
 from tests.support import OPEN, problem_of

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from kinolab.diagnosis.refusals import refusal_sentences
-from kinolab.diagnosis.room import Room, most_room, room_at, room_sentences
+from kinolab.diagnosis.room import most_room, room_sentences
+from kinolab.margin import Room, room_at
 from tests.support import OPEN, WALL, problem_of
 
 

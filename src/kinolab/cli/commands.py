@@ -152,7 +152,7 @@ def _scenario(
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
     else:
-        click.echo(_summary(found, folder, report["diagnosis"].get("sentences", ())))
+        click.echo(_summary(problem, found, folder, report["diagnosis"].get("sentences", ())))
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
@@ -285,14 +285,17 @@ def _diagnose(
         return add_diagnosis(folder, report, diagnosis.to_json())
 
 
-def _summary(found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
+def _summary(problem: Problem, found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
+    from kinolab.planning.goal_entries import distance_text
+
     lines = [f"{found.status}: {found.message}"]
     if found.interrupted and found.status != "interrupted":
         lines[0] += " Interrupted before the time was over."
     if found.trajectory is not None:
         lines.append(
             f"  motion of {found.trajectory.duration:.2f} s{_before(found)}, ending "
-            f"{found.goal_distance:.3g} from the goal's centre, {found.iterations} iterations in "
+            f"{distance_text(problem, found.trajectory.x[-1])} from the goal's centre, "
+            f"{found.iterations} iterations in "
             f"{found.timings['search']:.2f} s"
         )
     if found.refused:
@@ -332,7 +335,7 @@ def _ends(found: Plan) -> str:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def _check(folders: Sequence[Path], as_json: bool) -> int:
     """Verify finished runs from their files alone."""
-    from kinolab.runs import check_run, check_to_json
+    from kinolab.runs import check_run, check_to_json, margin_to_json
 
     INTERRUPTS.libraries_loaded()
     certificates = {str(folder): check_run(folder) for folder in folders}
@@ -342,6 +345,7 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
                 "folder": folder,
                 "passed": certificate.passed,
                 "checks": [check_to_json(check) for check in certificate.checks],
+                "margin": margin_to_json(certificate),
             }
             for folder, certificate in certificates.items()
         ]
@@ -350,6 +354,8 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
         for folder, certificate in certificates.items():
             click.echo(f"{folder}: {'passed' if certificate.passed else 'FAILED'}")
             click.echo("\n".join(f"  {check}" for check in certificate.checks))
+            if certificate.margin is not None:
+                click.echo(f"  {certificate.margin}")
     return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED
 
 

@@ -2,74 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.planning.goal_entries import GoalEntry, goal_entries
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
 SHOWN = 3  # entries that a sentence names
-
-
-@dataclass(frozen=True)
-class GoalEntry:
-    """One thing that the goal asks for, and what became of it.
-
-    Attributes:
-        name: Of a coordinate or rate, or what is measured, such as ``distance of hook``.
-        value: What was reached, in its SI unit.
-        target: What was wanted; 0 for distances and angles from a target.
-        error: How far the value is from the target, on the circle for angles that wrap.
-        tolerance: Largest error inside the goal.
-    """
-
-    name: str
-    value: float
-    target: float
-    error: float
-    tolerance: float
-
-    @property
-    def reached(self) -> bool:
-        """Whether the error is within the tolerance."""
-        return self.error <= self.tolerance
-
-    def __str__(self) -> str:
-        wanted = f"{self.target:.4g} ± {self.tolerance:.3g}"
-        return f"{self.name} = {self.value:.4g} (wanted {wanted})"
-
-
-def goal_entries(problem: Problem, x: Array) -> tuple[GoalEntry, ...]:
-    """Return every entry of the goal at a state, those missed by most tolerances first."""
-    entries = _entries(problem, x)
-    return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
-
-
-def _entries(problem: Problem, x: Array) -> Iterator[GoalEntry]:
-    goal, model, bodies = problem.goal, problem.model, problem.bodies
-    rows = zip(goal.indices, goal.targets, goal.deviations(x), goal.tolerances, strict=True)
-    for i, target, deviation, tolerance in rows:
-        value = float(x[i])
-        if problem.circular[i]:
-            value = math.remainder(value, 2 * math.pi)
-        error = abs(float(deviation))
-        yield GoalEntry(model.state_names[i], value, float(target), error, float(tolerance))
-    for attitude in goal.attitudes:
-        turn = attitude.turn(x)
-        yield GoalEntry(f"turn of {attitude.name}", turn, 0.0, turn, attitude.tolerance)
-    frames = problem.frames(x)
-    for point in goal.points:
-        away = point.distance(frames)
-        yield GoalEntry(f"distance of {bodies[point.body].name}", away, 0.0, away, point.tolerance)
-    for target in goal.directions:
-        turn = target.angle(frames)
-        yield GoalEntry(f"angle of {bodies[target.body].name}", turn, 0.0, turn, target.tolerance)
 
 
 def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator[str]:

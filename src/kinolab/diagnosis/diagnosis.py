@@ -8,15 +8,17 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from kinolab.diagnosis.approach import GoalEntry, approach_sentences, goal_entries, unmet_sentences
+from kinolab.diagnosis.approach import approach_sentences, unmet_sentences
 from kinolab.diagnosis.goal_states import GoalStates, goal_states
 from kinolab.diagnosis.holding import Holding, best_holding, holding, holding_sentences
 from kinolab.diagnosis.reached_rates import unreached, unreached_sentences
 from kinolab.diagnosis.refusals import refusal_sentences
 from kinolab.diagnosis.retries import Retry, retries, retry_sentences
-from kinolab.diagnosis.room import Room, most_room, room_at, room_sentences
+from kinolab.diagnosis.room import most_room, room_sentences
 from kinolab.diagnosis.truth import truth_sentences
+from kinolab.margin import Room, room_at
 from kinolab.planning import Plan
+from kinolab.planning.goal_entries import GoalEntry, goal_entries
 from kinolab.problem import Problem
 
 if TYPE_CHECKING:

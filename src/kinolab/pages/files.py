@@ -73,4 +73,4 @@ def save_glb(problem: Problem, plan: Plan, path: str | Path) -> Path:
 def _content(problem: Problem, plan: Plan | None) -> Content:
     if plan is None:
         return content_of(problem, None, readiness(problem))
-    return content_of(problem, plan.trajectory, facts_of(plan), plan.graph)
+    return content_of(problem, plan.trajectory, facts_of(problem, plan), plan.graph)

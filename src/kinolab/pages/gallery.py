@@ -16,7 +16,7 @@ from kinolab.pages.scenes import content_of
 from kinolab.render import make_film
 from kinolab.render.gallery import Card, gallery_html
 from kinolab.render.page import page_html
-from kinolab.runs import Run, check_run, read_run
+from kinolab.runs import Run, check_run, margin_to_json, read_run
 
 POSTER = (480, 360)  # pixels
 MOMENT = 0.5  # of the motion, which a poster shows
@@ -47,6 +47,7 @@ def _card(folder: Path) -> Card:
     try:
         run, certificate = read_run(folder), check_run(folder)
         facts = {**run.report, "verification": [vars(check) for check in certificate.checks]}
+        facts["margin"] = margin_to_json(certificate)
         facts["status"] = "solved" if certificate.passed else "verification_failed"
         page = page_html(content_of(run.problem, run.trajectory, facts, run.graph))
         poster = _film(folder) or _poster(run)

@@ -24,7 +24,7 @@ def notebook_frame(problem: Problem, plan: Plan | None) -> str:
     if plan is None:
         content = content_of(problem, None, readiness(problem))
     else:
-        content = content_of(problem, plan.trajectory, facts_of(plan), plan.graph)
+        content = content_of(problem, plan.trajectory, facts_of(problem, plan), plan.graph)
     page = html.escape(page_html(content))
     style = f"width: 100%; height: {HEIGHT}px; border: 0"
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'

@@ -17,7 +17,7 @@ from kinolab.pages.series import plotted
 from kinolab.planning import Plan
 from kinolab.problem import Problem
 from kinolab.render.page import Content
-from kinolab.runs import check_to_json
+from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search_graph import SearchGraph
 from kinolab.trajectory import Trajectory
 from kinolab.unwrapping import unwrapped
@@ -68,7 +68,7 @@ def branches(problem: Problem, graph: SearchGraph) -> Array:
     return np.asarray(places[graph.edges])
 
 
-def facts_of(plan: Plan) -> dict[str, Any]:
+def facts_of(problem: Problem, plan: Plan) -> dict[str, Any]:
     """Return about a plan what its report would tell a page."""
     checks = plan.certificate.checks if plan.certificate else ()
     return {
@@ -80,6 +80,8 @@ def facts_of(plan: Plan) -> dict[str, Any]:
         "cost": plan.cost,
         "duration": plan.cost,
         "goal_distance": plan.goal_distance,
+        "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
+        "margin": margin_to_json(plan.certificate),
         "verification": [check_to_json(check) for check in checks],
     }
 

@@ -25,7 +25,7 @@ from kinolab.optimize import (
 )
 from kinolab.planning.attempt import motion
 from kinolab.planning.findings import CENTRE
-from kinolab.planning.keeping import Keeper, margin
+from kinolab.planning.keeping import Keeper
 from kinolab.planning.plan import Plan
 from kinolab.planning.request import Request
 from kinolab.planning.searches import REFUSED, stream
@@ -199,6 +199,6 @@ class Improving:
             statistics["raw_duration"] = found.cost
         if best.trajectory is not None and best.status == "solved":
             statistics["final_duration"] = best.trajectory.duration
-            room = margin(self.problem, best.trajectory)
-            statistics |= {"margin": room} if math.isfinite(room) else {}
+            margin = best.certificate.margin if best.certificate else None
+            statistics |= {} if margin is None else {"margin": margin.room}
         return statistics

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
@@ -119,12 +118,3 @@ class Keeper:
     def _tell(self) -> None:
         if self.told:
             self.told(replace(self.best, improvements=tuple(self.improvements)))
-
-
-def margin(problem: Problem, trajectory: Trajectory) -> float:
-    """Return how far every point may move at each knot before anything can touch, in [m].
-
-    It is infinite where there is nothing to collide with.
-    """
-    checker = problem.checker()
-    return min((checker.clearance(*problem.placement(x)) for x in trajectory.x), default=math.inf)

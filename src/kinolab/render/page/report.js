@@ -29,13 +29,26 @@ export function buildReport(data) {
                  Iterations: facts.iterations,
                  Duration: facts.duration == null ? null : `${number(facts.duration)} s`,
                  Cost: facts.cost === facts.duration ? null : number(facts.cost),
-                 "Off the goal's centre": facts.goal_distance == null ? null : number(facts.goal_distance) };
+                 "Off the goal's centre": offCentre(facts), "Least room": leastRoom(facts.margin) };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(rows))
     if (value !== null && value !== undefined) list.append(element("dt", {}, name), element("dd", {}, String(value)));
   const message = facts.message ? [element("p", { class: "message" }, facts.message)] : [];
   const passed = checks.filter((check) => check.passed).length;
   return section("Plan", true, ...message, list, ...(checks.length ? [checkList(checks, passed)] : []));
+}
+
+/** How far the motion ends from the goal's centre, in each unit: metres and radians have no sum. */
+function offCentre({ goal_distance: all, goal_distance_by_unit: parts }) {
+  if (!parts) return all == null ? null : `${number(all)} (norm in SI units)`;
+  return Object.entries(parts).map(([unit, value]) => `${number(value)} ${unit}`.trim()).join(", ");
+}
+
+/** The least room along the motion: how much, when and beside what. */
+function leastRoom(margin) {
+  if (!margin) return null;
+  const beside = margin.beside.length ? ` (${margin.beside.join(", ")})` : "";
+  return `${number(1000 * margin.room)} mm at ${number(margin.time)} s${beside}`;
 }
 
 /** The checks, folded where all of them passed. */
