@@ -8,6 +8,7 @@ Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapters 3 and 5.
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,16 +19,20 @@ from kinolab.dynamics.binding import tangent_symbols
 from kinolab.dynamics.chart import velocity_of
 from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.dynamics.energies import kinetic_energy, loads, potential_energy
+from kinolab.dynamics.fields.brackets import written_length
 from kinolab.dynamics.frames import motion_of, time_derivative
 from kinolab.dynamics.inputs import Drive, Rate
 from kinolab.dynamics.printing import one_line
 from kinolab.dynamics.records import exact
 from kinolab.dynamics.symbols import Acceleration, TurnAcceleration, TurnRate
 from kinolab.dynamics.system import System
+from kinolab.dynamics.tidying import grouped, tidied
 
-TIDYING = 4.0  # [s] after which no further equation is made more readable
-LONGEST = 400  # operations of an expression that SymPy can still simplify in a moment
-MOST_ELIMINATED = 2  # constraints whose elimination by hand stays short enough to read
+TIDYING = 4.0  # [s] of computing after which no further equation is made more readable
+LONGEST = 1000  # symbols, numbers and operations of one side that somebody may read
+WIDTH = 100  # characters of a line, dots over letters counted
+CONTINUED = "    "  # before what belongs to the line above
+MOST_ELIMINATED = 3  # constraints whose elimination by hand stays short enough to read
 
 
 @dataclass(frozen=True)
@@ -79,26 +84,28 @@ class _Deriving:
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self.deadline = time.monotonic() + TIDYING
+        self.deadline = time.thread_time() + TIDYING
         self.velocities = tangent_symbols(system)
         self.accelerations = [
             TurnAcceleration(v) if isinstance(v, TurnRate) else Acceleration(v.coordinate)
             for v in self.velocities
         ]
-        self.lagrangian = self.tidy(kinetic_energy(system) - potential_energy(system))
+        self.multipliers = [
+            sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(system.constraints))
+        ]
+        self.lagrangian = self.brief(kinetic_energy(system) - potential_energy(system))
 
     def result(self) -> Equations:
         """Return all equations."""
         constraints = self.system.constraints
-        multipliers = [sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(constraints))]
         w = sympy.Matrix(
             len(constraints),
             len(self.velocities),
-            lambda i, j: sympy.diff(velocity_of(constraints[i]), self.velocities[j]),
+            lambda i, j: self.tidy(sympy.diff(velocity_of(constraints[i]), self.velocities[j])),
         )
         left = [self.tidy(self.left_side(k)) for k in range(len(self.velocities))]
         forces = [self.tidy(force) for force in self.forces()]
-        held = w.T * sympy.Matrix(len(multipliers), 1, multipliers)
+        held = w.T * sympy.Matrix(len(constraints), 1, self.multipliers)
         drives = {entry.on.name: entry for entry in self.system.inputs if isinstance(entry, Drive)}
         kinematic = self.lagrangian == 0
         balance = (
@@ -117,7 +124,7 @@ class _Deriving:
                 sympy.Eq(sympy.Symbol(f"{s.name}_dot", real=True), s.derivative, evaluate=False)
                 for s in self.system.states
             ),
-            reduced=() if drives or kinematic else self.reduced(w, left, forces),
+            reduced=() if kinematic else self.reduced(w, left, forces, drives),
         )
 
     def left_side(self, k: int) -> sympy.Expr:
@@ -162,7 +169,7 @@ class _Deriving:
         drive = None if isinstance(v, TurnRate) else drives.get(v.coordinate.name)
         if drive is not None:
             return sympy.Eq(self.accelerations[k], drive.symbol, evaluate=False)
-        return sympy.Eq(left, right, evaluate=False)
+        return sympy.Eq(grouped(left), grouped(right), evaluate=False)
 
     def constraint_equations(self) -> Iterator[sympy.Eq]:
         """Yield the constraints as they were stated."""
@@ -172,7 +179,7 @@ class _Deriving:
                 if isinstance(constraint, PositionConstraint)
                 else constraint.velocity
             )
-            yield sympy.Eq(self.tidy(held), 0, evaluate=False)
+            yield sympy.Eq(self.brief(held), 0, evaluate=False)
 
     def rate_equations(self) -> Iterator[sympy.Eq]:
         """Yield the velocities that are inputs or further states."""
@@ -182,7 +189,11 @@ class _Deriving:
             yield sympy.Eq(self.tidy(velocity), symbol, evaluate=False)
 
     def reduced(
-        self, w: sympy.Matrix, left: Sequence[sympy.Expr], forces: Sequence[sympy.Expr]
+        self,
+        w: sympy.Matrix,
+        left: Sequence[sympy.Expr],
+        forces: Sequence[sympy.Expr],
+        drives: dict[str, Drive],
     ) -> tuple[sympy.Eq, ...]:
         """Project the balance onto the motions that the constraints allow, if that stays short."""
         from kinolab.dynamics.derivation import derive
@@ -194,16 +205,16 @@ class _Deriving:
         if len(dependent) != w.rows:
             return ()
         block = w[:, dependent]
-        shares = -(block.adjugate() * w[:, list(independent)]) / sympy.trigsimp(block.det())
-        shares = shares.applyfunc(sympy.trigsimp)
+        shares = -(block.adjugate() * w[:, list(independent)]) / self.tidy(block.det())
+        shares = shares.applyfunc(self.tidy)
         known = self.eliminated(shares, dependent, independent)
         equations = []
         for column, i in enumerate(independent):
             side = left[i] + sum(shares[k, column] * left[j] for k, j in enumerate(dependent))
             force = forces[i] + sum(shares[k, column] * forces[j] for k, j in enumerate(dependent))
-            side, force = (self.tidy(part.subs(known)) for part in (side, force))
-            equations.append(sympy.Eq(side, force, evaluate=False))
-        return tuple(equations)
+            side, force = (self.tidy(part.xreplace(known)) for part in (side, force))
+            equations.append(self.balance(i, side, force, drives))
+        return tuple(equations) if all(map(self.readable, equations)) else ()
 
     def eliminated(
         self, shares: sympy.Matrix, dependent: Sequence[int], independent: Sequence[int]
@@ -217,32 +228,69 @@ class _Deriving:
         return known | {self.accelerations[j]: changes[k] for k, j in enumerate(dependent)}
 
     def tidy(self, expression: sympy.Expr) -> sympy.Expr:
-        """Simplify for reading, if there is time left and the result is not much longer."""
-        expression = exact(expression)
-        if expression.count_ops() > LONGEST:
-            return expression
-        best = sympy.expand(expression)
-        if time.monotonic() < self.deadline and best.count_ops() < LONGEST:
-            best = sympy.expand(sympy.trigsimp(best))
-        return best if best.count_ops() <= 2 * expression.count_ops() else expression
+        """Simplify for reading, if there is time left and the result is not too long."""
+        return tidied(exact(expression), self.deadline)
+
+    def brief(self, expression: sympy.Expr) -> sympy.Expr:
+        """Simplify for reading, with brackets around what is multiplied by the same."""
+        return grouped(self.tidy(expression))
+
+    def readable(self, equation: sympy.Eq) -> bool:
+        """Whether an equation is short enough to be read."""
+        return max(map(written_length, equation.args)) <= LONGEST
 
 
 def _text(equations: Equations) -> Iterator[str]:
     if equations.balance:
-        yield f"L = {one_line(equations.lagrangian)}"
+        yield from _lines("L", equations.lagrangian, "")
     for title, group in _groups(equations):
         yield ""
         yield title
         for equation in group:
-            yield f"  {one_line(equation.lhs)} = {one_line(equation.rhs)}"
+            left = _line(equation.lhs)
+            yield from _lines(left, equation.rhs, "  ")
+
+
+def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
+    """Yield an equation in lines that are broken before a sign."""
+    line = f"{indent}{left} = {_line(right)}"
+    while len(line) > WIDTH and (place := _break(line, len(indent) + len(CONTINUED))):
+        yield line[:place]
+        line = f"{indent}{CONTINUED}{line[place + 1 :]}"
+    yield line
+
+
+def _break(line: str, first: int) -> int:
+    """Return where a line is broken best: late, in as few brackets as possible; 0 if nowhere."""
+    places = [found.start() for found in re.finditer(" [-+=] ", line) if found.start() > first]
+    late = [place for place in places if WIDTH / 2 < place <= WIDTH]
+    depths = {place: line.count("(", 0, place) - line.count(")", 0, place) for place in late}
+    if late:
+        return max(late, key=lambda place: (-depths[place], place))
+    return min(places, key=lambda place: abs(place - WIDTH), default=0)
+
+
+def _line(expression: sympy.Expr) -> str:
+    length = written_length(expression)
+    if length > LONGEST:
+        return f"(an expression of {length} symbols, numbers and operations)"
+    return one_line(expression)
 
 
 def _latex(equations: Equations) -> Iterator[str]:
     if equations.balance:
-        yield rf"$$L = {sympy.latex(equations.lagrangian)}$$"
+        yield rf"$$L = {_formula(equations.lagrangian)}$$"
     for _, group in _groups(equations):
-        rows = (rf"{sympy.latex(e.lhs)} &= {sympy.latex(e.rhs)}" for e in group)
+        rows = (rf"{_formula(e.lhs)} &= {_formula(e.rhs)}" for e in group)
         yield "$$\\begin{aligned}" + r" \\ ".join(rows) + "\\end{aligned}$$"
+
+
+def _formula(expression: sympy.Expr) -> str:
+    length = written_length(expression)
+    if length > LONGEST:
+        return rf"\text{{(an expression of {length} symbols, numbers and operations)}}"
+    numbers = {n: sympy.Float(one_line(n)) for n in expression.atoms(sympy.Float)}
+    return str(sympy.latex(expression.xreplace(numbers)))
 
 
 def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:

@@ -23,6 +23,7 @@ GREEK = (
 )
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+DIGITS = 6  # of a number with more of them
 DOT, DOUBLE_DOT = "\u0307", "\u0308"
 
 
@@ -53,6 +54,9 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_MachineSymbol(self, expression: sympy.Symbol) -> str:
         return letter(expression.name)
 
+    def _print_Float(self, expression: sympy.Float) -> str:
+        return f"{float(expression):.{DIGITS}g}"
+
     def _print_Rate(self, expression: Rate) -> str:
         return _dotted(expression.coordinate.name, DOT)
 
@@ -79,7 +83,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         coefficient, rest = expression.as_coeff_Mul(rational=True)
         sign = "-" if coefficient.is_negative else ""
         number = "" if abs(coefficient) == 1 else f"{self._print(abs(coefficient))} "
-        numerator, denominator = rest.as_numer_denom()
+        numerator, denominator = _above_and_below(rest)
         text = f"{sign}{number}{self._factors(numerator)}".strip()
         if denominator == 1:
             return text
@@ -100,6 +104,18 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         if factor == 1:
             return "1"
         return str(self.parenthesize(factor, precedence(sympy.Mul(2, factor))))
+
+
+def _above_and_below(product: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
+    """Return what stands above and below the bar of a product, sums left as they are."""
+    above, below = [], []
+    for factor in sympy.Mul.make_args(product):
+        base, exponent = factor.as_base_exp()
+        if exponent.is_number and exponent.is_negative:
+            below.append(base**-exponent)
+        else:
+            above.append(factor)
+    return sympy.Mul(*above), sympy.Mul(*below)
 
 
 def _dotted(name: str, dots: str) -> str:
