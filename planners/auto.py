@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
 from kinolab.optimize.shots import Shots
-from kinolab.optimize.task import Task
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import Problem
@@ -47,9 +46,8 @@ class Auto(AbstractCompiledPlanner):
     last_step_every: int = with_default(1000, AbstractCompiledPlanner, "last_step_every")
 
     def asides(self, problem: Problem, seed: int, budget: Budget) -> Sequence[Aside]:
-        """Return guesses, where a problem's steps can be differentiated."""
-        possible = Task(problem, 0.0).possible
-        return [_Guesses(problem, seed, budget)] if possible else []
+        """Return guesses."""
+        return [_Guesses(problem, seed, budget)]
 
     def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
         """Return what grows the tree."""

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import sympy
-
 from kinolab.dynamics import (
     Body,
     Box,
     Capsule,
-    Control,
+    Coulomb,
+    Rate,
     System,
     Torque,
-    Wrench,
     angle,
     length,
     move,
@@ -48,19 +46,23 @@ title = "A skid-steered robot on a table"
 [system]
 file = "machine.json"
 [world]
-bounds = { x = [-2.0, 2.0], y = [-2.0, 2.0], z = [-0.5, 1.0] }
+bounds = { x = [-2.0, 2.0], y = [-2.0, 2.0] }
 ground = "plane"
 [start]
 x = -1.0
 [goal]
 x = 1.0
 y = 0.5
+psi = 1.57
+at_rest = true
 tolerance = 0.2
 [integration]
 step = 0.05
+method = "rosenbrock"
 [planner]
 name = "rrt_fast"
 time_limit = 40.0
+improve = 0
 """
 
 
@@ -102,32 +104,31 @@ def furuta() -> System:
 
 
 def skid_steered() -> System:
-    """Four driven wheels whose treads slide on the ground, with dry friction at each contact.
+    """Four wheels that cannot be steered, those of a side on one belt: to turn they must slide.
 
-    The friction of a contact is mu N v / sqrt(v^2 + eps^2) against the velocity v of the tread:
-    mu g / eps = 137 /s makes it stiff at steps of 0.05 s.
+    The belts' speeds are given. Dry friction of mu N at every contact, along the tread and across
+    it, is reached within about eps = 0.05 m/s of sliding: mu g / eps = 137 /s against steps of
+    0.05 s.
+
+    Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007
+    (the geometry); Coulomb's law.
     """
-    m, mu = parameter("m", 50.0, "kg"), parameter("mu", 0.7, "")
-    eps, R = parameter("eps", 0.05, "m/s"), 0.15
+    m, mu = parameter("m", 50.0, "kg"), parameter("mu", 0.7)
+    eps, R = parameter("eps", 0.05, "m/s"), parameter("R", 0.11, "m")
     x, y = length("x", speed=2.0), length("y", speed=2.0)
     psi = angle("psi", speed=3.0)
     chassis = move(x, y, 0.25) @ rot_z(psi)
-    body = Body("chassis", chassis, mass=m, inertia=(1.5, 3.0, 4.0), shape=Box(0.7, 0.5, 0.15))
-    left, right = (Control(name, limit=8.0, unit="rad/s") for name in ("left", "right"))
-    normal, V = m * 9.81 / 4, velocity(chassis)
-    contacts = []
-    for a in (0.25, -0.25):
-        for b, wheel in ((0.3, left), (-0.3, right)):
-            along = V.x - b * rate(psi) - R * wheel.symbol
+    body = Body("chassis", chassis, mass=m, inertia=(1.5, 3.0, 4.0), shape=Box(0.6, 0.4, 0.1))
+    V, grip = velocity(chassis), mu * m * 9.81 / 4
+    friction, inputs = [], []
+    for side, b in (("left", 0.25), ("right", -0.25)):
+        phi = angle(f"phi_{side}")
+        inputs.append(Rate(side, on=phi, limit=10.0))
+        for a in (0.2, -0.2):
+            along = V.x - b * rate(psi) - R * rate(phi)
             across = V.y + a * rate(psi)
-            share = -mu * normal / sympy.sqrt(along**2 + across**2 + eps**2)
-            contacts.append(Wrench(on=body, force=(share * along, share * across, 0), at=(a, b, 0)))
-    return System(
-        "skid_steered",
-        bodies=[body],
-        efforts=contacts,
-        inputs=[left, right],
-    )
+            friction += [Coulomb(along, grip, eps), Coulomb(across, grip, eps)]
+    return System("skid_steered", bodies=[body], efforts=friction, inputs=inputs)
 
 
 def written(folder: Path, machine: System, scenario: str) -> Path:

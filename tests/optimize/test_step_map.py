@@ -21,7 +21,7 @@ NUDGE = 1e-5  # of every entry
 
 
 @pytest.mark.parametrize("substeps", [1, 3])
-@pytest.mark.parametrize("method", ["euler", "rk4"])
+@pytest.mark.parametrize("method", ["euler", "rk4", "rosenbrock"])
 @pytest.mark.parametrize("name", MACHINES)
 def test_derivatives_are_those_of_the_machines_own_step(
     name: str, method: str, substeps: int

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model, tvlqr
-from kinolab.optimize.step_map import METHODS, StepMap
+from kinolab.optimize.step_map import StepMap
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
@@ -22,7 +22,6 @@ LARGE = 0.2  # of what [metric] calls large: a deviation from the plan that coun
 EFFORT = 0.25  # of the range between an input's limits: a correction that counts as large
 STAYING = 1000  # steps after the plan for which its end is worth keeping
 ENDING = 10.0  # times the weight of a deviation on the way: one at the end of the plan
-FINE = 4  # substeps, where the problem's own integrator cannot be differentiated
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +53,7 @@ class Tracker:
                 calls large.
         """
         model, settings = problem.whole or problem.model, problem.scenario.integration
-        method, substeps = settings.method, settings.substeps
-        if method not in METHODS:
-            method, substeps = "rk4", FINE
-        step = StepMap(model, method, substeps)
+        step = StepMap(model, settings.method, settings.substeps)
         x, u, spans = trajectory.x, trajectory.inputs, np.diff(trajectory.t)
         u = np.vstack([u, _keeping(model, x[-1], u[-1])])
         slopes = [

@@ -85,7 +85,7 @@ def repair(
         return landing
     for room in ROOMS:
         task = Task(problem, room)
-        if late() or not task.possible or not len(trajectory.inputs):
+        if late() or not len(trajectory.inputs):
             return None
         knots = exact(task, knots_of(problem, trajectory), late, iterations, held=held)
         if knots is None:

@@ -51,7 +51,7 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | Spent) ->
     def over() -> bool:
         return spent() >= 1.0
 
-    if not Task(problem, 0.0).possible or not len(trajectory.inputs):
+    if not len(trajectory.inputs):
         return trajectory
     if is_long(problem, trajectory):
         share = PIECEWISE if in_the_centre(problem, trajectory.x[-1]) else UNTIL_EXACT

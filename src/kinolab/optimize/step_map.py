@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.kernel import allocating, kernel
+from kinolab.optimize.rosenbrock import Room, rosenbrock
+from kinolab.optimize.slope import slope
 from kinolab.propagation.machine_calls import call_at, call_under
 from kinolab.records import Record
 
 Array: TypeAlias = NDArray[np.float64]
 
-METHODS = ("euler", "rk4")  # whose steps can be differentiated here
+STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
 NUDGE = 1e-6  # of a state, for the derivative of the projection onto constraints
 SMALL = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
 
@@ -36,7 +38,7 @@ class MapCode(NamedTuple):
     inputs: int  # how many act
     project: int
     p: Array
-    stages: int  # 1 for Euler's step, 4 for the classical Runge-Kutta step
+    stages: int  # of the method, see STAGES
     acts: int  # how often the law is asked in a step
     substeps: int  # from one time to the next
     projects: int  # whether a step ends on constraints and unit quaternions
@@ -48,7 +50,7 @@ class StepMap:
 
     Args:
         model: The machine.
-        method: One of METHODS.
+        method: Of integration: ``rk4``, ``euler`` or ``rosenbrock``.
         substeps: Of which each step is made, or each part of it after which feedback acts anew.
         derived: Of which it is made for derivatives; fewer are faster and enough for a direction.
         acts: How often feedback acts in a step.
@@ -102,7 +104,7 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
             inputs=plant.nu,
             project=model.address("project"),
             p=np.append(model.parameter_vector(), 0.0),
-            stages=4 if method == "rk4" else 1,
+            stages=STAGES[method],
             acts=acts,
             substeps=substeps,
             projects=int(model.projects),
@@ -122,6 +124,11 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
     jacobian, dat = np.empty((nx + inputs, nx)), np.empty((nx, wide))
     dtotal, side = np.empty((nx, wide)), np.empty((2, nx))
     projection = np.empty((nx, nx))
+    room = Room(
+        at, dat, np.empty((2, nx)), np.empty((2, nx, wide)), jacobian,
+        np.empty((nx + inputs, nx)), np.empty((nx, nx)), np.empty(nx), np.empty(nx + inputs),
+        np.empty((nx, nx + inputs)),
+    )  # fmt: skip
     for n in range(x.shape[0]):
         state, tangent = after[n], tangents[n if derive else 0]
         tangent[:] = 0.0
@@ -134,6 +141,8 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
                 refused = act(code, state, tangent, u[n], derive, acting, dacting, gains)
             if code.stages == 1:
                 failed = euler(code, acting, dacting, h, derive, state, tangent, k, dk, jacobian)
+            elif code.stages == 2:
+                failed = rosenbrock(code, acting, dacting, h, derive, state, tangent, room)
             else:
                 failed = runge_kutta(
                     code, acting, dacting, h, derive, state, tangent, at, dat, k, dk, total,
@@ -171,34 +180,6 @@ def act(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-unty
                 if gains[i, j] != 0.0:
                     for c in range(dx.shape[1]):
                         dacting[j, c] += gains[i, j] * dx[i, c]
-    return status
-
-
-@kernel
-def slope(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
-    """Set k to f(x, u), and dk to its derivative along dx and du; 0 if it worked."""
-    nx, nu = x.shape[0], u.shape[0]
-    p = code.p.ctypes.data
-    status = call_under(code.f, x.ctypes.data, u.ctypes.data, p, k.ctypes.data)
-    if not derive:
-        return status
-    status |= call_under(code.jacobian, x.ctypes.data, u.ctypes.data, p, jacobian.ctypes.data)
-    wide = dx.shape[1]
-    for i in range(nx):
-        for c in range(wide):
-            dk[i, c] = 0.0
-        for j in range(nx):
-            entry = jacobian[j, i]
-            if entry != 0.0:
-                for c in range(wide):
-                    dk[i, c] += entry * dx[j, c]
-        for j in range(nu):
-            entry = jacobian[nx + j, i]
-            if code.law == 0:
-                dk[i, nx + j] += entry
-            elif entry != 0.0:
-                for c in range(wide):
-                    dk[i, c] += entry * du[j, c]
     return status
 
 

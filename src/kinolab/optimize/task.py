@@ -24,7 +24,7 @@ from kinolab.optimize.knots import Knots
 from kinolab.optimize.obstacles import Obstacles
 from kinolab.optimize.samples import Samples, beginnings, samples
 from kinolab.optimize.scaling import Scaling
-from kinolab.optimize.step_map import METHODS, StepMap
+from kinolab.optimize.step_map import StepMap
 from kinolab.optimize.transcription import Inequalities, Transcription
 from kinolab.problem import ROUNDING, Problem
 from kinolab.propagation import Propagator
@@ -75,11 +75,6 @@ class Task:
         other = copy.copy(self)
         other.problem = problem
         return other
-
-    @property
-    def possible(self) -> bool:
-        """Whether the problem's own steps can be differentiated."""
-        return not self.discrete or self.problem.scenario.integration.method in METHODS
 
     def scaling(self, shortest: float, longest: float) -> Scaling:
         """Return the scaling of all variables, with a range of the step length in [s]."""
@@ -241,7 +236,9 @@ class Task:
             if _apart(coarse, fine, self.problem.scales) <= TRUE:
                 break
             substeps, coarse = 2 * substeps, fine
-        return "rk4", substeps
+        if np.isfinite(coarse).all():
+            return "rk4", substeps
+        return settings.accurate_method, substeps  # so stiff that only implicit steps stay bounded
 
     def _derived(self, knots: Knots, times: int) -> StepMap:
         """Return the map with derivatives that are good enough for a direction."""

@@ -32,7 +32,7 @@ def driving_of(problem: Problem, trajectory: Trajectory) -> Driving:
     settings, model = problem.scenario.integration, problem.model
     idle = _idle(problem)
     return Driving(
-        code=javascript_of(model),
+        code=javascript_of(model, implicit=settings.method == "rosenbrock"),
         states=trajectory.x,
         facts={
             "start": problem.start.tolist(),

@@ -65,7 +65,7 @@ class Ways:
     def __init__(self, problem: Problem) -> None:
         self.model, settings = problem.model.plant, problem.scenario.integration
         self._straight = settings.truth == "discrete"  # a map says nothing about between
-        self._method = "rk4" if settings.method == "euler" else settings.method
+        self._method = settings.accurate_method
 
     def state(self, pieces: Pieces, share: float) -> Array:
         """Return the states at a share of each piece, shape (n, nx)."""

@@ -65,7 +65,8 @@ def true_excess(problem: Problem, u: Array) -> float:
     """
     if problem.scenario.integration.truth == "discrete":
         return _end(problem, motion_under(problem, u))
-    states = [motion_under(problem, u, substeps=substeps, method="rk4") for substeps in SUBSTEPS]
+    method = problem.scenario.integration.accurate_method
+    states = [motion_under(problem, u, substeps=substeps, method=method) for substeps in SUBSTEPS]
     coarse, fine = (_end(problem, one) for one in states)
     doubt = abs(coarse - fine)
     if not (max(coarse, fine) + doubt < 1.0 or min(coarse, fine) - doubt > 1.0):
@@ -87,5 +88,6 @@ def _holds(problem: Problem, states: Array, u: Array) -> bool:
     ends = problem.model.cables(states) if problem.cables else None
     if problem.checker().first_collision(problem.model.frames(states), ends) is not None:
         return False
-    far = motion_under(problem, u, nudged(problem, problem.start), "rk4", SUBSTEPS[-1])
+    method = problem.scenario.integration.accurate_method
+    far = motion_under(problem, u, nudged(problem, problem.start), method, SUBSTEPS[-1])
     return growth(problem, states, far) <= GROWTH

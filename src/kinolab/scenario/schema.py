@@ -221,10 +221,15 @@ class KeepOut(Section):
 class IntegrationSection(Section):
     """``[integration]``: what the motion is, and what counts as true."""
 
-    method: Literal["rk4", "euler"] = "rk4"
+    method: Literal["rk4", "euler", "rosenbrock"] = "rk4"
     step: Seconds = 0.05
     substeps: Substeps = 1  # of the method, of which each step is made
     truth: Literal["continuous", "discrete"] = "continuous"
+
+    @property
+    def accurate_method(self) -> str:
+        """The method of steps that approximate a differential equation: Euler's are too crude."""
+        return "rk4" if self.method == "euler" else self.method
 
 
 class PlannerSection(Section):

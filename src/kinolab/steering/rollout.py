@@ -35,8 +35,8 @@ class Rollout:
         settings, self._stop = problem.scenario.integration, stop
         discrete = settings.truth == "discrete"
         # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
-        coarse = settings.method == "euler" and not discrete
-        self._calls = CompiledStep(problem, "rk4" if coarse else settings.method)
+        method = settings.method if discrete else settings.accurate_method
+        self._calls = CompiledStep(problem, method)
         self._problem, self.step = problem, problem.step
         self._pieces = 1 if discrete else _pieces(problem)
 
