@@ -52,8 +52,13 @@ MAKERS: dict[str, Callable[[], System]] = dict(MACHINES)
 MAKERS |= {name: partial(plant, name) for name in kinolab.systems.names()}
 
 # Where a chart ends: the snakeboard's with parallel wheels, and heading along y; the bicycle's
-# where it lies on its side, which takes a second unless it rides.
+# where it lies on its side, which takes a second unless it rides; the parallel robot's where its
+# forearms line up.
 INSIDE = {
+    "five_bar": {
+        **{"a_l": 0.2, "a_r": -0.1, "f_l": -0.1, "f_r": 0.1},
+        **{"a_l_dot": 0.3, "a_r_dot": -0.2},
+    },
     "loose_snakeboard": {
         **{"th": 0.3, "phi_b": 0.5, "phi_f": -0.4},
         **{"phi_b_dot": 0.1, "phi_f_dot": 0.1},
@@ -61,9 +66,10 @@ INSIDE = {
     "whipple": {"phi": 0.1, "theta": 0.0, "delta": -0.05, "theta_R_dot": 17.0},
 }
 GENTLE = {
+    "five_bar": 0.1,
     "loose_snakeboard": 1e-3,
     "whipple": 0.02,
-}  # share of the limits; its light wheels turn by 150 rad/s^2 else
+}  # share of the limits; light wheels turn by 150 rad/s^2 else, and light arms by 5
 
 # Machines whose one mass has no extent.
 POINT_MASSES = {"motorcycle"}
