@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.binding import Binding, tangent_symbols
+from kinolab.dynamics.binding import Binding, configuration_symbols, tangent_symbols
 from kinolab.dynamics.chart import (
     Chart,
     Row,
@@ -36,7 +36,7 @@ from kinolab.dynamics.lowering import Lowering
 from kinolab.dynamics.mechanics import Mechanics
 from kinolab.dynamics.reach import reach
 from kinolab.dynamics.records import is_zero
-from kinolab.dynamics.symbols import Attitude, ForceSymbol
+from kinolab.dynamics.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.dynamics.system import System
 from kinolab.dynamics.tape import Node
 from kinolab.errors import InputError, Mistake
@@ -56,6 +56,7 @@ class Derivation:
         redundant: Names of constraints that follow from others.
         state: The variables of x = (q, v, further states).
         attitudes: Where quaternions begin in the state.
+        circular: Whether each entry of the state is an angle on the circle.
         derivative: Of the state, length nx.
         velocities: nu in full, length nt.
         flow: q_dot, length nq.
@@ -79,6 +80,7 @@ class Derivation:
     redundant: tuple[str, ...]
     state: tuple[Node, ...]
     attitudes: tuple[int, ...]
+    circular: tuple[bool, ...]
     derivative: tuple[Node, ...]
     velocities: tuple[Node, ...]
     flow: tuple[Node, ...]
@@ -174,6 +176,7 @@ class _Deriving:
             redundant=self.redundant,
             state=(*binding.configuration, *self.states, *binding.states),
             attitudes=tuple(self._attitudes()),
+            circular=tuple(self._circular()),
             derivative=(*flow, *accelerations, *extras),
             velocities=chart.velocities,
             flow=flow,
@@ -426,6 +429,13 @@ class _Deriving:
                 place += 4
             else:
                 place += 1
+
+    def _circular(self) -> Iterator[bool]:
+        """Yield whether each entry of the state is an angle on the circle."""
+        for symbol in configuration_symbols(self.system):
+            yield isinstance(symbol, Coordinate) and symbol.topology == "circle"
+        for _ in (*self.states, *self.binding.states):
+            yield False
 
     def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
         """Name a direction of motion that no mass resists.

@@ -8,6 +8,8 @@ The interface, the same for every machine, so that one compiled loop serves them
     int point_speed(const double *x, const double *u, const double *p, double *out, long mode)
     int cables(const double *x, const double *p, double *out, long mode)     6 numbers per cable
     int cable_speed(const double *x, const double *u, const double *p, double *out, long mode)
+    int frames_jacobian(const double *x, const double *p, double *out, long mode)   a column per x
+    int difference, retract: see state_space.py
 
 A machine without modes ignores ``mode``. Failure is a singular or a non-finite result.
 """
@@ -18,11 +20,12 @@ from collections.abc import Mapping, Sequence
 
 from kinolab.dynamics.derivation import Derivation
 from kinolab.dynamics.ir import Register, Routine, literal
-from kinolab.dynamics.outputs import Function, outputs_of, tangent_of
+from kinolab.dynamics.outputs import Function, frames_tangent_of, outputs_of, tangent_of
+from kinolab.dynamics.state_space import emit_space
 from kinolab.dynamics.steppers import emit_linear_algebra, emit_steppers
 from kinolab.dynamics.tape import Node, Tape
 
-INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs")
+INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
@@ -43,6 +46,12 @@ def emit_module(derivation: Derivation) -> str:
             *emit_steppers(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
             emit_rows(sizes[0], None, name="rows_at"),
             emit_rows(*sizes, name="rows_under"),
+            *emit_space(d.circular, d.attitudes),
+            emit_rows(sizes[0], sizes[0], name="rows_between"),
+            _emitted(tape, frames_tangent_of(d)),
+            emit_jacobian(
+                sizes[0], None, len(d.frames), name="frames_jacobian", tangent="frames_tangent"
+            ),
         ]
     )
 
@@ -143,16 +152,22 @@ def _declarations() -> list[str]:
 
 
 def emit_jacobian(
-    states: int, inputs: int, results: int, *, name: str = "jacobian", tangent: str = "tangent"
+    states: int,
+    inputs: int | None,
+    results: int,
+    *,
+    name: str = "jacobian",
+    tangent: str = "tangent",
 ) -> str:
     """Return all derivatives of a function of states and inputs, a call of its tangent per column.
 
     int NAME(const double *x, *u, *p, double *out, long mode); out holds the columns of the
     derivative with respect to x, then those with respect to u, each as long as the result.
+    Where the function has no inputs (None), there is no u.
     """
-    parameters = [("ptr", "x"), ("ptr", "u"), ("ptr", "p"), ("ptr", "out"), ("i64", "mode")]
-    routine = Routine(name, parameters)
-    size = states + inputs
+    own = ["x", "p"] if inputs is None else ["x", "u", "p"]
+    routine = Routine(name, [*(("ptr", key) for key in (*own, "out")), ("i64", "mode")])
+    size = states + (inputs or 0)
     seeds = routine.array(size)
     status = routine.cell("i32", "0")
     with routine.loop(0, size) as i:
@@ -160,9 +175,10 @@ def emit_jacobian(
     with routine.loop(0, size) as k:
         routine.store(seeds, k, literal(1.0))
         column = routine.at("%out", routine.integer("mul", k, results))
-        du = routine.at(seeds, states)
-        call = f"call i32 @{tangent}(ptr %x, ptr %u, ptr %p, ptr {seeds}, ptr {du}, ptr {column}"
-        failed = routine.line(f"{call}, i64 %mode)")
+        given = [*(f"%{key}" for key in own), seeds]
+        given += [] if inputs is None else [routine.at(seeds, states)]
+        listing = ", ".join(f"ptr {address}" for address in (*given, column))
+        failed = routine.line(f"call i32 @{tangent}({listing}, i64 %mode)")
         so_far = routine.get("i32", status)
         routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
         routine.store(seeds, k, literal(0.0))

@@ -27,6 +27,7 @@ from kinolab.dynamics.machine_file import (
     machine_to_json,
 )
 from kinolab.dynamics.outputs import NEED_CHART
+from kinolab.dynamics.state_space import StateSpace
 from kinolab.dynamics.steppers import METHODS
 from kinolab.dynamics.symbols import Coordinate
 from kinolab.dynamics.system import System
@@ -45,7 +46,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 POSE = 12  # numbers per body: the rows of [R | p]
 STEPPERS = tuple(f"step_{method}" for method in METHODS)
-FUNCTIONS = ("f", "rows_at", "rows_under", "tangent", *STEPPERS)
+SPACE = ("rows_between", "difference", "retract")
+FUNCTIONS = ("f", "rows_at", "rows_under", "tangent", "frames_tangent", *SPACE, *STEPPERS)
 UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
 
 
@@ -130,6 +132,13 @@ class Model:
             for c in self.system.coordinates
             if not isinstance(c, Coordinate)
         }
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """Differences of states and steps along them, on lines, circles and SO(3)."""
+        rows, difference, retract = map(self.address, SPACE)
+        turned = tuple(self.attitudes.values())
+        return StateSpace(self.circular, turned, rows=rows, difference=difference, retract=retract)
 
     @property
     def projects(self) -> bool:
@@ -310,6 +319,16 @@ class Model:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
         out = self._call("frames", x, None, parameters)
         return out.reshape(*out.shape[:-1], -1, POSE)
+
+    def frames_jacobian(self, x: ArrayLike, **parameters: float) -> Array:
+        """Return the exact derivatives of ``frames`` by the entries of a state.
+
+        Returns:
+            Shape (..., bodies, 12, nx); those by entries that are no coordinates are zero.
+        """
+        out = self._call("frames_jacobian", x, None, parameters)
+        columns = out.reshape(*out.shape[:-1], self.nx, -1, POSE)
+        return np.ascontiguousarray(np.moveaxis(columns, -3, -1))
 
     def cables(self, x: ArrayLike, **parameters: float) -> Array:
         """Return both ends of every cable in the world, in [m], shape (..., cables, 2, 3)."""
@@ -521,6 +540,7 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
         "velocity": len(d.velocities),
         "flow": len(d.flow),
         "frames": len(d.frames),
+        "frames_jacobian": size * len(d.frames),
         "cables": len(d.cables),
         "point_speed": len(d.point_speeds),
         "cable_speed": len(d.cable_speeds),

@@ -71,3 +71,15 @@ def tangent_of(derivation: Derivation) -> Function:
         "du": u_seeds,
     }
     return Function("tangent", arguments, tape.derivative(derivation.derivative, seeds))
+
+
+def frames_tangent_of(derivation: Derivation) -> Function:
+    """Return the derivative of the bodies' poses along a direction dx of states."""
+    tape = derivation.binding.tape
+    seeds = {n: tape.variable(f"d {tape.operations[n].label}") for n in derivation.state}
+    arguments = {
+        "x": derivation.state,
+        "p": derivation.binding.parameters,
+        "dx": [seeds[node] for node in derivation.state],
+    }
+    return Function("frames_tangent", arguments, tape.derivative(derivation.frames, seeds))
