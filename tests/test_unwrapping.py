@@ -116,10 +116,10 @@ def check_refused(problem: Problem, trajectory: Trajectory, entry: int, change: 
 def test_a_difference_knows_what_is_the_same() -> None:
     problem, trajectory = motion_of("satellite")
     x, other = trajectory.x, disguised(problem, trajectory, 2).x
-    assert np.abs(problem.difference(other, x)).max() < 1e-14
-    assert np.abs(problem.difference(x, other)).max() < 1e-14
+    assert np.abs(problem.space.difference(x, other)).max() < 1e-14
+    assert np.abs(problem.space.difference(other, x)).max() < 1e-14
     first = problem.model.attitudes["R"]
-    apart = problem.difference(x[1], -other[0])[first : first + 4]
+    apart = problem.space.difference(-other[0], x[1])[first : first + 4]
     a, b = (Rotation.from_quat(row[first : first + 4]) for row in x[:2])
     assert 4 * np.arcsin(np.linalg.norm(apart) / 2) == pytest.approx((a.inv() * b).magnitude())
 

@@ -130,7 +130,7 @@ def _goal(problem: Problem) -> GoalRegion | Ghost | None:
     x = problem.start.copy()
     x[list(goal.indices)] = goal.targets
     for attitude in goal.attitudes:
-        x[attitude.index : attitude.index + 4] = attitude.target
+        x[attitude.entries] = attitude.target
     pose = problem.frames(x)
     names = [problem.model.state_names[i] for i in goal.indices]
     if set(names) == {"x", "y"}:

@@ -102,9 +102,14 @@ class AttitudeTarget:
     target: tuple[float, float, float, float]
     tolerance: float
 
+    @property
+    def entries(self) -> slice:
+        """Of the state that hold the quaternion."""
+        return slice(self.index, self.index + 4)
+
     def turn(self, x: Array) -> float:
         """Return the angle in [rad] between a state's attitude and the target."""
-        return turn_between(x[self.index : self.index + 4], self.target)
+        return turn_between(x[self.entries], self.target)
 
 
 @dataclass(frozen=True, eq=False)

@@ -274,8 +274,8 @@ def _planner_mistakes(scenario: Scenario) -> list[Mistake]:
 def _ill_posed(scenario: Scenario, model: Model) -> Iterator[Mistake]:
     """Name what no planner could work with: no limits, limits that exclude each other, …"""
     bounds, unlimited = _bounds(scenario, model), _circular(scenario, model)
-    for first in model.attitudes.values():
-        unlimited[first : first + 4] = True
+    for own in model.space.quaternions:
+        unlimited[own] = True
     for name, (lower, upper), free in zip(model.state_names, bounds, unlimited, strict=True):
         if free:
             continue
@@ -381,8 +381,8 @@ def _bounds(scenario: Scenario, model: Model) -> np.ndarray:
     Quaternions have none: their length is 1 but for rounding.
     """
     bounds = model.state_bounds.copy()
-    for first in model.attitudes.values():
-        bounds[first : first + 4] = -np.inf, np.inf
+    for own in model.space.quaternions:
+        bounds[own] = -np.inf, np.inf
     lengths = [c.name for c in model.system.coordinates if c.unit == "m"]
     workspace: Mapping[str, tuple[float, float]] = dict(scenario.world.bounds)
     for i, name in enumerate(model.state_names):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
-from kinolab.dynamics import Model, System
+from kinolab.dynamics import Model, StateSpace, System
 from kinolab.dynamics.consistency import breaches, nearest_consistent
 from kinolab.dynamics.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
@@ -67,7 +67,7 @@ class Problem:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what travels to another process; checkers are built anew there."""
-        return {key: value for key, value in vars(self).items() if key != "_checker"}
+        return {key: value for key, value in vars(self).items() if key not in ("_checker", "space")}
 
     @property
     def name(self) -> str:
@@ -121,37 +121,6 @@ class Problem:
     def placement(self, x: Array) -> tuple[Array, Array]:
         """Return the bodies' poses, shape (bodies, 12), and the cables' ends, (cables, 2, 3)."""
         return self.model.frames(x), self.model.cables(x) if self.cables else NO_ENDS
-
-    def difference(self, a: Array, b: Array) -> Array:
-        """Return a - b, shape (..., nx), in SI units: what is the same state has the difference 0.
-
-        Angles are taken the short way round, and of a's quaternion q or -q, whichever is nearer.
-
-        Args:
-            a: State, shape (nx,), or states, shape (N, nx).
-            b: As many.
-        """
-        apart = np.asarray(self._nearer_signs(a, b) - b)
-        wrapped = (apart + np.pi) % (2 * np.pi) - np.pi
-        return np.where(self.circular, wrapped, apart)
-
-    def written_like(self, x: Array, near: Array) -> Array:
-        """Return the same states, shape (..., nx), in the numbers nearest to those of others.
-
-        Whole turns are taken off angles on the circle, and q is replaced by -q. Numbers that are
-        nearest already stay as they are, to the bit.
-        """
-        turns = np.where(self.circular, np.rint((x - near) / (2 * np.pi)), 0.0)
-        return np.where(turns == 0.0, self._nearer_signs(x, near), x - 2 * np.pi * turns)
-
-    def _nearer_signs(self, x: Array, near: Array) -> Array:
-        """Return states, shape (..., nx), with each quaternion q or -q as is nearer to others'."""
-        x = np.array(x, dtype=float)
-        for first in self.model.attitudes.values():
-            four = slice(first, first + 4)
-            away = np.sum(x[..., four] * near[..., four], axis=-1, keepdims=True) < 0
-            x[..., four] = np.where(away, -x[..., four], x[..., four])
-        return x
 
     def goal_excess(self, x: Array) -> float:
         """Return how far outside the goal a state is: at most 1 inside."""
@@ -300,6 +269,13 @@ class Problem:
             np.minimum(goal.targets + reach, upper + ROUNDING),
         )
 
+    def sample(self, generator: np.random.Generator) -> Array:
+        """Return a state drawn uniformly within ``sampling_bounds``, attitudes on SO(3)."""
+        x: Array = np.asarray(generator.uniform(*self.sampling_bounds.T))
+        for own in self.model.space.quaternions:
+            x[own] = random_attitude(generator)
+        return x
+
     def sample_goal(self, generator: np.random.Generator, spread: float = 1.0) -> Array:
         """Return a state within the goal's tolerances, everything else drawn at random.
 
@@ -309,18 +285,15 @@ class Problem:
             generator: Of the random numbers.
             spread: Factor on the tolerances, for states around the goal.
         """
-        lower, upper = self.sampling_bounds.T
-        x: Array = generator.uniform(lower, upper)
-        for first in self.model.attitudes.values():
-            x[first : first + 4] = random_attitude(generator)
-        goal, entries = self.goal, list(self.goal.indices)
+        x, goal = self.sample(generator), self.goal
+        entries = list(goal.indices)
         shares = np.full(len(entries) + len(goal.attitudes), spread)
         if goal.together:
             shares *= _near_the_centre(goal.norm, (1, len(shares)), generator)[0]
         for share, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
             reach = min(abs(share) * attitude.tolerance, np.pi)
             near = turned_at_random(np.array(attitude.target), reach, generator)
-            x[attitude.index : attitude.index + 4] = near
+            x[attitude.entries] = near
         if goal.together:
             near = goal.targets + shares[: len(entries)] * goal.tolerances
             x[entries] = np.clip(near, *self._goal_box(spread))
@@ -335,8 +308,8 @@ class Problem:
         """
         count, (lower, upper) = len(spreads), self.sampling_bounds.T
         x: Array = generator.uniform(lower, upper, (count, len(lower)))
-        for first in self.model.attitudes.values():
-            x[:, first : first + 4] = random_attitudes(count, generator)
+        for own in self.model.space.quaternions:
+            x[:, own] = random_attitudes(count, generator)
         goal, entries = self.goal, list(self.goal.indices)
         shares = np.repeat(spreads[:, None], len(entries) + len(goal.attitudes), axis=1)
         if goal.together:
@@ -345,7 +318,7 @@ class Problem:
         for share, attitude in zip(reaches, goal.attitudes, strict=True):
             angles = np.minimum(share * attitude.tolerance, np.pi)
             near = turned_by_at_most(np.array(attitude.target), angles, generator)
-            x[:, attitude.index : attitude.index + 4] = near
+            x[:, attitude.entries] = near
         box = self._goal_box(spreads[:, None])
         if goal.together:
             near = goal.targets + shares[:, : len(entries)] * goal.tolerances
@@ -355,12 +328,17 @@ class Problem:
         return pointed(self.model, goal, x)
 
     @cached_property
+    def space(self) -> StateSpace:
+        """The machine's state space; angles that the scenario limits do not come round."""
+        return self.model.space.limited(self.circular)
+
+    @cached_property
     def sampling_bounds(self) -> Array:
         """Finite limits of each entry of the state, shape (nx, 2); the full turn for circles."""
         bounds = self.bounds.copy()
         bounds[self.circular] = -np.pi, np.pi
-        for first in self.model.attitudes.values():
-            bounds[first : first + 4] = -1.0, 1.0
+        for own in self.model.space.quaternions:
+            bounds[own] = -1.0, 1.0
         return bounds
 
     def solve(

@@ -36,7 +36,7 @@ def unwrapped(problem: Problem, trajectory: Trajectory) -> Trajectory:
     x = np.array(trajectory.x, dtype=float)
     near = problem.start
     for k, turned in enumerate([np.zeros(x.shape[1]), *_turned(problem, trajectory)]):
-        x[k] = problem.written_like(x[k], near + turned)
+        x[k] = problem.space.nearest(near + turned, x[k])
         near = x[k]
     return replace(trajectory, x=x)
 

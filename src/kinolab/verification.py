@@ -140,12 +140,12 @@ def _followed(
     what is linear in it, such as a law of feedback, nor the growth of errors shall depend on that.
     """
     x = np.array(trajectory.x, dtype=float)
-    x[0] = problem.written_like(x[0], problem.start)
+    x[0] = problem.space.nearest(problem.start, x[0])
     try:
         motion = true_motion(problem, x[0], trajectory.t, trajectory.inputs)
     except DivergedError as error:
         return replace(trajectory, x=x), error
-    return replace(trajectory, x=problem.written_like(x, motion.x)), motion
+    return replace(trajectory, x=problem.space.nearest(motion.x, x)), motion
 
 
 def motion_checks(problem: Problem, trajectory: Trajectory, motion: Motion) -> tuple[Check, ...]:
@@ -162,7 +162,7 @@ def motion_checks(problem: Problem, trajectory: Trajectory, motion: Motion) -> t
 
 def difference(problem: Problem, a: Array, b: Array) -> Array:
     """Return a - b in units of the states' scales."""
-    return problem.difference(a, b) / problem.scales
+    return problem.space.difference(b, a) / problem.scales
 
 
 def _diverged(error: DivergedError) -> tuple[Check, Check]:

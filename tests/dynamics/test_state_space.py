@@ -145,9 +145,9 @@ def test_compiled_code_may_call_the_same_functions_by_address() -> None:
     x, y = states(model, 13, 2)
     pointer = ctypes.c_void_p
     kind = ctypes.CFUNCTYPE(ctypes.c_int32, *(pointer,) * 4, ctypes.c_int64)
-    out = np.empty(model.nx)
+    turn, out = np.where(model.circular, 2 * np.pi, 0.0), np.empty(model.nx)
     function = kind(model.address("difference"))
-    assert function(x.ctypes.data, y.ctypes.data, 0, out.ctypes.data, 0) == 0
+    assert function(x.ctypes.data, y.ctypes.data, turn.ctypes.data, out.ctypes.data, 0) == 0
     assert (out == model.space.difference(x, y)).all()
 
 
@@ -155,3 +155,12 @@ def test_the_dimension_is_that_of_the_manifold() -> None:
     """Attitude 3, body rates 3, three wheels: angles that nothing rests on are no coordinates."""
     model = systems.get("helicopter").model()
     assert (model.nx, model.space.dimension) == (13, 12)
+
+
+def test_an_angle_that_limits_keep_on_a_line_does_not_come_round() -> None:
+    model = systems.get("pendulum").model()
+    line = model.space.limited(np.zeros(2, dtype=bool))
+    x, y = np.array([-3.0, 0.0]), np.array([3.0, 0.0])
+    assert line.difference(x, y)[0] == 6.0
+    assert model.space.difference(x, y)[0] == pytest.approx(6.0 - 2 * np.pi, abs=ROUNDING)
+    assert (line.nearest(x, y) == y).all()

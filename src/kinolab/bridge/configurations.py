@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ompl import base as ob
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator, Rejections
 from kinolab.steering import Steering, ignorable, settle
@@ -79,7 +80,7 @@ class Configurations:
         values = [float(x[i]) for i in self._free]
         for k, i in enumerate(self._free):
             if self._problem.circular[i]:
-                values[k] = (values[k] + np.pi) % (2 * np.pi) - np.pi
+                values[k] = float(wrapped(values[k]))
         self.space.copyFromReals(state, values)
 
     def read(self, state: Any) -> Array | None:
@@ -121,8 +122,7 @@ class Configurations:
 
     def _is_goal(self, x: Array) -> bool:
         away = x[self._free] - self._goal[self._free]
-        turned = (away + np.pi) % (2 * np.pi) - np.pi
-        away = np.where(self._problem.circular[self._free], turned, away)
+        away = np.where(self._problem.circular[self._free], wrapped(away), away)
         return bool(np.abs(away).max(initial=0.0) < SAME)
 
     def _has_room_along(self, path: Any, x0: Array) -> bool:

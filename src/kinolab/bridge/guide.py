@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from kinolab.bridge.goal_region import INSIDE
 from kinolab.bridge.goal_samples import GoalSamples
 from kinolab.bridge.nearness import Nearness
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 from kinolab.propagation import Rollouts
 
@@ -166,11 +167,10 @@ class Guide:
         entries = list(goal.indices)
         with np.errstate(all="ignore"):  # states beyond all bounds are left out afterwards
             apart = states[..., entries] - aim[entries]
-            wrapped = (apart + np.pi) % (2 * np.pi) - np.pi
-            shares = np.where(goal.circular, wrapped, apart) / goal.tolerances
+            shares = np.where(goal.circular, wrapped(apart), apart) / goal.tolerances
             total: Array = (shares**2).sum(axis=-1)
             for attitude in goal.attitudes:
-                part = slice(attitude.index, attitude.index + 4)
+                part = attitude.entries
                 along = np.minimum(1.0, np.abs(states[..., part] @ aim[part]))
                 total += (2 * np.arccos(along) / attitude.tolerance) ** 2
         return total

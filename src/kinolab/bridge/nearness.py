@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 
 
@@ -40,7 +41,7 @@ class Nearness:
         for index, target, tolerance, circular in self._box:
             deviation = values[index] - target
             if circular:
-                deviation = (deviation + math.pi) % (2 * math.pi) - math.pi
+                deviation = wrapped(deviation)
             share = deviation / tolerance
             if not -self._reach <= share <= self._reach:
                 return None

@@ -12,6 +12,7 @@ from typing import Any
 from ompl import base as ob
 from ompl import control as oc
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 
 
@@ -85,7 +86,7 @@ class States(Layout):
         """
         whole = list(values)
         for entry in self._circles:
-            whole[entry] = _wrap(whole[entry])
+            whole[entry] = float(wrapped(whole[entry]))
         for first in self._attitudes:
             quaternion = whole[first : first + 4]
             length = math.sqrt(sum(q * q for q in quaternion))
@@ -138,8 +139,3 @@ def _subspace(problem: Problem, part: Part) -> Any:
     space = ob.RealVectorStateSpace(len(part.entries))
     space.setBounds(bounds)
     return space
-
-
-def _wrap(angle: float) -> float:
-    """Return an angle in [-pi, pi)."""
-    return (angle + math.pi) % (2 * math.pi) - math.pi

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from kinolab.compiled.forest import Array, Integers
 from kinolab.compiled.limits import Limits, limits_of
 from kinolab.compiled.random import attitude, below, uniform
+from kinolab.dynamics.state_space import wrapped
 from kinolab.kernel import kernel
 from kinolab.problem import Problem
 from kinolab.propagation.free_motion import place_at
@@ -127,10 +128,7 @@ def _row(values: Array) -> Array:
     return np.ascontiguousarray(values, dtype=float)
 
 
-@kernel
-def short_way(angle):  # type: ignore[no-untyped-def]
-    """Return an angle in [-pi, pi)."""
-    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+short_way = kernel(wrapped)
 
 
 @kernel

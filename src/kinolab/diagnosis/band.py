@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
@@ -34,9 +35,9 @@ class Bands:
 
     def __init__(self, problem: Problem, reach: Array) -> None:
         self._reach, self._circular = reach, problem.circular
+        self._space = problem.space
         self.entries = np.flatnonzero(reach)
         self._angles = [j for j, i in enumerate(self.entries) if problem.circular[i]]
-        self._attitudes = tuple(problem.model.attitudes.values())
 
     def filled(self, way: Array, spacing: float) -> Array:
         """Return a way with states evenly apart, by a spacing in [m] or a little less."""
@@ -46,7 +47,7 @@ class Bands:
         along = np.linspace(0.0, marks[-1], count + 1)
         k = np.clip(np.searchsorted(marks, along, side="right") - 1, 0, len(steps) - 1)
         share = (along - marks[k]) / np.maximum(marks[k + 1] - marks[k], 1e-12)
-        return self._sound(way[k] + share[:, None] * steps[k])
+        return self._space.retract(way[k], share[:, None] * steps[k])
 
     def marks(self, way: Array) -> Array:
         """Return how far along the way its states are, in [m], shape (n,)."""
@@ -55,18 +56,13 @@ class Bands:
 
     def step(self, a: Array, b: Array) -> Array:
         """Return the difference of two states, angles the short way round."""
-        step = b - a
-        step = np.where(self._circular, (step + np.pi) % (2 * np.pi) - np.pi, step)
-        for first in self._attitudes:
-            p, q = a[first : first + 4], b[first : first + 4]
-            step[first : first + 4] = np.copysign(1.0, p @ q) * q - p  # q and -q are the same
-        return step
+        return self._space.difference(a, b)
 
     def shifted(self, states: Array, shift: Array) -> Array:
         """Return states moved in every coordinate by lengths in [m], shape (n, entries)."""
         moved = states.copy()
         moved[:, self.entries] += shift / self._reach[self.entries]
-        return self._sound(moved)
+        return self._space.unit(moved)
 
     def bend(self, band: Array, marks: Array, k: int, draw: np.random.Generator) -> Array:
         """Return a random bend around a state, in [m], shape (n, entries)."""
@@ -100,18 +96,11 @@ class Bands:
         values = np.unwrap(band[:, i]) if self._circular[i] else band[:, i]
         turn = value - values[k]
         if self._circular[i]:
-            turn = (turn + np.pi) % (2 * np.pi) - np.pi
+            turn = wrapped(turn)
         share = np.exp(-(((marks - marks[k]) / width) ** 4)) * _taper(marks)
         shift = np.zeros((len(band), len(self.entries)))
         shift[:, j] = share * (values[k] + turn - values) * self._reach[i]
         return shift
-
-    def _sound(self, states: Array) -> Array:
-        """Make quaternions unit, in place."""
-        for first in self._attitudes:
-            part = states[:, first : first + 4]
-            part /= np.linalg.norm(part, axis=1, keepdims=True)
-        return states
 
 
 def _taper(marks: Array) -> Array:

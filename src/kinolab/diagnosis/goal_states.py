@@ -51,7 +51,7 @@ def _guesses(problem: Problem, generator: np.random.Generator) -> list[Array]:
     center = problem.start.copy()
     center[list(problem.goal.indices)] = problem.goal.targets
     for attitude in problem.goal.attitudes:
-        center[attitude.index : attitude.index + 4] = attitude.target
+        center[attitude.entries] = attitude.target
     return [center, *(problem.sample_goal(generator) for _ in range(TRIES))]
 
 
@@ -97,7 +97,7 @@ def _errors(problem: Problem, x: Array) -> Array:
         axis = frames[target.body].reshape(3, 4)[:, :3] @ np.array(target.axis)
         parts.append((axis - np.array(target.target)) / target.tolerance)
     for attitude in goal.attitudes:
-        near = x[attitude.index : attitude.index + 4]
+        near = x[attitude.entries]
         wanted = np.array(attitude.target)
         parts.append((near - np.copysign(1.0, near @ wanted) * wanted) / attitude.tolerance)
     return np.concatenate(parts)

@@ -8,7 +8,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.attitude import random_attitude
 from kinolab.problem import Problem
 from kinolab.world import landmarks
 
@@ -34,8 +33,8 @@ def reach(problem: Problem, states: Sequence[Array]) -> Array:
     far = np.zeros(problem.model.nx)
     for i in range(problem.model.nq):
         far[i] = max(_moved(problem, x, i) for x in samples)
-    for first in problem.model.attitudes.values():
-        far[first : first + 4] = far[first : first + 4].max() / 2  # an angle turns an entry by half
+    for own in problem.space.quaternions:
+        far[own] = far[own].max() / 2  # an angle turns an entry by half
     far[far < NOTHING] = 0.0
     wanted = list(problem.goal.indices)
     wanted += [a.index + k for a in problem.goal.attitudes for k in range(4)]
@@ -47,10 +46,7 @@ def reach(problem: Problem, states: Sequence[Array]) -> Array:
 def _drawn(problem: Problem) -> Iterator[Array]:
     generator = np.random.default_rng(0)
     for _ in range(STATES):
-        x = np.asarray(generator.uniform(*problem.sampling_bounds.T))
-        for first in problem.model.attitudes.values():
-            x[first : first + 4] = random_attitude(generator)
-        yield x
+        yield problem.sample(generator)
 
 
 def _moved(problem: Problem, x: Array, i: int) -> float:

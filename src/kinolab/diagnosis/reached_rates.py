@@ -12,7 +12,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.attitude import random_attitude
 from kinolab.errors import KinolabError
 from kinolab.problem import Problem
 
@@ -57,9 +56,7 @@ def _drawn(problem: Problem) -> Iterator[tuple[Array, Array]]:
     """Yield states within the limits and inputs within theirs."""
     generator, model = np.random.default_rng(0), problem.model
     for _ in range(STATES):
-        x = np.asarray(generator.uniform(*problem.sampling_bounds.T))
-        for first in model.attitudes.values():
-            x[first : first + 4] = random_attitude(generator)
+        x = problem.sample(generator)
         u = np.asarray(generator.uniform(*model.control_bounds.T))
         yield model.project(x), u
 

@@ -26,9 +26,7 @@ class Shape:
     def __init__(self, problem: Problem, checker: CollisionChecker) -> None:
         self._calls = CompiledStep(problem)
         self._checker, self._cones = checker, problem.keep_outs
-        nq, unlimited = problem.model.nq, problem.circular.copy()
-        for first in problem.model.attitudes.values():
-            unlimited[first : first + 4] = True
+        nq, unlimited = problem.model.nq, problem.space.turns
         self._limits = [
             (i, float(lower) - ROUNDING, float(upper) + ROUNDING)
             for i, (lower, upper) in enumerate(problem.bounds[:nq])

@@ -62,6 +62,7 @@ from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.riccati import dlqr, lqr, tvlqr
 from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.state_space import StateSpace
 from kinolab.dynamics.symbols import (
     Attitude,
     Coordinate,
@@ -119,6 +120,7 @@ __all__ = [
     "Sphere",
     "Spring",
     "State",
+    "StateSpace",
     "System",
     "Torque",
     "Trim",

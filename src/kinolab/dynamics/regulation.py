@@ -75,17 +75,14 @@ def _slopes(model: Model, watched: Watched, at: Trim) -> Array:
 
 def _tangents(model: Model, x: Array) -> Array:
     """Return the directions in which a state can change, as columns: quaternions turn only."""
-    columns = []
-    quaternions = {first + k: first for first in model.attitudes.values() for k in range(4)}
-    for i in range(model.nx):
-        if i not in quaternions:
-            columns.append(np.eye(model.nx)[i])
-    for first in model.attitudes.values():
-        a, b, c, w = x[first : first + 4]
+    identity, space = np.eye(model.nx), model.space
+    columns = [identity[i] for i in range(model.nx) if not (space.turns & ~space.circular)[i]]
+    for own in space.quaternions:
+        a, b, c, w = x[own]
         turned = np.array([[w, -c, b], [c, w, -a], [-b, a, w], [-a, -b, -c]]) / 2
         for column in turned.T:
             columns.append(np.zeros(model.nx))
-            columns[-1][first : first + 4] = column
+            columns[-1][own] = column
     return np.stack(columns, axis=1)
 
 

@@ -2,13 +2,14 @@
 
 Two functions are emitted for every machine, beside f and the steps:
 
-    int difference(const double *x, const double *y, const double *p, double *out, long mode)
-    int retract(const double *x, const double *y, const double *p, double *out, long mode)
+    int difference(const double *x, const double *y, const double *turn, double *out, long mode)
+    int retract(const double *x, const double *y, const double *turn, double *out, long mode)
 
 Both work in the coordinates that a state is made of, nx numbers. On a line the difference from x to
 y is y - x, on a circle the same taken into [-pi, pi), on SO(3) the chord from one quaternion to the
-other or to its opposite, whichever is nearer. ``retract`` adds a difference y to x and makes
-quaternions unit; part of a chord so leads to an attitude between, on the great circle.
+other or to its opposite, whichever is nearer. ``turn`` has the circumference of every circle, and 0
+for an angle that limits keep on a line. ``retract`` adds a difference y to x and makes quaternions
+unit; part of a chord so leads to an attitude between, on the great circle.
 
 Source: Absil, Mahony, Sepulchre, Optimization Algorithms on Matrix Manifolds, 2008, section 4.1
 (retractions; this is the projective one on the sphere of unit quaternions).
@@ -29,7 +30,7 @@ from kinolab.dynamics.ir import Register, Routine, literal
 Array: TypeAlias = NDArray[np.float64]
 
 TURN = 2 * math.pi
-BETWEEN = [("ptr", "x"), ("ptr", "y"), ("ptr", "p"), ("ptr", "out"), ("i64", "mode")]
+BETWEEN = [("ptr", "x"), ("ptr", "y"), ("ptr", "turn"), ("ptr", "out"), ("i64", "mode")]
 
 
 def wrapped(angle: Any) -> Any:
@@ -54,6 +55,10 @@ class StateSpace:
         rows: Address of the loop of a function over pairs of states.
         difference: Address of ``difference``.
         retract: Address of ``retract``.
+
+    Attributes:
+        quaternions: The entries of each attitude, as slices.
+        turns: Whether each entry is an angle on the circle or part of an attitude, shape (nx,).
     """
 
     def __init__(
@@ -67,10 +72,23 @@ class StateSpace:
     ) -> None:
         self.circular = circular
         self.attitudes = tuple(attitudes)
+        self.quaternions = tuple(slice(first, first + 4) for first in attitudes)
+        self.turns = circular.copy()
+        for own in self.quaternions:
+            self.turns[own] = True
         pointer, number = ctypes.c_void_p, ctypes.c_int64
         kind = ctypes.CFUNCTYPE(number, *(pointer,) * 5, *(number,) * 3)
         self._rows: Callable[..., int] = kind(rows)
-        self._difference, self._retract = difference, retract
+        self._addresses = {"rows": rows, "difference": difference, "retract": retract}
+        self._turn: Array = np.where(circular, TURN, 0.0)
+
+    def limited(self, circular: NDArray[np.bool_]) -> StateSpace:
+        """Return the space in which only some angles come round: limits keep others on a line.
+
+        Args:
+            circular: Those that do, shape (nx,), circles of this space all of them.
+        """
+        return StateSpace(circular, self.attitudes, **self._addresses)
 
     @property
     def nx(self) -> int:
@@ -89,7 +107,7 @@ class StateSpace:
             x0: States, shape (..., nx).
             x1: States, of a shape that fits by NumPy's rules.
         """
-        return self._pairs(self._difference, x0, x1)
+        return self._pairs("difference", x0, x1)
 
     def retract(self, x: ArrayLike, difference: ArrayLike) -> Array:
         """Return the states to which differences lead, quaternions of unit length, shape (..., nx).
@@ -100,7 +118,11 @@ class StateSpace:
             x: States, shape (..., nx).
             difference: From them, of a shape that fits by NumPy's rules.
         """
-        return self._pairs(self._retract, x, difference)
+        return self._pairs("retract", x, difference)
+
+    def unit(self, states: ArrayLike) -> Array:
+        """Return states, shape (..., nx), with quaternions of unit length."""
+        return self.retract(states, np.zeros(self.nx))
 
     def interpolate(self, x0: ArrayLike, x1: ArrayLike, fraction: ArrayLike) -> Array:
         """Return states on the straight way from x0 to x1, the short way round.
@@ -127,8 +149,7 @@ class StateSpace:
         near, circles = there.copy(), self.circular
         apart = there[..., circles] - here[..., circles]
         near[..., circles] -= apart - wrapped(apart)
-        for first in self.attitudes:
-            own = slice(first, first + 4)
+        for own in self.quaternions:
             along = np.sum(here[..., own] * there[..., own], axis=-1, keepdims=True)
             near[..., own] = np.where(along < 0, -there[..., own], there[..., own])
         return near
@@ -140,6 +161,22 @@ class StateSpace:
             rows[k] = self.nearest(rows[k - 1], rows[k])
         return rows
 
+    def carried(self, states: ArrayLike, begin: ArrayLike) -> Array:
+        """Return a motion, states of shape (n, nx), carried on from another beginning.
+
+        Entries keep the difference of the beginnings, quaternions their sign: what is the same
+        state, or differs where nothing depends on it, goes on to be that.
+        """
+        there = np.asarray(begin, dtype=float)
+        carried = np.array(states, dtype=float)
+        shift, near = there - carried[0], self.nearest(there, carried[0])
+        for own in self.quaternions:
+            shift[own] = 0.0
+            carried[:, own] *= np.where(np.all(near[own] == carried[0, own]), 1.0, -1.0)
+        carried += shift
+        carried[0] = there
+        return carried
+
     def distance(self, x0: ArrayLike, x1: ArrayLike, weights: ArrayLike = 1.0) -> Array:
         """Return the Euclidean norm of weighted differences, shape (...).
 
@@ -148,17 +185,18 @@ class StateSpace:
             x1: States, of a shape that fits by NumPy's rules.
             weights: Factor on each entry of a difference, shape (nx,).
         """
-        lengths: Array = np.linalg.norm(self.difference(x0, x1) * weights, axis=-1)
+        lengths: Array = np.linalg.norm(self.difference(x0, x1) * np.asarray(weights), axis=-1)
         return lengths
 
-    def _pairs(self, function: int, a: ArrayLike, b: ArrayLike) -> Array:
+    def _pairs(self, name: str, a: ArrayLike, b: ArrayLike) -> Array:
         """Call a compiled function on pairs of rows of nx numbers."""
-        both = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
-        first, second = (np.ascontiguousarray(table) for table in both)
+        first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+        if first.shape != second.shape:
+            first, second = np.broadcast_arrays(first, second)
+        first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
         out = np.empty_like(first)
-        addresses = [table.ctypes.data for table in (first, second, out)]
-        count = first.size // max(self.nx, 1)
-        self._rows(function, addresses[0], addresses[1], 0, addresses[2], count, self.nx, 0)
+        given = [table.ctypes.data for table in (first, second, self._turn, out)]
+        self._rows(self._addresses[name], *given, first.size // max(self.nx, 1), self.nx, 0)
         return out
 
 
@@ -179,18 +217,21 @@ def _emit_difference(circular: Sequence[bool], attitudes: Sequence[int]) -> str:
     for i, circle in enumerate(circular):
         if i not in turned:
             apart = routine.sub(routine.load("%y", i), routine.load("%x", i))
-            routine.store("%out", i, _wrapped(routine, apart) if circle else apart)
+            routine.store("%out", i, _wrapped(routine, apart, i) if circle else apart)
     for first in attitudes:
         _chord(routine, range(first, first + 4))
     routine.give("0")
     return routine.text()
 
 
-def _wrapped(routine: Routine, angle: Register) -> Register:
-    """Return ``wrapped`` of an angle."""
-    turns = routine.div(routine.add(angle, literal(math.pi)), literal(TURN))
+def _wrapped(routine: Routine, angle: Register, entry: int) -> Register:
+    """Return ``wrapped`` of an angle, itself where its circle has no circumference."""
+    turn = routine.load("%turn", entry)
+    turns = routine.div(routine.add(angle, routine.mul(turn, literal(0.5))), turn)
     whole = routine.line(f"call double @llvm.floor.f64(double {turns})")
-    return routine.sub(angle, routine.mul(whole, literal(TURN)))
+    short = routine.sub(angle, routine.mul(whole, turn))
+    circle = routine.line(f"fcmp ogt double {turn}, {literal(0.0)}")
+    return routine.line(f"select i1 {circle}, double {short}, double {angle}")
 
 
 def _chord(routine: Routine, entries: range) -> None:

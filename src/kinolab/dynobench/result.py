@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
@@ -23,12 +24,11 @@ def result_text(problem: Problem, trajectory: Trajectory) -> str:
     Angles on circles lie in [-pi, pi), as the benchmark has them; 17 digits are written.
     Its steps must be the benchmark's: ``has_its_steps``.
     """
-    turned = (trajectory.x + np.pi) % (2 * np.pi) - np.pi
-    states = np.where(problem.model.circular, turned, trajectory.x)
+    states = np.where(problem.model.circular, wrapped(trajectory.x), trajectory.x)
     goal = problem.start.copy()
     goal[list(problem.goal.indices)] = problem.goal.targets
     for attitude in problem.goal.attitudes:
-        goal[attitude.index : attitude.index + 4] = attitude.target
+        goal[attitude.entries] = attitude.target
     lines = [
         f"cost: {trajectory.duration!r}",
         f"start: {_row(problem.start)}",

@@ -83,7 +83,7 @@ class Tracker:
 
     def deviation(self, planned: Array, x: Array) -> Array:
         """Return how far a state is from a planned one, shape (nx,)."""
-        return self.problem.difference(x, planned)
+        return self.problem.space.difference(planned, x)
 
 
 def _keeping(model: Model, x: Array, u: Array) -> Array:

@@ -29,14 +29,13 @@ def between(problem: Problem, begin: Array, end: Array) -> Problem:
         begin: Shape (nx,).
         end: Shape (nx,).
     """
-    turned = problem.model.attitudes
-    own = [k for first in turned.values() for k in range(first, first + 4)]
-    matters = ~ignorable(problem)
-    matters[own] = False
+    model, matters = problem.model, ~ignorable(problem)
+    for own in model.space.quaternions:
+        matters[own] = False
     met = tuple(np.flatnonzero(matters).tolist())
     attitudes = tuple(
-        AttitudeTarget(name, first, tuple(end[first : first + 4].tolist()), MET)
-        for name, first in turned.items()
+        AttitudeTarget(name, own.start, tuple(end[own].tolist()), MET)
+        for name, own in zip(model.attitudes, model.space.quaternions, strict=True)
     )
     near = MET * problem.scales[list(met)]
     goal = Goal(met, end[list(met)], near, problem.circular[list(met)], attitudes=attitudes)
@@ -45,12 +44,5 @@ def between(problem: Problem, begin: Array, end: Array) -> Problem:
 
 def straight(problem: Problem, begin: Array, end: Array) -> Array:
     """Return the straight way between two states, shape (2, nx), by the shorter way round."""
-    way = np.stack([begin, end])
-    ways_round = problem.circular
-    way[1, ways_round] -= 2 * np.pi * np.round((way[1] - way[0])[ways_round] / (2 * np.pi))
-    alike = ignorable(problem)
-    way[1, alike] = begin[alike]
-    for first in problem.model.attitudes.values():
-        own = slice(first, first + 4)
-        way[1, own] *= 1.0 if begin[own] @ end[own] >= 0 else -1.0
-    return way
+    near = problem.space.nearest(begin, end)
+    return np.stack([begin, np.where(ignorable(problem), begin, near)])

@@ -38,10 +38,9 @@ class Bridges:
         self._problem = problem
         self._guesses = Guesses(problem, np.random.default_rng(0))
         self._ways = FreeWays(problem, np.random.default_rng(0))
-        self._attitudes = tuple(problem.model.attitudes.values())
         model, self._curves = problem.model, None
         # Inputs along a curve are forces, which feedback would choose by itself.
-        if problem.system.flat is not None and not self._attitudes and model.plant is model:
+        if problem.system.flat is not None and not model.attitudes and model.plant is model:
             self._curves = ways_of(problem)
             self._paths = PathMotion(problem, self._curves.coordinates)
 
@@ -80,7 +79,8 @@ class Bridges:
             if motion is None or not motion.steps:
                 continue
             times = step * np.arange(motion.steps + 1.0)
-            guess = resampled(times, motion.x, motion.u, self._count(times[-1], knots))
+            count = self._count(times[-1], knots)
+            guess = resampled(times, motion.x, motion.u, count, self._problem.space)
             guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
             yield guess
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics import StateSpace
 from kinolab.optimize.knots import Knots, resampled
 from kinolab.trajectory import Trajectory
 
@@ -44,7 +44,7 @@ class Course:
         own = slice(begin, end)
         return Course(self.x[begin : end + 1], self.u[own], self.spans[own])
 
-    def with_piece(self, begin: int, end: int, other: Course, attitudes: Sequence[int]) -> Course:
+    def with_piece(self, begin: int, end: int, other: Course, space: StateSpace) -> Course:
         """Return the motion with a piece replaced by another one.
 
         What follows begins where that ends: entries of the state that may come out differently
@@ -54,23 +54,18 @@ class Course:
             begin: Place of the state with which the piece begins.
             end: Place of the state with which it ends.
             other: From the same state to the same one, as far as that matters.
-            attitudes: Where quaternions begin in a state.
+            space: Of the states.
         """
-        rest = self.x[end:] + (other.x[-1] - self.x[end])
-        for first in attitudes:
-            own = slice(first, first + 4)
-            sign = 1.0 if other.x[-1, own] @ self.x[end, own] >= 0 else -1.0
-            rest[:, own] = sign * self.x[end:, own]
-        rest[0] = other.x[-1]
+        rest = space.carried(self.x[end:], other.x[-1])
         return Course(
             np.vstack([self.x[:begin], other.x[:-1], rest]),
             np.vstack([self.u[:begin], other.u, self.u[end:]]),
             np.concatenate([self.spans[:begin], other.spans, self.spans[end:]]),
         )
 
-    def in_steps(self, count: int, attitudes: tuple[int, ...]) -> Knots:
+    def in_steps(self, count: int, space: StateSpace) -> Knots:
         """Return as many even steps of the same duration, by ``resampled``."""
-        return resampled(self.times, self.x, self.u, count, attitudes)
+        return resampled(self.times, self.x, self.u, count, space)
 
 
 def course_of(trajectory: Trajectory) -> Course:

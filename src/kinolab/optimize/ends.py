@@ -32,10 +32,9 @@ class Ends:
         turns = np.round((guess[entries] - goal.targets) / (2 * np.pi))
         targets = goal.targets + np.where(goal.circular, 2 * np.pi * turns, 0.0)
         for attitude in goal.attitudes:
-            own = range(attitude.index, attitude.index + 4)
-            target = np.array(attitude.target)
-            entries += own
-            nearer = target if guess[list(own)] @ target >= 0 else -target
+            own, target = attitude.entries, np.array(attitude.target)
+            entries += range(own.start, own.stop)
+            nearer = target if guess[own] @ target >= 0 else -target
             targets = np.concatenate([targets, nearer])
         self._entries, self._targets = entries, targets
         self._large = problem.scales[entries]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -44,9 +43,10 @@ class FreeWays:
     ) -> None:
         self._problem, self._generator, self._stop = problem, generator, stop
         self._checker = problem.checker()
-        self._attitudes = tuple(problem.model.attitudes.values())
+        self._space = problem.space
         self._circles = np.flatnonzero(problem.circular[: problem.model.nq])
-        self._weights = problem.weights[: problem.model.nq]
+        self._weights = problem.weights.copy()
+        self._weights[problem.model.nq :] = 0.0  # only the way counts
         shapes = [shape for body in problem.bodies for shape in body.shapes]
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
         self._apart = APART * min(radii, default=1.0)
@@ -95,7 +95,7 @@ class FreeWays:
             if met is not None and self._apart_by(met, reached[None])[0] == 0.0:
                 ways = [here.way(), there.way()]
                 way = np.vstack([ways[k % 2], ways[1 - k % 2][::-1]])
-                return self._shorter(self._unwound(way))
+                return self._shorter(self._space.continuous(way))
         return None
 
     def is_free(self, begin: Array, end: Array) -> bool:
@@ -124,20 +124,13 @@ class FreeWays:
         """Return a configuration at random, turned like one between start and end or nearly so."""
         nq, generator = self._problem.model.nq, self._generator
         lower, upper = self._problem.sampling_bounds[:nq].T
-        x = start + generator.random() * (self._nearest(start, end) - start)
-        lines = np.setdiff1d(np.arange(nq), self._turned)
+        x = start + generator.random() * (self._space.nearest(start, end) - start)
+        lines = np.flatnonzero(~self._space.turns[:nq])
         x[lines] = generator.uniform(lower[lines], upper[lines])
         x[self._circles] += turning * generator.uniform(-np.pi, np.pi, len(self._circles))
-        for first in self._attitudes:
-            own = slice(first, first + 4)
+        for own in self._space.quaternions:
             x[own] = turned_at_random(unit(x[own]), turning * np.pi, generator)
         return x
-
-    @cached_property
-    def _turned(self) -> NDArray[np.int64]:
-        """Coordinates that are angles on circles or parts of attitudes."""
-        parts = [np.arange(first, first + 4) for first in self._attitudes]
-        return np.concatenate([self._circles, *parts])
 
     def _grown(
         self, tree: _Tree, aim: Array, end: Array, within: Callable[[Array], bool]
@@ -159,17 +152,7 @@ class FreeWays:
 
     def _apart_by(self, x: Array, others: Array) -> Array:
         """Return weighted distances of configurations (m, nx) from one (nx,), shape (m,)."""
-        nq = len(self._weights)
-        difference = others[:, :nq] - x[:nq]
-        wrapped = difference[:, self._circles]
-        difference[:, self._circles] = (wrapped + np.pi) % (2 * np.pi) - np.pi
-        for first in self._attitudes:
-            own = slice(first, first + 4)
-            other = others[:, own] + x[own]
-            nearer = np.linalg.norm(other, axis=1) < np.linalg.norm(difference[:, own], axis=1)
-            difference[nearer, own] = other[nearer]
-        distances: Array = np.linalg.norm(difference * self._weights, axis=1)
-        return distances
+        return self._space.distance(x, others, self._weights)
 
     def _line(self, begin: Array, end: Array) -> Array:
         """Return states on the shortest straight way, so many that no point moves far between."""
@@ -182,22 +165,7 @@ class FreeWays:
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
         """Return states at even shares of the shortest straight way, shape (count + 1, nx)."""
-        share = np.linspace(0.0, 1.0, count + 1)[:, None]
-        x = begin + share * (self._nearest(begin, end) - begin)
-        for first in self._attitudes:
-            own = slice(first, first + 4)
-            x[:, own] /= np.linalg.norm(x[:, own], axis=1, keepdims=True)
-        return x
-
-    def _nearest(self, begin: Array, end: Array) -> Array:
-        """Return the same configuration with angles and quaternions nearest to another one."""
-        near, circles = end.copy(), self._circles
-        turns = np.round((end[circles] - begin[circles]) / (2 * np.pi))
-        near[circles] -= 2 * np.pi * turns
-        for first in self._attitudes:
-            own = slice(first, first + 4)
-            near[own] = unit(end[own] if begin[own] @ end[own] >= 0 else -end[own])
-        return near
+        return self._space.interpolate(begin, end, np.linspace(0.0, 1.0, count + 1))
 
     def _free(self, line: Array) -> int:
         """Return how many of some states are free before one is not."""
@@ -216,13 +184,6 @@ class FreeWays:
             free = min(free, int(inside.argmax()) if inside.any() else free)
         return free
 
-    def _unwound(self, way: Array) -> Array:
-        """Return a way without jumps of angles and quaternions."""
-        states = [way[0]]
-        for x in way[1:]:
-            states.append(self._nearest(states[-1], x))
-        return np.array(states)
-
     def _shorter(self, way: Array) -> Array:
         """Return a way with some of its corners cut off."""
         for _ in range(SHORTCUTS):
@@ -236,7 +197,7 @@ class FreeWays:
             begin, end = _at(way, along, a), _at(way, along, b)
             line = self._line(begin, end)
             if self._free(line) == len(line):
-                way = self._unwound(np.vstack([way[:i], begin, end, way[j:]]))
+                way = self._space.continuous(np.vstack([way[:i], begin, end, way[j:]]))
         return way
 
 

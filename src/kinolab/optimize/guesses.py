@@ -51,7 +51,7 @@ class Guesses:
         end[problem.model.nq :] = 0.0
         end[list(goal.indices)] = goal.targets
         for attitude in goal.attitudes:
-            own = slice(attitude.index, attitude.index + 4)
+            own = attitude.entries
             target = np.array(attitude.target)
             end[own] = target if start[own] @ target >= 0 else -target
         end = pointed(problem.model, goal, end[None])[0]
@@ -70,8 +70,8 @@ class Guesses:
         via = (begin + end) / 2
         lower, upper = problem.sampling_bounds[:nq].T
         aside = ASIDE * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
-        for first in problem.model.attitudes.values():
-            aside[first : first + 4] = 0.0
+        for own in problem.space.quaternions:
+            aside[own] = 0.0
         via[:nq] += aside
         return np.stack([begin, via, end])
 
@@ -107,8 +107,7 @@ class Guesses:
             times = np.linspace(0.0, 1.0, len(way))
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
         held = np.tile((lower + upper) / 2, (len(way) - 1, 1))
-        attitudes = tuple(problem.model.attitudes.values())
-        even = resampled(times, way, held, steps, attitudes)
+        even = resampled(times, way, held, steps, problem.space)
         shaken = SHAKEN * generator.standard_normal(even.u.shape) * (upper - lower)
         return Knots(even.x, even.u + shaken, h)
 
@@ -140,10 +139,7 @@ class Guesses:
         problem, generator = self._problem, np.random.default_rng(0)
         model = problem.model
         lower, upper = np.clip(problem.sampling_bounds.T, -1e3, 1e3)
-        x = generator.uniform(lower, upper, (SPEEDS, model.nx))
-        for first in model.attitudes.values():
-            own = x[:, first : first + 4]
-            x[:, first : first + 4] = own / np.linalg.norm(own, axis=1, keepdims=True)
+        x = model.space.unit(generator.uniform(lower, upper, (SPEEDS, model.nx)))
         lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
         u = generator.uniform(lower, upper, (SPEEDS, model.nu))
         slopes: Array = np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])

@@ -8,6 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics import StateSpace
+
 Array: TypeAlias = NDArray[np.float64]
 
 
@@ -34,13 +36,13 @@ class Knots:
         """Return knots that differ by so much."""
         return Knots(self.x + dx, self.u + du, self.h + dh)
 
-    def in_steps(self, count: int, attitudes: tuple[int, ...] = ()) -> Knots:
+    def in_steps(self, count: int, space: StateSpace) -> Knots:
         """Return as many steps of the same duration, by ``resampled``."""
         times = self.h * np.arange(len(self.u) + 1.0)
-        return resampled(times, self.x, self.u, count, attitudes)
+        return resampled(times, self.x, self.u, count, space)
 
 
-def resampled(t: Array, x: Array, u: Array, count: int, attitudes: tuple[int, ...] = ()) -> Knots:
+def resampled(t: Array, x: Array, u: Array, count: int, space: StateSpace) -> Knots:
     """Return as many even steps along a motion, stretched in time so that it has its duration.
 
     States are interpolated on the straight line, inputs are averaged over each step.
@@ -50,14 +52,10 @@ def resampled(t: Array, x: Array, u: Array, count: int, attitudes: tuple[int, ..
         x: States, shape (N+1, nx).
         u: Inputs, shape (N, nu).
         count: Number of steps.
-        attitudes: Where quaternions begin in a state; they come out of unit length.
+        space: Of the states; quaternions come out of unit length.
     """
     times = np.linspace(t[0], t[-1], count + 1)
-    states = np.column_stack([np.interp(times, t, column) for column in x.T])
-    for first in attitudes:
-        states[:, first : first + 4] /= np.linalg.norm(
-            states[:, first : first + 4], axis=1, keepdims=True
-        )
+    states = space.unit(np.column_stack([np.interp(times, t, column) for column in x.T]))
     impulse = np.vstack([np.zeros(u.shape[1]), np.cumsum(u * np.diff(t)[:, None], axis=0)])
     total = np.column_stack([np.interp(times, t, column) for column in impulse.T])
     h = float(t[-1] - t[0]) / count

@@ -63,8 +63,7 @@ def in_the_centre(problem: Problem, end: Array) -> bool:
 
 def _joined(task: Task, given: Course, begin: int, tail: Course) -> Trajectory | None:
     """Return a motion with another tail, None where the whole breaks anything."""
-    attitudes = tuple(task.problem.model.attitudes.values())
-    course = given.with_piece(begin, len(given.spans), tail, attitudes)
+    course = given.with_piece(begin, len(given.spans), tail, task.problem.space)
     made = trajectory_under(task.problem.model, course.times, course.x, course.u)
     return made if task.keeps_all_at_knots(made) else None
 

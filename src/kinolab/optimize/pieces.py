@@ -44,7 +44,7 @@ class Pieces:
     def __init__(self, task: Task, late: Callable[[], bool]) -> None:
         self._task, self._late = task, late
         self._problem = task.problem
-        self.attitudes = tuple(task.problem.model.attitudes.values())
+        self.space = task.problem.space
 
     def quicker(self, course: Course, knots: int, *, last: bool) -> Course | None:
         """Return a piece made faster as it is, None where that is not worth it or not true.
@@ -56,7 +56,7 @@ class Pieces:
         """
         task = self._between(course.x[0], None if last else course.x[-1])
         count = max(FEWEST, min(knots, len(course.spans)))
-        few = course.in_steps(count, self.attitudes)
+        few = course.in_steps(count, self.space)
         lengths = (EASED[0] * few.h, EASED[1] * few.h)
         return self._made(task, few, lengths, CLOSE, (1 - WORTH) * course.duration)
 
@@ -70,7 +70,7 @@ class Pieces:
     def ended(self, course: Course) -> Course | None:
         """Return a motion near the last piece that ends in the goal, no faster; or None."""
         task = self._between(course.x[0], None)
-        few = course.in_steps(max(FEWEST, min(FINAL, len(course.spans))), self.attitudes)
+        few = course.in_steps(max(FEWEST, min(FINAL, len(course.spans))), self.space)
         lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
         knots = self._closed(task, few, lengths, FAR)
         return None if knots is None else self._true(task, knots, self._steps(lengths[1], knots.h))

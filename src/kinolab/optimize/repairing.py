@@ -29,8 +29,8 @@ def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     if even:
         return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
     count = max(steps, FEWEST, math.ceil(trajectory.duration / h - UNEVEN))
-    attitudes = tuple(problem.model.attitudes.values())
-    return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, attitudes)
+    space = problem.space
+    return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
 
 
 def exact(

@@ -82,6 +82,6 @@ def _faster(task: Task, knots: Knots, block: int, late: Callable[[], bool]) -> T
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = math.ceil(fast.duration / (block * h))
-    guess = fast.in_steps(steps, tuple(task.problem.model.attitudes.values()))
+    guess = fast.in_steps(steps, task.problem.space)
     found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE, late)
     return None if found is None else _step_by_step(task, found, block)

@@ -61,7 +61,7 @@ class Shortcuts:
                     continue
                 piece = self._pieces.along(guess, given, last=last)
                 if piece is not None:
-                    return course.with_piece(begin, end, piece, self._pieces.attitudes)
+                    return course.with_piece(begin, end, piece, self._pieces.space)
                 failures += 1
         return None
 

@@ -104,8 +104,8 @@ def _closed(
 ) -> Knots | None:
     """Return exact knots of so many steps each, None where there are none near a motion."""
     count = math.ceil(len(trajectory.inputs) / block)
-    attitudes = tuple(task.problem.model.attitudes.values())
-    few = resampled(trajectory.t, trajectory.x, trajectory.inputs, count, attitudes)
+    space = task.problem.space
+    few = resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
     lengths = (0.9 * few.h, 1.1 * few.h)
     return restored(
         task, few, late, iterations=15, times=block, lengths=lengths, enough=NEAR, most=NEAR
@@ -153,6 +153,6 @@ def _in_steps(task: Task, fast: Knots, most: int, late: Callable[[], bool]) -> K
 
 def _in(task: Task, fast: Knots, count: int, late: Callable[[], bool]) -> Knots | None:
     """Return a motion in so many steps, each as long as the problem's or less; None if it fails."""
-    guess = fast.in_steps(count, tuple(task.problem.model.attitudes.values()))
+    guess = fast.in_steps(count, task.problem.space)
     h = task.problem.step if task.discrete else guess.h
     return exact(task, Knots(guess.x, guess.u, h), late, iterations=20)

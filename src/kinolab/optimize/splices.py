@@ -73,7 +73,7 @@ class Splices:
             guess = self._spliced(given, begin - before, end - before)
             piece = self._pieces.along(guess, given, last=last)
             if piece is not None:
-                return course.with_piece(before, after, piece, self._pieces.attitudes)
+                return course.with_piece(before, after, piece, self._pieces.space)
         return None
 
     def _spliced(self, course: Course, begin: int, end: int) -> Knots:
@@ -84,16 +84,12 @@ class Splices:
         share = (times / times[-1])[:, None]
         here = before.x[-1]
         there = straight(self._problem, here, after.x[0])[1]
-        second = after.x + (there - after.x[0])
-        for first in self._pieces.attitudes:
-            own = slice(first, first + 4)
-            sign = 1.0 if there[own] @ after.x[0, own] >= 0 else -1.0
-            second[:, own] = sign * after.x[:, own]
+        second = self._pieces.space.carried(after.x, there)
         x = np.vstack([before.x, second[1:]])
         x[: begin + 1] += share[: begin + 1] * (there - here)
         x[begin + 1 :] -= (1 - share[begin + 1 :]) * (there - here)
         u = np.vstack([before.u, after.u])
-        return resampled(times, x, u, min(KNOTS, len(spans)), self._pieces.attitudes)
+        return resampled(times, x, u, min(KNOTS, len(spans)), self._pieces.space)
 
     def _loops(self, course: Course) -> Iterator[tuple[int, int]]:
         """Yield the ends of loops, those that take long and end near where they begin first."""
@@ -115,13 +111,5 @@ class Splices:
     def _gaps(self, x: Array) -> Array:
         """Return the weighted distance of each state from each other one, shape (m, m)."""
         problem = self._problem
-        between = x[None] - x[:, None]
-        turns = problem.circular
-        between[..., turns] = (between[..., turns] + np.pi) % (2 * np.pi) - np.pi
-        for first in self._pieces.attitudes:
-            own = slice(first, first + 4)
-            other = x[None, :, own] + x[:, None, own]
-            nearer = np.linalg.norm(other, axis=-1) < np.linalg.norm(between[..., own], axis=-1)
-            between[..., own] = np.where(nearer[..., None], other, between[..., own])
-        gaps: Array = np.linalg.norm((between * problem.weights)[..., self._matters], axis=-1)
-        return gaps
+        counted = np.where(self._matters, problem.weights, 0.0)
+        return self._pieces.space.distance(x[:, None], x[None], counted)

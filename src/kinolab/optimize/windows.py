@@ -45,7 +45,7 @@ class Windows:
             given, last = course.piece(begin, end), end == len(course.spans)
             piece = self._pieces.quicker(given, knots, last=last)
             if piece is not None:
-                course = course.with_piece(begin, end, piece, self._pieces.attitudes)
+                course = course.with_piece(begin, end, piece, self._pieces.space)
                 begin, share = begin + len(piece.spans), 1.0
                 self._held = min(LONGER * self._held, LONGEST)
             elif self._held > SHORTEST:

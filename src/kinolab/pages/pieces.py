@@ -85,8 +85,4 @@ class Ways:
         return self.model.f(pieces.x, pieces.u), self.model.f(pieces.y, pieces.u)
 
     def _chord(self, pieces: Pieces, share: float) -> Array:
-        states: Array = pieces.x + share * (pieces.y - pieces.x)
-        for first in self.model.attitudes.values():
-            q = states[:, first : first + 4]
-            q /= np.linalg.norm(q, axis=1, keepdims=True)
-        return states
+        return self.model.space.unit(pieces.x + share * (pieces.y - pieces.x))

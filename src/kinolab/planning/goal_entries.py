@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.dynamics.units import state_units
 from kinolab.problem import Problem
 
@@ -59,7 +60,7 @@ def _entries(problem: Problem, x: Array) -> Iterator[GoalEntry]:
     for i, target, deviation, tolerance in rows:
         value = float(x[i])
         if problem.circular[i]:
-            value = math.remainder(value, 2 * math.pi)
+            value = float(wrapped(value))
         error = abs(float(deviation))
         name, unit = model.state_names[i], units[i]
         yield GoalEntry(name, value, float(target), error, float(tolerance), unit)

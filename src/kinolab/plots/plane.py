@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.state_space import wrapped
 from kinolab.dynamics.symbols import Coordinate
 from kinolab.dynamics.units import state_units
 from kinolab.errors import InputError, unknown_name
@@ -137,8 +138,7 @@ def _split(ends: Array) -> Array:
 
 def _wrapped(problem: Problem, columns: list[int], points: Array) -> Array:
     circular = problem.circular[columns]
-    turned = (points + np.pi) % (2 * np.pi) - np.pi
-    return np.asarray(np.where(circular, turned, points))
+    return np.asarray(np.where(circular, wrapped(points), points))
 
 
 def _draw(axes: Axes, problem: Problem, columns: list[int], line: Array, **style: object) -> None:

@@ -62,14 +62,9 @@ def sample_states(problem: Problem, count: int) -> Array:
     states = np.tile(problem.start, (count, 1))
     lower, upper = problem.sampling_bounds[:nq].T
     states[:, :nq] = generator.uniform(lower, upper, size=(count, nq))
-    for first in problem.model.attitudes.values():
-        states[:, first : first + 4] = [random_attitude(generator) for _ in range(count)]
+    for own in problem.space.quaternions:
+        states[:, own] = [random_attitude(generator) for _ in range(count)]
     return problem.model.project(states)
-
-
-def attitude_entries(problem: Problem) -> list[int]:
-    """Return the entries of the state that are parts of quaternions."""
-    return [first + k for first in problem.model.attitudes.values() for k in range(4)]
 
 
 def length_entries(problem: Problem) -> list[int]:

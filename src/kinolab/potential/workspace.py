@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from kinolab.attitude import random_attitude
 from kinolab.dynamics.shapes import Sphere
-from kinolab.potential.carriers import attitude_entries, sample_states
+from kinolab.potential.carriers import sample_states
 from kinolab.potential.control_points import ControlPoint, place
 from kinolab.potential.eikonal import Grid
 from kinolab.potential.inscribed import inscribed_radius
@@ -166,15 +166,15 @@ def _attitudes(problem: Problem) -> Array:
     states[:, problem.model.nq :] = 0.0
     turning = np.flatnonzero(problem.circular)
     goal = problem.sample_goal(generator, spread=0.0)
-    turned = [*turning, *attitude_entries(problem)]
+    turned = np.flatnonzero(problem.space.turns)
     states[1, turned] = goal[turned]
     for k in range(ATTITUDES):
         for j, entry in enumerate(turning):
             # Even for one angle, spread like a lattice for several.
             states[k + 2, entry] = 2 * np.pi * ((k * (1 + 7 * j)) % ATTITUDES) / ATTITUDES - np.pi
-        for start in problem.model.attitudes.values():
-            states[k + 2, start : start + 4] = random_attitude(generator)
-    return problem.model.project(states if turned else states[:1])
+        for own in problem.space.quaternions:
+            states[k + 2, own] = random_attitude(generator)
+    return problem.model.project(states if turned.size else states[:1])
 
 
 def _carried(problem: Problem, point: ControlPoint, grid: Grid, states: Array) -> Array | None:

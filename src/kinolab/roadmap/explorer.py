@@ -177,17 +177,6 @@ class Explorer:
         known = np.array(self.roadmap.milestones[:size])
         if not len(known):
             return
-        distances = np.linalg.norm(self._differences(known, state), axis=1)
+        distances = self._problem.space.distance(known, state, self._problem.weights)
         order = np.argsort(distances, kind="stable")
         yield from [int(k) for k in order if k != apart_from][:count]
-
-    def _differences(self, states: Array, state: Array) -> Array:
-        difference = states - state
-        wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
-        weighted = np.where(self._problem.circular, wrapped, difference) * self._problem.weights
-        for first in self._problem.model.attitudes.values():
-            four = slice(first, first + 4)
-            cosine = np.clip(np.abs(states[:, four] @ state[four]), 0.0, 1.0)
-            weighted[:, four] = 0.0
-            weighted[:, first] = 2 * np.arccos(cosine) * self._problem.weights[first]
-        return np.asarray(weighted)

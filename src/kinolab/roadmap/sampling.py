@@ -7,7 +7,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.attitude import random_attitude
 from kinolab.problem import Problem
 from kinolab.propagation import Propagator
 from kinolab.steering import Steering, ignorable, settle
@@ -44,12 +43,9 @@ class Sampler:
 
     def draw(self) -> Array | None:
         """Return a free state, shape (nx,); None where none was found."""
-        lower, upper = self._problem.sampling_bounds.T
         for k in range(TRIES):
             look(self._stop)
-            x = self._generator.uniform(lower, upper)
-            for first in self._problem.model.attitudes.values():
-                x[first : first + 4] = random_attitude(self._generator)
+            x = self._problem.sample(self._generator)
             rested = self._at_rest(x)
             state = x if rested is None and k >= PATIENCE else rested
             if state is not None and self._judge.is_free(state.tolist()):

@@ -170,7 +170,7 @@ def goal_errors(problem: Problem, x: Array) -> Array:
     errors = [goal.deviations(x) / goal.tolerances]
     for attitude in goal.attitudes:
         away = np.array([-1.0, -1.0, -1.0, 1.0]) * attitude.target
-        turn = multiply(away, x[attitude.index : attitude.index + 4])
+        turn = multiply(away, x[attitude.entries])
         errors.append(2 * np.copysign(1.0, turn[3]) * turn[:3] / attitude.tolerance)
     if goal.needs_frames:
         poses = problem.frames(x).reshape(-1, 3, 4)

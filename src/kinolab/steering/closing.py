@@ -38,7 +38,7 @@ class Closing:
 
     def miss(self, reached: Array, wanted: Array) -> Array:
         """Return by how much a state is missed, in units of the scales, shape (nx,)."""
-        difference = self._problem.difference(wanted, reached)
+        difference = self._problem.space.difference(reached, wanted)
         return np.where(self._matters, difference / self._problem.scales, 0.0)
 
     def close(self, x0: Array, u: Array, x1: Array, *, most: int = 8) -> Maneuver | None:
@@ -117,9 +117,8 @@ class Closing:
         No input changes the length, and what rounding leaves of it would ask for large inputs.
         """
         columns = columns.copy()
-        for first in self._problem.model.attitudes.values():
-            four = slice(first, first + 4)
-            columns[four] -= np.outer(x[four], x[four] @ columns[four])
+        for own in self._problem.space.quaternions:
+            columns[own] -= np.outer(x[own], x[own] @ columns[own])
         return columns
 
     def _end_by_inputs(self, x: Array, u: Array) -> Array:

@@ -34,8 +34,8 @@ def ignorable(problem: Problem) -> NDArray[np.bool_]:
     found = np.zeros(model.nx, dtype=bool)
     for i in range(model.nq):
         unbounded = problem.circular[i] or not np.isfinite(problem.bounds[i]).any()
-        attitude = any(first <= i < first + 4 for first in model.attitudes.values())
-        bound = sensitive[i] or attitude or i in wanted or not unbounded
+        turned = model.space.turns[i] and not model.circular[i]  # part of an attitude
+        bound = sensitive[i] or turned or i in wanted or not unbounded
         found[i] = not bound and not any(
             matters(problem, states, i) for matters in (_shows, _turns_what_is_aimed, _demands)
         )

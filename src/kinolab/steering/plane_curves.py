@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from kinolab.dynamics.flatness import CURVATURE, PlaneCurves, evaluate
+from kinolab.dynamics.state_space import wrapped
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs
@@ -225,7 +226,7 @@ def _turned(pose: Pose, heading: float) -> Pose:
 
 def _nearest(angle: float, other: float) -> float:
     """Return the angle on the circle, as a number near another one."""
-    return other + (angle - other + np.pi) % (2 * np.pi) - np.pi
+    return float(other + wrapped(angle - other))
 
 
 def _apart(a: Pose, b: Pose) -> bool:

@@ -83,18 +83,11 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
     ) -> Iterator[Maneuver]:
         """Yield motions from x0 that end at x1, as ``AbstractSteering`` says."""
-        x1 = self._near(x0, x1)
+        x1 = self._problem.space.nearest(x0, x1)
         for rough in self._rough(x0, x1, worthwhile):
             exact = self.closing.close(x0, rough.u, x1, most=PATIENCE)
             if exact is not None:
                 yield exact
-
-    def _near(self, x0: Array, x1: Array) -> Array:
-        """Return the end with its angles counted as near the beginning as can be."""
-        near, circular = x1.copy(), self._problem.circular
-        way = (x1 - x0 + np.pi) % (2 * np.pi) - np.pi
-        near[circular] = x0[circular] + way[circular]
-        return near
 
     def _rough(
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]

@@ -102,9 +102,9 @@ def linear_controllability(
 def normals_at(model: Model, x: Array) -> Iterator[Array]:
     """Yield the gradients of what states satisfy: unit quaternions, loops, and velocities where
     all of them are states; each of shape (nx,)."""
-    for first in model.attitudes.values():
+    for own in model.space.quaternions:
         normal = np.zeros(model.nx)
-        normal[first : first + 4] = x[first : first + 4]
+        normal[own] = x[own]
         yield normal
     system = model.system
     binding = Binding.of(system)
