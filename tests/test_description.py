@@ -11,7 +11,7 @@ import pytest
 
 from kinolab import cli, systems
 from kinolab.description import Description, describe, described_as_text, description_to_json
-from kinolab.description.equilibrium import equilibrium
+from kinolab.description.rest import held_state
 from kinolab.description.space import mechanisms, space_of
 from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
 from tests.machines import MACHINES
@@ -217,8 +217,8 @@ def test_every_machine_is_described_in_words_and_in_data(name: str) -> None:
 def test_an_equilibrium_that_the_inputs_cannot_hold_is_none() -> None:
     """A pendulum held level takes 9.81 N m; its motor has 5. Slightly aside it can be held."""
     model = systems.get("pendulum").model()
-    assert equilibrium(model, [np.array([np.pi / 2, 0.0])]) is None
-    found = equilibrium(model, [np.array([np.pi / 2, 0.0]), np.array([0.3, 0.0])])
+    assert held_state(model, [np.array([np.pi / 2, 0.0])]) is None
+    found = held_state(model, [np.array([np.pi / 2, 0.0]), np.array([0.3, 0.0])])
     assert found is not None
     (theta, _), (torque,) = found
     assert torque == pytest.approx(9.81 * np.sin(theta), abs=1e-8)

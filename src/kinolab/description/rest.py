@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.description.equilibrium import equilibrium
 from kinolab.dynamics import (
     LinearControllability,
     Model,
@@ -16,12 +15,15 @@ from kinolab.dynamics import (
     SmallTimeVerdict,
     System,
     VectorFields,
+    equilibrium,
     linear_controllability,
     small_time_controllability,
 )
 from kinolab.dynamics.inputs import bounds_of
 
 Array = NDArray[np.float64]
+
+ROUNDING = 1e-9  # by how much an input may pass its limit
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
     """
     model = system.model().plant  # a controller may refuse to rest; the machine can
     elsewhere = [_place(model, fields, point) for point in fields.points]
-    found = equilibrium(model, [model.rest(), *elsewhere])
+    found = held_state(model, [model.rest(), *elsewhere])
     if found is None:
         left_out.append("controllability at rest: no state was found in which inputs can hold it.")
         return
@@ -68,9 +70,29 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
         left_out.append("controllability in small time: an input does not enter linearly.")
     first = _examined(model, fields, *found)
     yield first
-    other = equilibrium(model, elsewhere) if first.open else None
+    other = held_state(model, elsewhere) if first.open else None
     if other is not None:
         yield _examined(model, fields, *other)
+
+
+def held_state(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | None:
+    """Return a state in which the machine stays and the inputs that hold it, or None.
+
+    Args:
+        model: The machine.
+        starts: States to begin from, each of shape (nx,); the first that leads to one counts.
+
+    Returns:
+        x of shape (nx,) and u of shape (nu,), within the limits of the inputs.
+    """
+    lower, upper = model.control_bounds.T
+    for start in starts:
+        found = equilibrium(model, start, polish=True)
+        if found is not None:
+            u = found[1]
+            if (lower - ROUNDING <= u).all() and (u <= upper + ROUNDING).all():
+                return found
+    return None
 
 
 def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:

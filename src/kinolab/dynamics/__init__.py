@@ -23,6 +23,7 @@ from kinolab.dynamics.efforts import (
     Wrench,
     toward,
 )
+from kinolab.dynamics.equilibrium import STILL, equilibrium
 from kinolab.dynamics.extras import State, lag, state
 from kinolab.dynamics.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.fields import (
@@ -81,6 +82,7 @@ from kinolab.dynamics.variational import VariationalIntegrator
 
 __all__ = [
     "CURVATURE",
+    "STILL",
     "WORLD",
     "Attitude",
     "Axis",
@@ -135,6 +137,7 @@ __all__ = [
     "angle",
     "closed",
     "dlqr",
+    "equilibrium",
     "filtration",
     "force_of",
     "growth_vector",

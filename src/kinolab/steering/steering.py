@@ -10,10 +10,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics import STILL
 from kinolab.problem import Problem
 from kinolab.steering.braking import Brake
 from kinolab.steering.closing import Closing
-from kinolab.steering.equilibria import STILL, settle
+from kinolab.steering.equilibria import settle
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.path_motion import MOST, PathMotion
 from kinolab.steering.rollout import Rollout

@@ -1,0 +1,82 @@
+"""Equilibria: f(x, u) = 0 with all velocities 0, near a state."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.model import Model
+from kinolab.errors import SingularError
+
+Array: TypeAlias = NDArray[np.float64]
+
+STILL = 1e-10  # of a state's scale per second: what counts as rest
+ROUNDS = 50  # of Newton's method
+CLOSINGS = 20  # steps towards a configuration in which loops close
+
+
+def equilibrium(
+    model: Model,
+    near: Array,
+    *,
+    scales: Array | None = None,
+    movable: NDArray[np.bool_] | None = None,
+    rounds: int = ROUNDS,
+    drawn_back: int = 0,
+    polish: bool = False,
+) -> tuple[Array, Array] | None:
+    """Return an equilibrium near a state, x of shape (nx,) and u of shape (nu,), or None.
+
+    Newton's method, whose steps are the least changes of configuration and inputs in units of
+    scales and of half the inputs' ranges. Limits are not looked at.
+
+    Args:
+        model: The machine.
+        near: Where to begin, shape (nx,); velocities are taken for 0, inputs for 0 or nearly so.
+        scales: What counts as a large change of each entry of the state, shape (nx,).
+        movable: Which entries may change, shape (nx,); velocities never do.
+        rounds: Of Newton's method at most.
+        drawn_back: Those at the beginning that look for the nearest equilibrium, drawn back along
+            all of them to where the search began; those that follow take any.
+        polish: Whether to go on for as long as rounding lets the motion get smaller.
+
+    Source: Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 4.4 (underdetermined
+    systems).
+    """
+    nx, scales = model.nx, model.state_scales if scales is None else scales
+    free = np.ones(nx, dtype=bool) if movable is None else movable.copy()
+    free[model.speeds] = False
+    sizes = np.concatenate([scales * free, np.ptp(model.control_bounds, axis=1) / 2])
+    z = _beginning(model, near)
+    begun, motion = z, np.inf
+    for k in range(rounds):
+        x, u = z[:nx], z[nx:]
+        try:
+            left = model.f(x, u) / scales
+        except SingularError:
+            return None
+        if not np.isfinite(left).all():
+            return None
+        before, motion = motion, float(np.abs(left).max(initial=0.0))
+        if motion <= STILL and (motion >= before / 2 or not polish):
+            return x, u
+        rows = np.hstack(model.jacobian(x, u)) * sizes / scales[:, None]
+        back = np.zeros(len(sizes))
+        if k < drawn_back:
+            np.divide(begun - z, sizes, out=back, where=sizes > 0)
+        change = (back + np.linalg.lstsq(rows, -left - rows @ back, rcond=1e-10)[0]) * sizes
+        z = np.concatenate([model.project(x + change[:nx]), u + change[nx:]])
+    return None
+
+
+def _beginning(model: Model, near: Array) -> Array:
+    """Return a state at rest in which loops close, and inputs as near 0 as limits let them."""
+    x = np.array(near, dtype=float)
+    x[model.speeds] = 0.0
+    for _ in range(CLOSINGS if model.projects else 0):
+        before, x = x, model.project(x)
+        if (x == before).all():
+            break
+    return np.concatenate([x, np.clip(np.zeros(model.nu), *model.control_bounds.T)])
