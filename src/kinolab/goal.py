@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.attitude import turn_between
+from kinolab.dynamics.state_space import wrapped
 
 Array: TypeAlias = NDArray[np.float64]
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
@@ -150,8 +151,7 @@ class Goal:
     def deviations(self, x: Array) -> Array:
         """Return target minus state of each named entry, shape (len(indices),)."""
         difference = self.targets - np.asarray(x)[list(self.indices)]
-        wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
-        return np.where(self.circular, wrapped, difference)
+        return np.where(self.circular, wrapped(difference), difference)
 
     def excess(self, x: Array, frames: Array | None = None) -> float:
         """Return how far outside the goal a state is, in tolerances: at most 1 inside.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from kinolab.dynamics import Model
+from kinolab.dynamics import Model, StateSpace
 from kinolab.dynamics.constraints import PositionConstraint
 from kinolab.errors import KinolabError, SingularError
 from kinolab.problem import Problem
@@ -72,17 +72,14 @@ class Motion:
 class MapMotion(Motion):
     """A motion whose states are joined by straight ways: chords."""
 
-    attitudes: tuple[int, ...] = ()  # where quaternions begin in a state
+    space: StateSpace
 
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
         """Return the states at times, each within an interval of its own, shape (times, nx)."""
         begin, end = self.t[intervals], self.t[intervals + 1]
         share = ((times - begin) / (end - begin))[:, None]
-        states: Array = self.x[intervals] + share * (self.x[intervals + 1] - self.x[intervals])
-        for first in self.attitudes:
-            turn = states[:, first : first + 4]
-            turn /= np.linalg.norm(turn, axis=1, keepdims=True)
-        return states
+        way = self.x[intervals + 1] - self.x[intervals]
+        return self.space.retract(self.x[intervals], share * way)
 
 
 def follow(
@@ -165,14 +162,14 @@ def follow_map(
     Raises:
         DivergedError: If a step fails.
     """
-    times, attitudes = np.asarray(t, dtype=float), tuple(model.attitudes.values())
+    times = np.asarray(t, dtype=float)
     try:
         x = model.steps(start, u, np.diff(times), method=method, substeps=substeps)
     except SingularError as error:
         raise DivergedError(float(times[error.row]), str(error)) from error
     ends = zip(pairwise(times.tolist()), x[:-1], x[1:], strict=True)
-    pieces = [Chord(span, begin, end, attitudes) for span, begin, end in ends]
-    return MapMotion(times, x, pieces, attitudes)
+    pieces = [Chord(span, begin, end, model.space) for span, begin, end in ends]
+    return MapMotion(times, x, pieces, model.space)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,13 +180,13 @@ class Chord:
         span: Times of its ends, in [s].
         begin: State at its beginning, shape (nx,).
         end: State at its end, shape (nx,).
-        attitudes: Where quaternions begin in a state; they stay of unit length.
+        space: Of the states; quaternions stay of unit length.
     """
 
     span: tuple[float, float]
     begin: Array
     end: Array
-    attitudes: tuple[int, ...] = ()
+    space: StateSpace
 
     @property
     def ts(self) -> Array:
@@ -199,11 +196,7 @@ class Chord:
     def __call__(self, times: float | Array) -> Array:
         """Return the state at a time, shape (nx,), or the states at times, shape (nx, times)."""
         share = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
-        way = self.end - self.begin
-        states: Array = self.begin[:, None] + way[:, None] * np.atleast_1d(share)
-        for first in self.attitudes:
-            states[first : first + 4] /= np.linalg.norm(states[first : first + 4], axis=0)
-        return states[:, 0] if np.ndim(times) == 0 else states
+        return self.space.retract(self.begin, share[..., None] * (self.end - self.begin)).T
 
 
 def true_motion(

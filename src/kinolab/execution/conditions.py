@@ -79,9 +79,9 @@ class Conditions:
         if not self.noise:
             return x
         seen = x + self.noise * problem.scales * generator.standard_normal(len(x))
-        for first in problem.model.attitudes.values():
-            own = slice(first, first + 4)
-            seen[own] = turned_at_random(x[own], self.noise * problem.scales[first], generator)
+        for own in problem.space.quaternions:
+            most = self.noise * problem.scales[own.start]
+            seen[own] = turned_at_random(x[own], most, generator)
         return seen
 
     def disturbed(self, model: Model, u: Array, generator: np.random.Generator) -> Array:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from math import copysign, cos, pi, sin
+from math import copysign, cos, sin
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from ompl import base as ob
+
+from kinolab.dynamics.state_space import wrapped
 
 Array: TypeAlias = NDArray[np.float64]
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
@@ -136,7 +138,7 @@ class _Curve:
         for gear, side in KINDS:
             arc = Arc(gear * length, side / self._radius)
             x, y, heading = arc.after(before)
-            turned = (heading - after[2] + pi) % (2 * pi) - pi
+            turned = float(wrapped(heading - after[2]))
             off = max(abs(x - after[0]), abs(y - after[1]), abs(turned) * self._radius)
             if off <= NEAR * self.size:
                 return arc
