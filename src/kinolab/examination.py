@@ -16,6 +16,8 @@ from scipy.integrate import solve_ivp
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation import has_imposed_velocities
 from kinolab.errors import KinolabError, NoDynamicsError
+from kinolab.propagation.stability import STABLE, fading, too_long
+from kinolab.scenario.schema import IntegrationSection
 
 STATES = 10  # random states at which laws are checked
 DURATION = 2.0  # [s] of the run whose energy is balanced
@@ -47,8 +49,12 @@ class Finding:
         return f"{verdict:6}  {self.law} ({self.value:.1e}, limit {self.limit:.0e}): {self.note}"
 
 
-def examine(system: System) -> Iterator[Finding]:
+def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[Finding]:
     """Yield what the generic laws say about a machine.
+
+    Args:
+        system: The machine.
+        integration: The steps in which it is to be planned for; a scenario's defaults if left out.
 
     Raises:
         InputError: If the machine cannot be derived.
@@ -65,6 +71,7 @@ def examine(system: System) -> Iterator[Finding]:
         yield _energy(model, states[0], inputs)
     except NoDynamicsError as error:
         yield Finding("a kinematic machine", 0.0, 0.0, str(error))
+    yield _steps(model, states, integration or IntegrationSection())
     yield from _limits(system)
 
 
@@ -161,6 +168,18 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Fin
         f"over {run.t[-1]:.3g} s {energies[1] - energies[0]:+.3g} J, of which {work:+.3g} J by work"
     )
     return Finding(law, gap, 1e-7, note)
+
+
+def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSection) -> Finding:
+    """Compare what fades fastest, at rest and in motion, with what a planner's steps can follow."""
+    generator = np.random.default_rng(0)
+    rate = max(fading(model, x, generator) for x in (model.rest()[None], states))
+    step, wrong = settings.step / settings.substeps, too_long(settings, rate)
+    law = f"{settings.method} is stable at steps of {step:g} s"
+    if wrong is not None:
+        return Finding(law, rate * step, STABLE[settings.method], wrong.sentence)
+    note = f"what fades fastest does so at {rate:.3g} /s"
+    return Finding(law, rate * step, STABLE.get(settings.method, np.inf), note)
 
 
 def _limits(system: System) -> Iterator[Finding]:

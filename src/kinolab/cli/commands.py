@@ -152,7 +152,7 @@ def _scenario(
     if as_json:
         click.echo(json.dumps({"folder": str(folder), **report}, ensure_ascii=False))
     else:
-        click.echo(_summary(problem, found, folder, report["diagnosis"].get("sentences", ())))
+        click.echo(_summary(problem, found, folder, _further(found, report)))
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
@@ -283,6 +283,12 @@ def _diagnose(
     INTERRUPTS.raise_if_seen()
     with INTERRUPTS.writing():
         return add_diagnosis(folder, report, diagnosis.to_json())
+
+
+def _further(found: Plan, report: dict[str, Any]) -> list[str]:
+    """Return what a diagnosis says that the plan's own message does not."""
+    sentences = report["diagnosis"].get("sentences", ())
+    return [sentence for sentence in sentences if sentence not in found.message]
 
 
 def _summary(problem: Problem, found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
@@ -468,12 +474,13 @@ def _simulate(
 @plan.command("examine")
 @click.argument("what")
 def _examine(what: str) -> int:
-    """Check the laws of mechanics on WHAT and say what is odd."""
+    """Check the laws of mechanics on WHAT, and its steps, and say what is odd."""
     from kinolab.examination import examine
-    from kinolab.loading import find_machine
+    from kinolab.loading import find_scenario, find_system
 
     INTERRUPTS.libraries_loaded()
-    findings = list(examine(find_machine(what)))
+    scenario = find_scenario(what)
+    findings = list(examine(find_system(scenario), scenario.integration))
     click.echo("\n".join(map(str, findings)))
     return 0 if all(finding.holds for finding in findings) else FAILED
 

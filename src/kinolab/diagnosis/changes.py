@@ -12,6 +12,7 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.goal import Goal
 from kinolab.problem import Problem
+from kinolab.propagation import stiffness
 from kinolab.search import AbstractPlanner
 
 WIDER = 3.0  # factor on the goal's tolerances
@@ -38,7 +39,14 @@ class Change:
 
 
 def changes(problem: Problem, planner: AbstractPlanner) -> Iterator[Change]:
-    """Yield every change that applies to a problem and to the planner that failed on it."""
+    """Yield every change that applies to a problem and to the planner that failed on it.
+
+    Where steps are unstable, whatever else is changed proves nothing.
+    """
+    if stiffness(problem) is not None:
+        yield _implicit(problem)
+        yield _finer(problem, planner)
+        return
     if problem.world.obstacles:
         empty = replace(problem.world, obstacles=())
         yield Change("obstacles", "without the obstacles", replace(problem, world=empty), {})
@@ -52,6 +60,12 @@ def changes(problem: Problem, planner: AbstractPlanner) -> Iterator[Change]:
         yield Change("longer controls", words, problem, {"max_steps": LONGER * longest})
     if problem.scenario.integration.truth == "continuous":
         yield _finer(problem, planner)
+
+
+def _implicit(problem: Problem) -> Change:
+    """Return the problem with the method for stiff machines."""
+    words = 'with [integration] method = "rosenbrock"'
+    return Change("method", words, _integrated(problem, method="rosenbrock"), {})
 
 
 def _wider(goal: Goal) -> Goal:
@@ -77,13 +91,18 @@ def _stronger(model: Model) -> Model:
 
 def _finer(problem: Problem, planner: AbstractPlanner) -> Change:
     """Return the problem with shorter steps, inputs being held as long as before."""
-    scenario, step = problem.scenario, problem.step / FINER
-    integration = scenario.integration.model_copy(update={"step": step})
-    finer = scenario.model_copy(update={"integration": integration})
-    finer = finer.located(scenario.origin)
+    step = problem.step / FINER
     known = {field.name for field in fields(planner)}
     settings: dict[str, Any] = {
         name: FINER * getattr(planner, name) for name in ("min_steps", "max_steps") if name in known
     }
     words = f"with [integration] step = {step:g} instead of {problem.step:g}"
-    return Change("step", words, replace(problem, scenario=finer), settings)
+    return Change("step", words, _integrated(problem, step=step), settings)
+
+
+def _integrated(problem: Problem, **update: Any) -> Problem:
+    """Return the problem with other settings of [integration]."""
+    scenario = problem.scenario
+    integration = scenario.integration.model_copy(update=update)
+    changed = scenario.model_copy(update={"integration": integration})
+    return replace(problem, scenario=changed.located(scenario.origin))

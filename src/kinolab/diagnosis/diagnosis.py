@@ -6,7 +6,10 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.diagnosis.approach import approach_sentences, unmet_sentences
 from kinolab.diagnosis.goal_states import GoalStates, goal_states
@@ -20,10 +23,14 @@ from kinolab.margin import Room, room_at
 from kinolab.planning import Plan
 from kinolab.planning.goal_entries import GoalEntry, goal_entries
 from kinolab.problem import Problem
+from kinolab.propagation import Stiffness, stiffness
 
 if TYPE_CHECKING:
     from kinolab.diagnosis.passage import Passage
 
+Array: TypeAlias = NDArray[np.float64]
+
+LIMIT = "limit"  # the cause by which planners count motions that pass limits
 SECONDS = 15.0  # of everything
 PASSAGE_SECONDS = 9.0  # of the look for a way of the machine's shape
 
@@ -42,6 +49,7 @@ class Diagnosis:
         goal_room: Room at the best state of the goal; None where no state of it was found.
         start_held: How inputs hold the machine at the start; None where that has no answer.
         goal_held: The same, at the state of the goal that is held most easily.
+        stiffness: What makes the steps unstable; None where they are stable.
         unreached: Directions of velocity that no input changes, as components by name.
         retries: Searches with one thing changed.
         passage: Whether the machine's shape gets through; None where that was not looked at.
@@ -55,6 +63,7 @@ class Diagnosis:
     goal_room: Room | None
     start_held: Holding | None
     goal_held: Holding | None
+    stiffness: Stiffness | None
     unreached: tuple[dict[str, float], ...]
     retries: tuple[Retry, ...]
     passage: Passage | None
@@ -103,11 +112,19 @@ def _described(problem: Problem, plan: Plan, goals: GoalStates) -> Diagnosis:
         goal_room=most_room(problem, goals.inside, checker),
         start_held=holding(problem, problem.start),
         goal_held=best_holding(problem, goals.inside),
+        stiffness=stiffness(problem, _visited(problem, plan)),
         unreached=unreached(problem),
         retries=(),
         passage=None,
         seconds=0.0,
     )
+
+
+def _visited(problem: Problem, plan: Plan) -> Array:
+    """Return the states that a search came to, as far as they were kept."""
+    kept = [plan.graph.x] if plan.graph is not None else []
+    kept += [plan.trajectory.x] if plan.trajectory is not None else []
+    return np.concatenate([np.empty((0, problem.model.nx)), *kept])
 
 
 def _passage(problem: Problem, goals: GoalStates, say: Say) -> Passage | None:
@@ -126,6 +143,9 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
     if plan.status == "solved":
         yield "The plan was found and verified: nothing stopped it."
         return
+    stiff = found.stiffness
+    if stiff is not None:
+        yield stiff.sentence
     if not goals.inside:
         yield from unmet_sentences(problem, goals.nearest)
     blocked = found.passage is not None and found.passage.blocked
@@ -133,10 +153,16 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
         yield found.passage.sentence
     yield from unreached_sentences(found.unreached)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
-    yield from truth_sentences(problem, plan)
+    if stiff is None:
+        yield from truth_sentences(problem, plan)
     yield from retry_sentences(found.retries)
-    yield from refusal_sentences(found.rejections)
-    yield from approach_sentences(found.approach, moved=plan.trajectory is not None)
+    # The limits that unstable steps pass are not what stops the machine.
+    limits = {LIMIT} if stiff is not None else set()
+    told = {cause: of for cause, of in found.rejections.items() if cause not in limits}
+    yield from refusal_sentences(told)
+    moved = plan.trajectory is not None
+    if moved or stiff is None:  # what unstable steps made up is not kept, however near it came
+        yield from approach_sentences(found.approach, moved=moved)
     yield from room_sentences(found.start_room, found.goal_room)
     if found.passage is not None and not blocked:
         yield found.passage.sentence

@@ -19,6 +19,7 @@ from kinolab.planning.collection import old_objects_left_alone
 from kinolab.planning.plan import Plan
 from kinolab.plugins import full_reference, search
 from kinolab.problem import Problem
+from kinolab.propagation import stiffness
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
@@ -154,6 +155,9 @@ class _Attempt:
                 outcome, message = Outcome.INTERRUPTED, UNVERIFIED
             elif outcome in MISSED and certificate.passed:
                 outcome = Outcome.SOLVED  # the true motion reaches what the planner's own missed
+            elif unsteady := self._unsteady(certificate, trajectory):
+                status = "verification_failed" if outcome is Outcome.SOLVED else "not_found"
+                return self._plan(status, result, math.nan, message=unsteady)
         return self._plan(
             _status(outcome, certificate),
             result,
@@ -162,6 +166,16 @@ class _Attempt:
             certificate=certificate,
             message=message or outcome.value,
         )
+
+    def _unsteady(self, certificate: Certificate, trajectory: Trajectory) -> str:
+        """Say why what was found is no motion at all, where steps made it up; empty else.
+
+        What a method makes of a stiff machine passes limits and walls that the machine keeps from,
+        or keeps from what the machine runs into: to name one of them would blame the wrong thing.
+        """
+        wrong = any(check.name != "goal" for check in certificate.failures)
+        found = stiffness(self.problem, trajectory.x) if wrong else None
+        return f"What was found is no motion of this machine. {found.sentence}" if found else ""
 
     def _certificate(self, trajectory: Trajectory) -> Certificate | None:
         """Verify; None where the user does not wait for it."""

@@ -5,6 +5,7 @@ from kinolab.propagation.held_inputs import HeldInputs
 from kinolab.propagation.propagator import Propagator
 from kinolab.propagation.rejections import Rejections
 from kinolab.propagation.rollouts import Rollouts
+from kinolab.propagation.stability import Stiffness, fading, stiffness, too_long
 from kinolab.propagation.sweep import Sweep
 from kinolab.propagation.true_step import TrueStep
 
@@ -14,6 +15,10 @@ __all__ = [
     "Propagator",
     "Rejections",
     "Rollouts",
+    "Stiffness",
     "Sweep",
     "TrueStep",
+    "fading",
+    "stiffness",
+    "too_long",
 ]
