@@ -17,10 +17,12 @@ from kinolab.problem import Problem
 from kinolab.propagation import stiffness
 from kinolab.runs import write_run
 from kinolab.scenario import builtin_scenarios
+from kinolab.scenario.schema import IntegrationSection
 from tests.outsiders import SKID, skid_steered, written
 
 RK4 = 'integration.method="rk4"'
 EULER = 'integration.method="euler"'
+DEFAULT = IntegrationSection()
 FADES = 0.7 * 50.0 * 9.81 / 0.05 * (0.2**2 + 0.25**2) / 4.0  # [1/s] of turning on the spot
 STIFF = "Something in this machine changes within "
 
@@ -119,7 +121,9 @@ def test_no_scenario_of_ours_has_steps_that_are_too_long(name: str) -> None:
 
 @pytest.mark.parametrize("name", systems.names())
 def test_no_machine_of_ours_is_stiff_at_the_step_that_scenarios_have_by_default(name: str) -> None:
-    (found,) = [finding for finding in examine(systems.get(name)) if "stable" in finding.law]
+    (found,) = [
+        finding for finding in examine(systems.get(name), DEFAULT) if "stable" in finding.law
+    ]
     assert found.holds
 
 
@@ -154,13 +158,15 @@ def test_a_search_with_unstable_steps_is_blamed_on_them_and_not_on_limits(
 
 
 def test_what_unstable_steps_made_up_is_not_stored(tmp_path: Path) -> None:
-    """The true motion under the inputs found passes the limit on psi_dot, which is not to blame."""
+    """Under some inputs found the true motion passes the limit on psi_dot, which is not to blame."""
     problem = robot(tmp_path, RK4)
-    plan = problem.solve(seed=3)
-    assert plan.status == "verification_failed"
-    assert plan.trajectory is None
-    assert plan.certificate is None
-    assert plan.message.startswith(f"What was found is no motion of this machine. {STIFF}")
-    write_run(tmp_path / "run", problem, plan)
-    assert not (tmp_path / "run" / "trajectory.csv").exists()
-    assert "psi_dot" not in plan.message
+    plans = [problem.solve(seed=seed) for seed in range(1, 6)]
+    made_up = [plan for plan in plans if plan.status != "solved"]
+    assert made_up
+    for k, plan in enumerate(made_up):
+        assert plan.trajectory is None
+        assert plan.certificate is None
+        assert plan.message.startswith(f"What was found is no motion of this machine. {STIFF}")
+        assert "psi_dot" not in plan.message
+        write_run(tmp_path / f"run{k}", problem, plan)
+        assert not (tmp_path / f"run{k}" / "trajectory.csv").exists()

@@ -54,7 +54,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
 
     Args:
         system: The machine.
-        integration: The steps in which it is to be planned for; a scenario's defaults if left out.
+        integration: The steps in which it is to be planned for; left out they are not judged.
 
     Raises:
         InputError: If the machine cannot be derived.
@@ -71,7 +71,8 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
         yield _energy(model, states[0], inputs)
     except NoDynamicsError as error:
         yield Finding("a kinematic machine", 0.0, 0.0, str(error))
-    yield _steps(model, states, integration or IntegrationSection())
+    if integration is not None:
+        yield _steps(model, states, integration)
     yield from _limits(system)
 
 
