@@ -83,6 +83,11 @@ class EndpointError(KinolabError):
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
 
 
+def is_broken(text: str) -> bool:
+    """Whether a text has halves of characters in it, as names of files have that are not UTF-8."""
+    return any("\ud800" <= character <= "\udfff" for character in text)
+
+
 def printable(text: str) -> str:
     """Replace what would steer a terminal or could not be printed, such as half a character."""
     return "".join(character if character.isprintable() else "�" for character in text)

@@ -36,6 +36,11 @@ def write_whole(path: Path, content: bytes) -> None:
         draft.write_bytes(content)
 
 
+def utf_8(text: str) -> bytes:
+    """Return what is written of a text; half a character, as of a path, becomes a question mark."""
+    return text.encode(errors="replace")
+
+
 def write_sealed(path: Path, magic: bytes, content: bytes) -> None:
     """Keep what can be made anew, with a checksum; a folder that cannot be written costs time."""
     with suppress(OSError):
@@ -49,7 +54,7 @@ def read_sealed(path: Path, magic: bytes) -> memoryview | None:
     What is damaged is removed with a word of warning, so that it is made anew only once.
     """
     try:
-        kept = _content_of(path)
+        kept = memoryview(read_ordinary(path, MOST_KEPT))
     except (FileNotFoundError, NotADirectoryError):
         return None
     except OSError as error:
@@ -71,18 +76,25 @@ def discard(path: Path, why: str = "") -> None:
         LOG.warning("warning: %s %s; it is made anew.", printable(str(path)), why)
 
 
-def _content_of(path: Path) -> memoryview:
-    """Read an ordinary file into memory that may be written to; nothing else is waited for.
+def read_ordinary(path: Path, most: int) -> bytearray:
+    """Read a file as a whole; no pipe is waited for, and no device read without end.
+
+    Args:
+        path: Of the file.
+        most: Bytes that it may have.
 
     Raises:
-        OSError: If it is not one, or cannot be read.
+        OSError: If it has more, is no ordinary file, or cannot be read.
     """
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | NO_WAIT)) as file:
         about = os.fstat(file.fileno())
-        if not stat.S_ISREG(about.st_mode) or about.st_size > MOST_KEPT:
-            raise OSError(errno.EINVAL, "it is no ordinary file of this kind")
-        content = memoryview(bytearray(about.st_size))
-        return content[: file.readinto(content)]
+        if not stat.S_ISREG(about.st_mode):
+            raise OSError(errno.EINVAL, "it is not an ordinary file")
+        if about.st_size > most:
+            raise OSError(errno.EFBIG, f"it is larger than {most / 1e6:g} MB")
+        content = bytearray(about.st_size)
+        del content[file.readinto(content) :]  # it may have become shorter
+        return content
 
 
 def discard_drafts() -> None:

@@ -22,7 +22,7 @@ from kinolab import __version__
 from kinolab.dynamics.machine_file import FEEDBACK_FILE, feedback_to_json, machine_to_json
 from kinolab.dynobench import has_its_steps, is_environment, result_text
 from kinolab.errors import InputError, Mistake
-from kinolab.files import write_whole
+from kinolab.files import utf_8, write_whole
 from kinolab.loading import build_problem
 from kinolab.planning import Plan
 from kinolab.planning.goal_entries import apart_by_unit, goal_entries
@@ -115,7 +115,7 @@ def add_diagnosis(
 
 
 def _json(report: Mapping[str, Any]) -> bytes:
-    return (json.dumps(report, indent=1, ensure_ascii=False) + "\n").encode()
+    return utf_8(json.dumps(report, indent=1, ensure_ascii=False) + "\n")
 
 
 def _recorded_assets(folder: Path) -> set[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import os
 import sys
 import traceback
 from collections.abc import Iterator
@@ -53,7 +54,7 @@ def text_of(path: Path) -> bytes:
 @cache
 def _module(path: Path, source: bytes) -> ModuleType:
     """Run a file as a module under a name that no other file has, nor another text of this one."""
-    digest = hashlib.sha256(b"\0".join([str(path).encode(), source])).hexdigest()
+    digest = hashlib.sha256(b"\0".join([os.fsencode(path), source])).hexdigest()
     name = f"kinolab_user_{path.stem}_{digest[:12]}"
     specification = spec_from_file_location(name, path)
     assert specification is not None

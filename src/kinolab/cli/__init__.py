@@ -26,6 +26,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def main() -> None:
     """Enter from the console script."""
     INTERRUPTS.guard()
+    with suppress(AttributeError):  # None, or a stream of somebody else's
+        sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # for paths
     code = run()
     if INTERRUPTS.seen:
         with suppress(OSError):

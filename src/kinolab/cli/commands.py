@@ -21,7 +21,7 @@ from kinolab.cli.filming import film
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.plotting import plot
-from kinolab.cli.progress import Progress
+from kinolab.cli.progress import Progress, escaped
 from kinolab.cli.spectators import Spectators, spectators
 from kinolab.cli.viewing import view
 from kinolab.errors import InputError, KinolabError, Mistake
@@ -564,5 +564,5 @@ def execute(arguments: list[str]) -> int:
 
 def _explain(error: KinolabError) -> int:
     for line in str(error).splitlines():
-        print(f"error: {line}", file=sys.stderr)
+        print(f"error: {escaped(line)}", file=sys.stderr)
     return error.exit_code

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from kinolab.cli.interrupts import INTERRUPTS
-from kinolab.cli.progress import Progress
+from kinolab.cli.progress import Progress, escaped
 
 FAILED = 7
 PATH: click.Path = click.Path(path_type=Path)
@@ -26,7 +26,7 @@ def exhibit(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> in
     Every run is checked from its files, as by `plan check`, and the page says how that ended; the
     exit code is 7 if one fails or cannot be read.
     """
-    from kinolab.files import write_whole
+    from kinolab.files import utf_8, write_whole
     from kinolab.pages import gallery_of
 
     INTERRUPTS.libraries_loaded()
@@ -34,9 +34,9 @@ def exhibit(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> in
     page, cards = gallery_of(folders, title, lambda folder: progress(f"checking {folder}"))
     progress.close()
     with INTERRUPTS.writing():
-        write_whole(out, page.encode())
+        write_whole(out, utf_8(page))
     for card in cards:
         if card.verdict != "passed":
-            click.echo(f"{card.name}: {card.verdict}", err=True)
+            click.echo(escaped(f"{card.name}: {card.verdict}"), err=True)
     click.echo(str(out))
     return 0 if all(card.verdict == "passed" for card in cards) else FAILED

@@ -10,6 +10,11 @@ from contextlib import contextmanager
 from kinolab.cli.interrupts import INTERRUPTS
 
 
+def escaped(text: str) -> str:
+    """Return a text that every stream takes which takes UTF-8: names of files may be none."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 class Progress:
     """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
 
@@ -34,7 +39,7 @@ class Progress:
             passing and not self._terminal and time.monotonic() < self._last + 5
         ):
             return
-        self._last = time.monotonic()
+        self._last, text = time.monotonic(), escaped(text)
         end = "\n" if lasting else self._end
         print(f"\r\033[K{text}" if self._terminal else text, end=end, file=sys.stderr)
         sys.stderr.flush()

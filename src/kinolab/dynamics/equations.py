@@ -8,6 +8,7 @@ Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapters 3 and 5.
 
 from __future__ import annotations
 
+import math
 import re
 import time
 from collections.abc import Iterator, Sequence
@@ -33,6 +34,7 @@ LONGEST = 1000  # symbols, numbers and operations of one side that somebody may 
 WIDTH = 100  # characters of a line, dots over letters counted
 CONTINUED = "    "  # before what belongs to the line above
 MOST_ELIMINATED = 3  # constraints whose elimination by hand stays short enough to read
+MOST_TERMS = 1_000_000  # that expanding may make on its way; a submarine makes 65 620
 
 
 @dataclass(frozen=True)
@@ -229,7 +231,10 @@ class _Deriving:
 
     def tidy(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify for reading, if there is time left and the result is not too long."""
-        return tidied(exact(expression), self.deadline)
+        expression = exact(expression)
+        if _terms(expression) > MOST_TERMS:
+            return expression
+        return tidied(expression, self.deadline)
 
     def brief(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify for reading, with brackets around what is multiplied by the same."""
@@ -238,6 +243,17 @@ class _Deriving:
     def readable(self, equation: sympy.Eq) -> bool:
         """Whether an equation is short enough to be read."""
         return max(map(written_length, equation.args)) <= LONGEST
+
+
+def _terms(expression: sympy.Expr) -> int:
+    """Bound how many terms there are once an expression is expanded, and everything in it."""
+    parts = [_terms(part) for part in expression.args]
+    if expression.is_Mul:
+        return math.prod(parts)
+    if expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
+        n = min(int(expression.exp), MOST_TERMS)
+        return math.comb(parts[0] + n - 1, n) if parts[0] <= MOST_TERMS else parts[0]
+    return max(sum(parts), 1)
 
 
 def _text(equations: Equations) -> Iterator[str]:

@@ -30,6 +30,7 @@ from kinolab.dynamics.field_types import check_fields
 from kinolab.dynamics.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
+from kinolab.dynamics.machine_size import MOST_BYTES, size_mistakes
 from kinolab.dynamics.shapes import SHAPES
 from kinolab.dynamics.symbols import (
     Attitude,
@@ -47,8 +48,10 @@ from kinolab.dynamics.symbols import (
 from kinolab.dynamics.symbols import Rate as RateSymbol
 from kinolab.dynamics.system import System
 from kinolab.errors import InputError, Mistake
+from kinolab.files import read_ordinary
 
 FORMAT, VERSION = "kinolab machine", 1
+MOST_MISTAKES = 20  # nobody reads more
 FEEDBACK_FILE = "feedback.json"  # beside a machine: its controller, where it has one
 DAMAGED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
@@ -102,15 +105,12 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> System:
         InputError: If the text is no machine; the mistake says where.
     """
     try:
-        data = json.loads(text)
+        data = _plain(text)
         if data.get("format") != FORMAT or data.get("version") != VERSION:
             raise InputError([Mistake("", f"this is not a {FORMAT} of version {VERSION}.")])
         return _Reader.of(data).system(data)
     except InputError as error:
-        mistakes = (
-            Mistake(f"{where} {m.where}".rstrip(), m.what, m.remedy) for m in error.mistakes
-        )
-        raise InputError(mistakes) from error
+        raise _found_in(where, error) from error
     except DAMAGED as error:
         what = f"the machine is damaged ({type(error).__name__}: {error})."
         raise InputError([Mistake(where, what)]) from error
@@ -151,17 +151,40 @@ def load_machine(path: Path) -> System:
     if not beside.is_file():
         return system
     try:
-        return system.with_feedback(feedback_from_tree(system, json.loads(_text(beside))))
+        return system.with_feedback(feedback_from_tree(system, _plain(_text(beside))))
+    except InputError as error:
+        raise _found_in(str(beside), error) from error
     except DAMAGED as error:
         what = f"the controller is damaged ({type(error).__name__}: {error})."
         raise InputError([Mistake(str(beside), what)]) from error
 
 
 def _text(path: Path) -> str:
+    """Read a file of text that is no larger than any machine, and an ordinary one."""
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+        return read_ordinary(path, MOST_BYTES).decode()
+    except UnicodeDecodeError as error:
+        what, remedy = "this is not UTF-8 text.", "Save the file as UTF-8."
+        raise InputError([Mistake(str(path), what, remedy)]) from error
+    except OSError as error:
+        what = f"it cannot be read: {error.strerror or error}."
+        raise InputError([Mistake(str(path), what)]) from error
+
+
+def _plain(text: str) -> Any:
+    """Return what JSON says, as far as it is worth building."""
+    data = json.loads(text)
+    mistakes = list(size_mistakes(data))
+    if mistakes:
+        raise InputError(mistakes[:MOST_MISTAKES])
+    return data
+
+
+def _found_in(where: str, error: InputError) -> InputError:
+    """Return mistakes with the file that they are in."""
+    return InputError(
+        Mistake(f"{where} {m.where}".rstrip(), m.what, m.remedy) for m in error.mistakes
+    )
 
 
 def _described(body: Body) -> dict[str, Any]:

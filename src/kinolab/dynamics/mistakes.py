@@ -29,7 +29,7 @@ from kinolab.dynamics.symbols import (
     StateSymbol,
 )
 from kinolab.dynamics.system import atoms_of
-from kinolab.errors import InputError, Mistake, unknown_name
+from kinolab.errors import InputError, Mistake, is_broken, printable, unknown_name
 
 if TYPE_CHECKING:
     from kinolab.dynamics.system import AnyCoordinate, System
@@ -93,6 +93,10 @@ def _naming(system: System) -> Iterator[Mistake]:
                 bearers = "coordinates, rates, inputs, states, references or parameters "
                 what = f"{count} {bearers if kind == 'name' else ''}have this name."
                 yield Mistake(f"{kind} {name!r}", what, "Give each a name of its own.")
+    texts = [system.name, *(parameter.unit for parameter in system.parameters)]
+    for text in dict.fromkeys([*texts, *(name for names in groups.values() for name in names)]):
+        if isinstance(text, str) and is_broken(text):
+            yield Mistake(f"{printable(text)!r}", "this is no Unicode text.", "Write it in UTF-8.")
     for entry in named:
         if not entry.name.isidentifier():
             remedy = "Use letters, digits and underscores, beginning with a letter."

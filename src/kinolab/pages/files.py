@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from kinolab.files import write_whole
+from kinolab.files import utf_8, write_whole
 from kinolab.pages.scenes import content_of, facts_of, readiness
 from kinolab.planning import Plan
 from kinolab.problem import Problem
@@ -34,7 +34,7 @@ def write_scene(
         graph: What the search explored.
     """
     content = content_of(problem, trajectory, facts, graph)
-    write_whole(folder / PAGE, page_html(content).encode())
+    write_whole(folder / PAGE, utf_8(page_html(content)))
     write_whole(folder / MODEL, glb_scene(content))
 
 
@@ -50,7 +50,7 @@ def save_page(problem: Problem, plan: Plan | None, path: str | Path) -> Path:
         The path.
     """
     target = Path(path)
-    write_whole(target, page_html(_content(problem, plan)).encode())
+    write_whole(target, utf_8(page_html(_content(problem, plan))))
     return target
 
 

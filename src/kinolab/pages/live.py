@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.files import utf_8
 from kinolab.pages.scenes import branches, content_of
 from kinolab.problem import Problem
 from kinolab.render.page import page_html
@@ -43,7 +44,7 @@ class LivePage:
     def __init__(self, problem: Problem, words: str) -> None:
         self._problem, self._news = problem, _News()
         content = content_of(problem, None, {"status": "searching", "message": words}, drive=False)
-        self._pages = {"/": page_html(replace(content, live=EVENTS)).encode()}
+        self._pages = {"/": utf_8(page_html(replace(content, live=EVENTS)))}
         self._server = _Server((HOST, 0), _Handler)
         self._server.pages, self._server.news = self._pages, self._news
         self.address = f"http://{HOST}:{self._server.server_port}/"
@@ -185,7 +186,7 @@ class _Handler(BaseHTTPRequestHandler):
                 number, events = news.since(number)
                 for kind, text in events or [("", "")]:
                     line = f"event: {kind}\ndata: {text}\n\n" if kind else ": still here\n\n"
-                    self.wfile.write(line.encode())
+                    self.wfile.write(utf_8(line))
                     self.wfile.flush()
                     ended = ended or kind == "end"
             news.count("sent_on")

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from kinolab.errors import Mistake
+from kinolab.errors import Mistake, is_broken
 from kinolab.scenario.findings import KeyPath, Override
 from kinolab.scenario.toml_text import shortened, shown
 
@@ -33,18 +33,14 @@ def apply_overrides(
 
 def override_place(text: str) -> str:
     """Return how mistakes name an override."""
-    return f"--set {shortened(ascii(text)[1:-1] if _is_broken(text) else text, _SHOWN)}"
+    return f"--set {shortened(ascii(text)[1:-1] if is_broken(text) else text, _SHOWN)}"
 
 
 def _apply(document: dict[str, Any], text: str) -> tuple[KeyPath, object]:
-    if _is_broken(text):
+    if is_broken(text):
         raise _RefusedError("the text is not Unicode.", "Write it in UTF-8.")
     keys, value = _split(text)
     return _put(document, keys, _parsed(value))
-
-
-def _is_broken(text: str) -> bool:
-    return any("\ud800" <= character <= "\udfff" for character in text)
 
 
 def _split(text: str) -> tuple[list[str], str]:

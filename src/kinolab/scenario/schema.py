@@ -21,6 +21,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from kinolab.errors import is_broken, printable
 from kinolab.scenario import rules
 from kinolab.scenario.findings import Finding, Origin
 from kinolab.scenario.values import (
@@ -58,6 +59,8 @@ from kinolab.scenario.values import (
     plain_setting,
 )
 
+LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
+MOST_OBSTACLES = 2000  # each is asked about in every pose; more belong into a mesh
 TOLERANCE = 0.1  # of every goal that does not give its own
 RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
 
@@ -138,12 +141,14 @@ class WorldSection(Section):
     bounds: dict[WorldAxis, Annotated[Limits, Wanted("[low, high], low first [m]")]] = {}
     ground: Literal["plane", "none"] = "none"
     clearance: Annotated[
-        float, Field(ge=0, allow_inf_nan=False), Wanted("a distance, 0 or more [m]")
+        float,
+        Field(ge=0, le=LARGEST_CLEARANCE, allow_inf_nan=False),
+        Wanted(f"a distance from 0 to {LARGEST_CLEARANCE:g} [m]"),
     ] = 0.0  # that plans keep from every obstacle
     obstacle: Annotated[
         tuple[ObstacleEntry, ...],
-        Field(strict=False),
-        Wanted("a list of [[world.obstacle]] tables"),
+        Field(strict=False, max_length=MOST_OBSTACLES),
+        Wanted(f"a list of at most {MOST_OBSTACLES} [[world.obstacle]] tables"),
     ] = ()
 
     @field_validator("obstacle", mode="after")
@@ -308,8 +313,9 @@ class Scenario(Section):
 
     @property
     def name(self) -> str:
-        """The stem of the file's name."""
-        return self._origin.file.stem
+        """The stem of the file's name, as text that can be written anywhere."""
+        stem = self._origin.file.stem
+        return printable(stem) if is_broken(stem) else stem
 
     def located(self, origin: Origin) -> Self:
         """The same scenario, read somewhere else."""

@@ -1,0 +1,85 @@
+"""How much a machine file may hold, counted before anything is built of it.
+
+Expressions are differentiated several times: what a line says about 50 000 terms, or about a power
+of powers of powers, takes minutes and gigabytes. No machine of a course has a tenth of this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from kinolab.errors import Mistake, is_broken
+
+MOST_BYTES = 2_000_000  # of a file
+MOST_VALUES = 20_000  # of all expressions, records and lists
+MOST_TERMS = 5_000  # names, numbers and operations of one expression
+MOST_POWERS = 4  # within one another
+MOST_NESTED = 60  # operations within one another
+MOST_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
+
+
+def size_mistakes(data: Any) -> Iterator[Mistake]:
+    """Yield what is too large about plain data, and what is no text.
+
+    Args:
+        data: As JSON has it.
+    """
+    for name, most in MOST_ENTRIES.items():
+        entries = data.get(name) if isinstance(data, dict) else None
+        if isinstance(entries, list) and len(entries) > most:
+            what = f"these are {len(entries)} {name}, and a machine may have {most}."
+            yield Mistake(name, what, "Take fewer.")
+    broken = [text for text in _within(data) if isinstance(text, str) and is_broken(text)]
+    for text in dict.fromkeys(broken):
+        yield Mistake(f"{text!a}", "this is no Unicode text.", "Write it in UTF-8.")
+    if sum(1 for _ in _within(data)) > MOST_VALUES:
+        what = f"it holds more than {MOST_VALUES} values."
+        yield Mistake("", what, "Take fewer bodies and shorter expressions.")
+    for tree in _expressions(data):
+        yield from _expression_mistakes(tree)
+
+
+def _expression_mistakes(tree: Any) -> Iterator[Mistake]:
+    shown = f"expression {str(tree)[:40]!r}…"
+    count = sum(1 for _ in _within(tree))
+    if count > MOST_TERMS:
+        what = f"it has {count} names, numbers and operations; {MOST_TERMS} are the most."
+        yield Mistake(shown, what, "Shorten it.")
+    elif _nested(tree, "pow") > MOST_POWERS:
+        what = f"more than {MOST_POWERS} powers are nested in it."
+        yield Mistake(shown, what, "Write powers of powers as one power.")
+    elif _nested(tree) > MOST_NESTED:
+        what = f"it is nested too deeply, more than {MOST_NESTED} operations within one another."
+        yield Mistake(shown, what, "Write sums and products in one list.")
+
+
+def _within(data: Any) -> Iterator[Any]:
+    """Yield a value and everything in it, keys too, however deep it is nested."""
+    left = [data]
+    while left:
+        value = left.pop()
+        yield value
+        if isinstance(value, dict):
+            left += [*value, *value.values()]
+        elif isinstance(value, list):
+            left += value
+
+
+def _expressions(data: Any) -> Iterator[Any]:
+    """Yield the trees of all expressions."""
+    for value in _within(data):
+        if isinstance(value, dict) and "expression" in value:
+            yield value["expression"]
+
+
+def _nested(tree: Any, name: str = "") -> int:
+    """Return how many operations, or those of one name, are within one another at most."""
+    most, left = 0, [(tree, 0)]
+    while left:
+        value, around = left.pop()
+        if isinstance(value, list):
+            around += not name or value[:1] == [name]
+            most = max(most, around)
+            left += [(entry, around) for entry in value]
+    return most
