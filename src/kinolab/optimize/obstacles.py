@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
@@ -22,6 +23,7 @@ from kinolab.world.clearance import Fixtures, fixtures
 from kinolab.world.collision import own_pairs
 from kinolab.world.geometry import sizes
 from kinolab.world.grid import Integers
+from kinolab.world.outermost import outermost
 from kinolab.world.screen import Scene, enclose, make_scene, place
 from kinolab.world.separation import TRIANGLE, box_gap
 from kinolab.world.triangle_tree import TriangleTree, triangle_tree
@@ -157,7 +159,8 @@ def surroundings(problem: Problem) -> tuple[Record, bool]:
     names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
     parts = [body.name for body in bodies] + [cable.name for cable in cables]
     pairs = own_pairs(names, parts, problem.system.collisions)
-    scene, mesh = make_scene(bodies, lines, problem.world, pairs)
+    world = replace(problem.world, obstacles=outermost(problem.world.obstacles))
+    scene, mesh = make_scene(bodies, lines, world, pairs)
     record = Record(
         Around(
             frames=model.address("frames"),
@@ -165,7 +168,7 @@ def surroundings(problem: Problem) -> tuple[Record, bool]:
             p=np.append(model.parameter_vector(), 0.0),
             scene=scene,
             strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
-            fixtures=fixtures(problem.world),
+            fixtures=fixtures(world),
             tree=triangle_tree(mesh.triangles),
             bodies=len(bodies),
             strings=len(cables),

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from kinolab.errors import InputError, Mistake
 from kinolab.scenario.explain import explain
 from kinolab.scenario.findings import Finding, Origin
+from kinolab.scenario.long_keys import MOST_PARTS, long_key
 from kinolab.scenario.overrides import apply_overrides
 from kinolab.scenario.places import mistake_at
 from kinolab.scenario.rules import document_findings
@@ -136,6 +137,9 @@ def _length(value: object) -> int:
 def _parse(path: Path, text: str) -> dict[str, Any]:
     if not text.strip():
         raise InputError([Mistake(path.name, "the file is empty.", _BEGINNING)])
+    if line := long_key(text):
+        what = f"a key has more than {MOST_PARTS} parts with dots between them."
+        raise InputError([Mistake(f"{path.name} line {line}", what, "Shorten it.")])
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as error:

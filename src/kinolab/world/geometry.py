@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 
 import numpy as np
 import trimesh
@@ -101,14 +102,17 @@ def triangles(shape: Shape, corners: int = SECTIONS) -> tuple[Array, Faces]:
     Returns:
         Vertices (n, 3) in [m], on the surface; faces (m, 3), seen anticlockwise from outside.
     """
-    mesh = _own_triangles(shape, corners)
+    kind, half = sizes(shape)
+    mesh = _own_triangles(kind, *half.tolist(), corners)
     frame = placement(shape)
     vertices = np.asarray(mesh.vertices, dtype=np.float64) @ frame[:, :3].T + frame[:, 3]
     return vertices, np.asarray(mesh.faces, dtype=np.int64)
 
 
-def _own_triangles(shape: Shape, corners: int) -> trimesh.Trimesh:
-    kind, half = sizes(shape)
+@lru_cache(maxsize=64)
+def _own_triangles(kind: Kind, x: float, y: float, z: float, corners: int) -> trimesh.Trimesh:
+    """Triangulate a shape in its own frame; worlds of many have few sizes of them."""
+    half = np.array([x, y, z])
     if kind is Kind.BOX:
         return trimesh.creation.box(2.0 * half)
     if kind is Kind.SPHERE:

@@ -1,0 +1,77 @@
+"""Which obstacles can be met at all: none that repeats another one, or lies inside of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.world.geometry import Array, Kind, placement, sizes
+from kinolab.world.obstacle import Obstacle
+
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+def outermost(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
+    """Leave out what repeats an earlier box, ball or cylinder, or lies inside a larger one.
+
+    Nothing can come near to it without being as near to the other one. Meshes stay, and hide
+    nothing; so does a shape of which only the corners of a box around it stick out.
+    """
+    first: dict[object, int] = {}
+    for k, obstacle in enumerate(obstacles):
+        first.setdefault(_key(obstacle), k)
+    left = [obstacles[k] for k in first.values()]
+    shapes = [obstacle for obstacle in left if obstacle.primitive is not None]
+    if len(shapes) < 2:
+        return tuple(left)
+    corners = np.stack([_corners(obstacle) for obstacle in shapes])  # (shapes, 8, 3)
+    volumes = np.array([np.prod(_size(obstacle)[1]) for obstacle in shapes])
+    hidden = np.zeros(len(shapes), dtype=bool)
+    for obstacle, volume in zip(shapes, volumes, strict=True):
+        smaller = np.flatnonzero((volumes < volume) & ~hidden)
+        hidden[smaller] = _inside(obstacle, corners[smaller]).all(axis=1)
+    inner = {id(obstacle) for obstacle, is_in in zip(shapes, hidden, strict=True) if is_in}
+    return tuple(obstacle for obstacle in left if id(obstacle) not in inner)
+
+
+def _key(obstacle: Obstacle) -> object:
+    """Return what two obstacles have in common that are the same."""
+    if obstacle.primitive is None:
+        return id(obstacle)
+    shape, pose = obstacle.primitive
+    return shape, pose.tobytes()
+
+
+def _size(obstacle: Obstacle) -> tuple[Kind, Array]:
+    assert obstacle.primitive is not None
+    return sizes(obstacle.primitive[0])
+
+
+def _frame(obstacle: Obstacle) -> tuple[Array, Array]:
+    """Return the axes (3, 3) and the centre (3,) of a shape's own frame in the world."""
+    assert obstacle.primitive is not None
+    shape, pose = obstacle.primitive
+    own = placement(shape)
+    return pose[:, :3] @ own[:, :3], pose[:, :3] @ own[:, 3] + pose[:, 3]
+
+
+def _corners(obstacle: Obstacle) -> Array:
+    """Return the corners (8, 3) of a box around a shape, along its own axes."""
+    turn, at = _frame(obstacle)
+    corners: Array = (CORNERS * _size(obstacle)[1]) @ turn.T + at
+    return corners
+
+
+def _inside(obstacle: Obstacle, points: Array) -> NDArray[np.bool_]:
+    """Say which points (..., 3) a shape holds."""
+    (kind, half), (turn, at) = _size(obstacle), _frame(obstacle)
+    local = np.abs((points - at) @ turn)
+    if kind is Kind.SPHERE:
+        return np.asarray(np.linalg.norm(local, axis=-1) <= half[0])
+    if kind is Kind.CYLINDER:
+        around = np.hypot(local[..., 0], local[..., 1]) <= half[0]
+        return np.asarray(around & (local[..., 2] <= half[2]))
+    return np.asarray((local <= half).all(axis=-1)) & (kind is Kind.BOX)
