@@ -158,7 +158,7 @@ def test_a_search_with_unstable_steps_is_blamed_on_them_and_not_on_limits(
 
 
 def test_what_unstable_steps_made_up_is_not_stored(tmp_path: Path) -> None:
-    """Under some inputs found the true motion passes the limit on psi_dot, which is not to blame."""
+    """Under some inputs found the true motion passes the limit on psi_dot; it is not to blame."""
     problem = robot(tmp_path, RK4)
     plans = [problem.solve(seed=seed) for seed in range(1, 6)]
     made_up = [plan for plan in plans if plan.status != "solved"]
