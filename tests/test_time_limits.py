@@ -319,3 +319,19 @@ def test_looking_raises_only_when_it_is_time() -> None:
     look(never)
     with pytest.raises(StoppedError):
         look(lambda: True)
+
+
+@pytest.mark.parametrize(
+    ("taken", "compiled", "late"),
+    [(100.0, 0.0, True), (100.0, 95.0, False), (20.0, 0.0, False), (36.0, 0.0, True)],
+)
+def test_a_world_that_takes_much_longer_to_build_than_the_limit_leaves_no_time(
+    taken: float, compiled: float, late: bool
+) -> None:
+    """Half a minute to load things is free, and so is compiling, which happens once."""
+    now = [0.0]
+    budget = Budget(5.0, clock=lambda: now[0], compiled=lambda: compiled)
+    now[0] = taken
+    budget.restart()
+    assert budget.late is late
+    assert budget.prepared == taken

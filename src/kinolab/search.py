@@ -36,6 +36,7 @@ Array: TypeAlias = NDArray[np.float64]
 T = TypeVar("T")
 
 LOOK = 0.5  # [s] between two pictures of what is explored
+READY = 30.0  # [s] to get ready that do not count: code is loaded, on a slow computer, too
 RARELY = 4.0  # times what a picture takes, at least, until the next
 
 
@@ -94,6 +95,7 @@ class Budget:
         started: When the time began to count, by the clock.
         prepared: Seconds apart from it, in which a planner got everything it needs.
         clock: Tells the time in [s].
+        compiled: Tells how many seconds were spent on compiling, which never count.
     """
 
     time_limit: float
@@ -108,6 +110,7 @@ class Budget:
     started: float = math.nan  # now, where it is not given
     prepared: float = 0.0
     clock: Callable[[], float] = time.monotonic
+    compiled: Callable[[], float] = lambda: 0.0
     _next_report: float = 0.25
     _next_look: float = 0.0
     _calls: int = 0  # of ``end``
@@ -119,10 +122,14 @@ class Budget:
             self.started = self.clock()
 
     def restart(self) -> None:
-        """Begin to count the time now, when a planner has everything it needs."""
+        """Begin to count the time now, when a planner has everything it needs.
+
+        What it took to build the world and the like counts where it is more than the whole limit.
+        """
         now = self.clock()
-        self.prepared += now - self.started
-        self.started = now
+        taken = now - self.started
+        self.prepared += taken
+        self.started = now - max(0.0, taken - self.compiled() - max(READY, self.time_limit))
 
     @contextmanager
     def preparing(self) -> Iterator[None]:

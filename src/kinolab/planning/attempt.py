@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kinolab import planners
+from kinolab.compiling import compilation
 from kinolab.errors import KinolabError
 from kinolab.motion import DivergedError, follow_map, resimulate, trajectory_under
 from kinolab.planning.collection import old_objects_left_alone
@@ -118,7 +119,8 @@ class _Attempt:
 
     def search(self) -> SearchResult:
         """Search, or return that nothing was found in time."""
-        with old_objects_left_alone():
+        with old_objects_left_alone(), compilation() as compiling:
+            self.budget.compiled = lambda: compiling.seconds
             found = self._timed(
                 "search",
                 lambda: search(self.searcher, self.problem, self.seed, self.budget),
