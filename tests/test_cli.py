@@ -17,6 +17,7 @@ import pytest
 from kinolab import cli
 from tests.conftest import Finished
 from tests.support import ENTER, OPEN, WALL, environment, plan, started
+from tests.test_refused_motions import FICKLE, PLANNER
 
 Capture = pytest.CaptureFixture[str]
 
@@ -86,14 +87,14 @@ def test_5_a_start_inside_a_wall_names_the_pair_and_writes_nothing(
     assert names(home) == {"table.toml", "wall.toml"}
 
 
-@pytest.mark.usefixtures("home")
-def test_7_a_plan_that_is_not_true(capsys: Capture) -> None:
-    """Euler's method with long steps keeps within limits that the motion passes."""
-    coarse = ["--set", 'integration.method="euler"', "--set", "integration.step=0.2"]
-    coarse += ["--set", "bounds.y=[-0.1, 0.1]", "--max-iterations", "20000", *SILENT]
-    codes = [cli.run(["table.toml", *coarse, "--seed", str(seed)]) for seed in (1, 2, 3)]
-    assert 7 in codes
+def test_7_a_plan_that_is_not_true(home: Path, capsys: Capture) -> None:
+    """Every motion that this planner finds asks for more torque than the motor has."""
+    (home / "fickle.py").write_text(FICKLE)
+    always = ["--set", PLANNER, "--set", "planner.bad=1.0", "--max-iterations", "50", *SILENT]
+    assert cli.run(["table.toml", *always]) == 7
     assert "verification_failed: " in capsys.readouterr().out
+    report = json.loads((home / "runs" / "table" / "report.json").read_text())
+    assert [check["name"] for check in report["verification"] if not check["passed"]] == ["inputs"]
 
 
 def test_7_a_run_that_somebody_changed(home: Path, capsys: Capture) -> None:
