@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import kinolab
 from kinolab import systems
 from kinolab.motion import resimulate
+from kinolab.potential.control_points import control_points
 from kinolab.runs import check_run, write_run
 from kinolab.verification import verify
 from tests.conftest import Solver
@@ -120,3 +121,14 @@ def test_its_plan_leads_between_wall_and_post_and_is_proved(solved: Solver, tmp_
     assert ((crossing.imag > 0.15) & (crossing.imag < 0.29)).all()  # [m] between the two
     write_run(tmp_path, found.problem, found.plan)
     assert check_run(tmp_path).passed
+
+
+def test_what_stands_still_leads_no_potential() -> None:
+    """The shoulders and the motors are where they are; the field planner once failed on them."""
+    points = control_points(kinolab.load("five_bar_table"))
+    assert {point.name for point in points} == {
+        "tool",
+        "front of left upper arm",
+        "front of right upper arm",
+        *(f"{end} of {side} forearm" for end in ("front", "back") for side in ("left", "right")),
+    }

@@ -45,14 +45,18 @@ def control_points(problem: Problem) -> list[ControlPoint]:
     """Return the points whose place in the goal is known; none where the goal names no place.
 
     A slender body that is free to turn is led by both its ends, and so to the goal's attitude;
-    any other one by its centre, or by the origin of its frame.
+    any other one by its centre, or by the origin of its frame. A point that nothing moves, such as
+    a pivot, leads nowhere.
     """
     generator = np.random.default_rng(0)
     goals = np.array([problem.sample_goal(generator, spread=0.0) for _ in range(SAMPLES)])
     goals = problem.model.project(goals)
     leaders = carriers(problem)
     named = [_of_point(problem, leaders, k) for k in range(len(problem.goal.points))]
-    return [*named, *(p for c in leaders for p in _points_of(problem, c, goals))]
+    frames = problem.frames(sample_states(problem, SAMPLES))
+    points = (p for c in leaders for p in _points_of(problem, c, goals))
+    moved = (p for p in points if not _known(place(p.at, frames[:, p.carrier.body])))
+    return [*named, *moved]
 
 
 def place(at: Array, poses: Array) -> Array:
