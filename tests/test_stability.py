@@ -13,11 +13,13 @@ from kinolab.cli import run
 from kinolab.diagnosis import diagnosis
 from kinolab.dynamics import Body, Box, Force, Potential, System, Viscous, length, move, rate
 from kinolab.examination import examine
+from kinolab.planning.attempt import attempt, make_planner
 from kinolab.problem import Problem
 from kinolab.propagation import stiffness
 from kinolab.runs import write_run
 from kinolab.scenario import builtin_scenarios
 from kinolab.scenario.schema import IntegrationSection
+from kinolab.search import Budget
 from tests.outsiders import SKID, skid_steered, written
 
 RK4 = 'integration.method="rk4"'
@@ -160,7 +162,8 @@ def test_a_search_with_unstable_steps_is_blamed_on_them_and_not_on_limits(
 def test_what_unstable_steps_made_up_is_not_stored(tmp_path: Path) -> None:
     """Under some inputs found the true motion passes the limit on psi_dot; it is not to blame."""
     problem = robot(tmp_path, RK4)
-    plans = [problem.solve(seed=seed) for seed in range(1, 6)]
+    searcher = make_planner(problem, None, {})  # one search each: a whole plan would search on
+    plans = [attempt(problem, searcher, seed, Budget(60.0)) for seed in range(1, 6)]
     made_up = [plan for plan in plans if plan.status != "solved"]
     assert made_up
     for k, plan in enumerate(made_up):

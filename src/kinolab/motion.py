@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from kinolab.dynamics import Model, StateSpace
+from kinolab.dynamics import Model
 from kinolab.dynamics.constraints import PositionConstraint
+from kinolab.dynamics.state_space import StateSpace
 from kinolab.errors import KinolabError, SingularError
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.attitude import random_attitude, random_attitudes, turned_at_random, turned_by_at_most
-from kinolab.dynamics import Model, StateSpace, System
+from kinolab.dynamics import Model, System
 from kinolab.dynamics.consistency import breaches, nearest_consistent
+from kinolab.dynamics.state_space import StateSpace
 from kinolab.dynamics.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
 from kinolab.goal import Goal, KeepOutCone, Norm

@@ -17,21 +17,23 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
+LARGEST = 1e12  # [rad] of an angle that is known to a thousandth
+
 
 def unwrapped(problem: Problem, trajectory: Trajectory) -> Trajectory:
     """Return the same motion in numbers that do not jump from knot to knot.
 
     The first knot is written like the problem's start, every other one like what the knot before
     and the rates of both lead to: a wheel may turn more than once between two knots. A motion that
-    does not jump keeps its numbers, to the bit, and so does one with numbers that are not finite.
+    does not jump keeps its numbers, to the bit, and so does one with numbers that are no angles any
+    more: not finite, or so large that whole turns are lost in rounding.
 
     Args:
         problem: Whose motion it is.
         trajectory: Its knots, written in any way.
     """
-    if not (
-        (problem.circular.any() or problem.model.attitudes) and np.isfinite(trajectory.x).all()
-    ):
+    turning = problem.circular.any() or problem.model.attitudes
+    if not turning or not (np.abs(trajectory.x) < LARGEST).all():
         return trajectory
     x = np.array(trajectory.x, dtype=float)
     near = problem.start

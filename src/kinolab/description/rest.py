@@ -15,10 +15,10 @@ from kinolab.dynamics import (
     SmallTimeVerdict,
     System,
     VectorFields,
-    equilibrium,
     linear_controllability,
     small_time_controllability,
 )
+from kinolab.dynamics.equilibrium import equilibrium
 from kinolab.dynamics.inputs import bounds_of
 
 Array = NDArray[np.float64]

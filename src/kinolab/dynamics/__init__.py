@@ -23,7 +23,6 @@ from kinolab.dynamics.efforts import (
     Wrench,
     toward,
 )
-from kinolab.dynamics.equilibrium import STILL, equilibrium
 from kinolab.dynamics.extras import State, lag, state
 from kinolab.dynamics.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.fields import (
@@ -63,7 +62,6 @@ from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.riccati import dlqr, lqr, tvlqr
 from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
-from kinolab.dynamics.state_space import StateSpace
 from kinolab.dynamics.symbols import (
     Attitude,
     Coordinate,
@@ -82,7 +80,6 @@ from kinolab.dynamics.variational import VariationalIntegrator
 
 __all__ = [
     "CURVATURE",
-    "STILL",
     "WORLD",
     "Attitude",
     "Axis",
@@ -122,7 +119,6 @@ __all__ = [
     "Sphere",
     "Spring",
     "State",
-    "StateSpace",
     "System",
     "Torque",
     "Trim",
@@ -137,7 +133,6 @@ __all__ = [
     "angle",
     "closed",
     "dlqr",
-    "equilibrium",
     "filtration",
     "force_of",
     "growth_vector",

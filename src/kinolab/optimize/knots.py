@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import StateSpace
+from kinolab.dynamics.state_space import StateSpace
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import equilibrium
+from kinolab.dynamics.equilibrium import equilibrium
 from kinolab.problem import Problem
 from kinolab.steering.ignorable import ignorable
 

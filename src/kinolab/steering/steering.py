@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import STILL
+from kinolab.dynamics.equilibrium import STILL
 from kinolab.problem import Problem
 from kinolab.steering.braking import Brake
 from kinolab.steering.closing import Closing
