@@ -58,7 +58,8 @@ class Fickle(AbstractPlanner):
         asked = LOG.read_text().splitlines() if LOG.exists() else []
         left = budget.max_iterations
         line = {"seed": seed, "bad": bool(bad), "left": left, "made": budget.iterations}
-        LOG.write_text("\\n".join([*asked, json.dumps(line)]))
+        with LOG.open("a") as log:  # two searches may write at once
+            log.write(json.dumps(line) + "\\n")
         budget.interrupted = budget.interrupted or len(asked) + 1 >= self.most
         outcome = Outcome.SOLVED if problem.goal_excess(x) <= 1.0 else Outcome.APPROXIMATE
         t = problem.step * np.arange(len(rows) + 1)
