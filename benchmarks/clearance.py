@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 
 import kinolab
 from kinolab import planners
-from kinolab.compiled import AbstractCompiledPlanner
-from kinolab.compiled.planner import search_of
 from kinolab.problem import Problem
 from kinolab.scenario import builtin_scenarios
-from kinolab.world.certified import MARGIN, Room, surroundings
+from kinolab.search.tree import AbstractCompiledPlanner
+from kinolab.search.tree.compiled_planner import search_of
+from kinolab.world.collision.clearance_bound import MARGIN, Room, surroundings
 
 SPACING = 1e-4  # [m] between two looks at a motion
 ITERATIONS = 5000  # of the tree

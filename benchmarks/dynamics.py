@@ -39,7 +39,7 @@ from kinolab.dynamics import (
     rot_z,
     toward,
 )
-from kinolab.dynamics.energies import kinetic_energy, potential_energy
+from kinolab.dynamics.lagrange.energies import kinetic_energy, potential_energy
 
 STATES = 20_000
 HEADINGS = (

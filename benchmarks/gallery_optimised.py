@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 import kinolab
-from kinolab.optimize import repair, shorten
 from kinolab.runs import read_run
+from kinolab.trajopt import repair, shorten
 
 
 def main(folder: str, seconds: str) -> int:

@@ -24,13 +24,13 @@ from typing import Any
 import trimesh
 
 import kinolab
-from kinolab.animation import animate
-from kinolab.pages import save_page, write_scene
-from kinolab.planning import Plan
+from kinolab.analyze.simulate import simulate
 from kinolab.problem import Problem
 from kinolab.runs import MODEL, PAGE, read_run
 from kinolab.scenario import builtin_scenarios
-from kinolab.simulation import simulate
+from kinolab.show.film.animation import animate
+from kinolab.show.view import save_page, write_scene
+from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import Obstacle
 

@@ -22,13 +22,13 @@ import numpy as np
 from gallery import describe
 
 import kinolab
-from kinolab.motion import resimulate
 from kinolab.planners import get
 from kinolab.problem import Problem
-from kinolab.propagation import Propagator
-from kinolab.roadmap import Explorer, Roadmap, load_roadmap, save_roadmap
-from kinolab.roadmap.sampling import Sampler
 from kinolab.search import Budget
+from kinolab.search.roadmap import Explorer, Roadmap, load_roadmap, save_roadmap
+from kinolab.search.roadmap.milestones import Sampler
+from kinolab.simulation import Propagator
+from kinolab.simulation.reference import resimulate
 from kinolab.steering import Steering
 
 NEIGHBOURS = get("prm")().neighbours  # as the planner has it

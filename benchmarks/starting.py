@@ -83,8 +83,8 @@ def row(scenario: str, repeats: int) -> str:
 
 def grid_sentence(count: int, repeats: int) -> str:
     """Say what the grid of a bumpy ball of about so many triangles costs."""
-    from kinolab.world.distance_grid import distance_grid
-    from kinolab.world.kept_grids import kept_grid
+    from kinolab.world.collision.distance_field import distance_grid
+    from kinolab.world.collision.distance_field_cache import kept_grid
 
     builds, reads = [], []
     with tempfile.TemporaryDirectory() as folder:

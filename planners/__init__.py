@@ -11,9 +11,8 @@ from functools import cache
 from importlib import import_module, resources
 from typing import Any
 
-from kinolab import plugins
 from kinolab.errors import InputError, MissingPlannerError, Mistake, UnknownNameError
-from kinolab.search import AbstractPlanner
+from kinolab.search import AbstractPlanner, plugins
 from kinolab.user_code import python_reference
 
 if __name__ != "kinolab.planners":

@@ -7,14 +7,14 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.compiled.planner import ANY
-from kinolab.compiled.rrt import grow
-from kinolab.compiled.state_cost import begin_costs, costs, grow_below
-from kinolab.compiled.tree import begin, tree
+from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.records import Record
 from kinolab.search import setting
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.search.tree.ao_rrt_kernel import begin_costs, costs, grow_below
+from kinolab.search.tree.compiled_planner import ANY
+from kinolab.search.tree.rrt_kernel import grow
+from kinolab.search.tree.tree import begin, tree
 
 
 @final

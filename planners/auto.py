@@ -11,13 +11,13 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
-from kinolab.optimize.shots import Shots
+from kinolab.cancel import StoppedError
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import Problem
 from kinolab.search import Budget, with_default
-from kinolab.stopping import StoppedError
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
+from kinolab.trajopt.multistart.multistart import Shots
 
 Array: TypeAlias = NDArray[np.float64]
 

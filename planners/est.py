@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 from ompl import base as ob
 from ompl import control as oc
 
-from kinolab.bridge import AbstractGridPlanner, Bridge
+from kinolab.search.ompl import AbstractGridPlanner, Bridge
 
 
 @final

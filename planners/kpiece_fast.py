@@ -8,14 +8,14 @@ from typing import ClassVar, final
 import numpy as np
 from numba import typeof
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.compiled.cell_search import explore, start_in_a_cell
-from kinolab.compiled.cells import cells
-from kinolab.compiled.leads import find_ways, leads
-from kinolab.compiled.tree import tree
+from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.records import Record
 from kinolab.search import setting, with_default
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.search.tree.cost_to_go import find_ways, leads
+from kinolab.search.tree.kpiece_grid import cells
+from kinolab.search.tree.kpiece_kernel import explore, start_in_a_cell
+from kinolab.search.tree.tree import tree
 
 
 @final

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from kinolab.potential import FieldSettings, solve
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
+from kinolab.search.potential import FieldSettings, solve
 
 
 @final

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
-from kinolab.roadmap import Explorer, load_roadmap, save_roadmap
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.search.roadmap import Explorer, load_roadmap, save_roadmap
 
 BATCH = 10  # milestones between two questions; the first ones are asked sooner
 GOALS = 5  # states of the goal that are tried

@@ -9,12 +9,12 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.bridge import Configurations, GeometricRoadmap
+from kinolab.cancel import StoppedError, look
 from kinolab.problem import Problem
-from kinolab.propagation import Propagator
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.search.ompl import Configurations, GeometricRoadmap
+from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering, ignorable, settle
-from kinolab.stopping import StoppedError, look
 
 Array: TypeAlias = NDArray[np.float64]
 

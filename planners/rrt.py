@@ -7,8 +7,8 @@ from typing import Any, ClassVar, final
 
 from ompl import control as oc
 
-from kinolab.bridge import AbstractTreePlanner, Bridge
 from kinolab.search import setting
+from kinolab.search.ompl import AbstractTreePlanner, Bridge
 
 
 @final

@@ -7,12 +7,12 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.compiled.rrt import grow
-from kinolab.compiled.tree import begin, tree
+from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.records import Record
 from kinolab.search import setting
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.search.tree.rrt_kernel import grow
+from kinolab.search.tree.tree import begin, tree
 
 
 @final

@@ -7,11 +7,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.optimize.shots import Shots
+from kinolab.cancel import StoppedError
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
-from kinolab.stopping import StoppedError
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.multistart.multistart import Shots
 
 
 @final

@@ -7,14 +7,14 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.compiled.planner import ANY
-from kinolab.compiled.sst import grow_sparsely
-from kinolab.compiled.tree import plant, tree
-from kinolab.compiled.witnesses import begin_witnesses, sweep, witnesses
+from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.records import Record
 from kinolab.search import setting
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.search.tree.compiled_planner import ANY
+from kinolab.search.tree.sst_kernel import grow_sparsely
+from kinolab.search.tree.tree import plant, tree
+from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses
 
 
 @final

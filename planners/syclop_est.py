@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 
 from ompl import control as oc
 
-from kinolab.bridge import AbstractSyclopPlanner, Bridge
+from kinolab.search.ompl import AbstractSyclopPlanner, Bridge
 
 
 @final

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import pytest
 
 import kinolab
-from kinolab.planning import Plan
 from kinolab.problem import Problem
+from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, plan, problem_of
 

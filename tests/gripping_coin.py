@@ -27,7 +27,7 @@ from kinolab.dynamics import (
     velocity,
     zero,
 )
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
 from tests.support import ROOT
 

@@ -22,7 +22,7 @@ from kinolab.dynamics import (
     toward,
     velocity,
 )
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 
 FURUTA = """
 schema = 1

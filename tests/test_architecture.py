@@ -62,7 +62,7 @@ def test_the_meshes_of_scenarios_are_shipped() -> None:
 
 
 def test_every_mesh_is_what_its_script_writes(tmp_path: Path) -> None:
-    makers = run_path(str(MESHES / "write_meshes.py"))["MESHES"]
+    makers = run_path(str(ROOT / "tools" / "meshes" / "write_meshes.py"))["MESHES"]
     assert {file.name for file in MESHES.iterdir() if file.suffix not in {".py", ""}} == set(makers)
     for name, make in makers.items():
         make().export(tmp_path / name)

@@ -31,8 +31,8 @@ from benchmarks.versus.runs import (
 )
 from benchmarks.versus.verdict import Judge
 from kinolab.problem import Problem
-from kinolab.propagation.machine_calls import motion_under
 from kinolab.runs import write_run
+from kinolab.simulation.machine import motion_under
 from tests.support import ROOT, environment
 
 SCRIPT = ROOT / "benchmarks" / "gallery.py"

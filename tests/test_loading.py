@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.loading import find_machine
 from kinolab.problem import Problem

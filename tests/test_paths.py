@@ -14,7 +14,7 @@ import pytest
 
 import kinolab
 from kinolab.cli import run as run_here
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 from tests.support import ENTER, OPEN, environment
 
 Sayer = Callable[..., tuple[int, str]]

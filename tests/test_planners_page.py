@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 
 from kinolab import cli, planners
-from kinolab.planning import Plan
 from kinolab.problem import Problem
-from kinolab.propagation import Propagator
 from kinolab.scenario import shared_settings
 from kinolab.search import Budget
 from kinolab.settings import settings_of
-from tests.plugins.authors import Installer, install
+from kinolab.simulation import Propagator
+from kinolab.solve import Plan
+from tests.search.plugins.authors import Installer, install
 from tests.support import OPEN, ROOT, problem_of
 
 __all__ = ["install"]  # the fixture
 
-SCRIPT = run_path(str(ROOT / "docs" / "write_planners.py"))
+SCRIPT = run_path(str(ROOT / "tools" / "write_planners.py"))
 PAGE = (ROOT / "docs" / "planners.md").read_text(encoding="utf-8")
 SILENT = ("--no-animation", "--quiet")
 REFERENCE = "greedy.py:Greedy"
@@ -50,7 +50,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_list_is_what_its_script_writes() -> None:
-    """If this fails: ``python docs/write_planners.py``."""
+    """If this fails: ``python tools/write_planners.py``."""
     assert SCRIPT["page"](PAGE) == PAGE
 
 

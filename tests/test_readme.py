@@ -13,7 +13,7 @@ import pytest
 import kinolab.dynamics
 from kinolab import systems
 from kinolab.cli import run
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 

@@ -11,8 +11,9 @@ import pytest
 
 import kinolab
 from kinolab.files import MOST_KEPT, read_sealed, write_sealed
-from kinolab.world import box_obstacle, kept_grids
-from kinolab.world.kept_grids import kept_grid
+from kinolab.world import box_obstacle
+from kinolab.world.collision import distance_field_cache
+from kinolab.world.collision.distance_field_cache import kept_grid
 from tests.support import within
 
 MAGIC, CONTENT = b"a test 1\n", bytes(range(256)) * 3
@@ -89,7 +90,7 @@ def test_whatever_becomes_of_an_entry_it_is_made_anew(
     """A flipped byte at some places, and a pipe, to which nobody will ever write."""
     home, draw = tmp_path / "cache", np.random.default_rng(1)
     monkeypatch.setenv("KINOLAB_CACHE", str(home))
-    monkeypatch.setattr(kept_grids, "WORTH", 1)
+    monkeypatch.setattr(distance_field_cache, "WORTH", 1)
     expected = make()
     entries = {path: path.read_bytes() for path in home.iterdir()}
     for path, whole in entries.items():

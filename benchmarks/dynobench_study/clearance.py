@@ -8,8 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.motion import true_motion
 from kinolab.problem import Problem
+from kinolab.simulation.reference import true_motion
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 import kinolab
-from kinolab.optimize.obstacles import Obstacles
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.nlp.collision_constraints import Obstacles
 
 from . import wheel
 from .clearance import clearance

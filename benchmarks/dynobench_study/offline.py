@@ -11,9 +11,9 @@ import sys
 import time
 
 import kinolab
-import kinolab.dynobench  # it comes with the first environment
 import kinolab.loading
-from kinolab.propagation.machine_calls import motion_under
+import kinolab.scenario.dynobench  # it comes with the first environment
+from kinolab.simulation.machine import motion_under
 
 
 def seconds(file: str) -> float:

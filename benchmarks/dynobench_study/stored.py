@@ -12,9 +12,9 @@ import yaml
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.optimize.obstacles import Obstacles
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.nlp.collision_constraints import Obstacles
 
 from . import wheel
 from .judgement import centre

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.dynobench import MACHINES
 from kinolab.problem import Problem
+from kinolab.scenario.dynobench import MACHINES
 
 EXACTLY = 1e-3  # largest sum of the weighted deviations from the goal's centre
 ROTATION = 2.0  # goals measure the whole angle of a turn, the benchmark half of it

@@ -12,8 +12,8 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from kinolab.compiled import AbstractGrowth
-from kinolab.compiled.tree import TRIED
+from kinolab.search.tree import AbstractGrowth
+from kinolab.search.tree.tree import TRIED
 
 from .grow import PIECE, begun
 

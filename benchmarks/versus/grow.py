@@ -11,10 +11,10 @@ import time
 
 from memory import resident
 
-from kinolab.compiled import AbstractCompiledPlanner, AbstractGrowth
-from kinolab.compiled.planner import search_of
-from kinolab.compiled.tree import TRIED
 from kinolab.problem import Problem
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth
+from kinolab.search.tree.compiled_planner import search_of
+from kinolab.search.tree.tree import TRIED
 
 from .ours import UNREACHABLE, load, make
 from .runs import KINOLAB, LIKE, Entrant

@@ -7,8 +7,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.problem import ROUNDING, Problem
-from kinolab.propagation.machine_calls import motion_under
+from kinolab.problem import Problem
+from kinolab.problem.task import ROUNDING
+from kinolab.simulation.machine import motion_under
 
 Array: TypeAlias = NDArray[np.float64]
 

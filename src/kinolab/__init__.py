@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kinolab import systems
-    from kinolab.diagnosis import Diagnosis, diagnose
+    from kinolab.analyze.diagnose import Diagnosis, diagnose
     from kinolab.loading import load
-    from kinolab.pages import save_glb, save_page
-    from kinolab.planning import Plan
     from kinolab.problem import Problem
+    from kinolab.show.view import save_glb, save_page
+    from kinolab.solve import Plan
     from kinolab.trajectory import Trajectory
     from kinolab.verification import Certificate, verify
 
@@ -32,16 +32,16 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Certificate": "kinolab.verification",
-    "Diagnosis": "kinolab.diagnosis",
-    "Plan": "kinolab.planning",
-    "Problem": "kinolab.problem",
-    "Trajectory": "kinolab.trajectory",
-    "diagnose": "kinolab.diagnosis",
+    "Certificate": "kinolab.verification.certificate",
+    "Diagnosis": "kinolab.analyze.diagnose",
+    "Plan": "kinolab.solve",
+    "Problem": "kinolab.problem.task",
+    "Trajectory": "kinolab.trajectory.trajectory",
+    "diagnose": "kinolab.analyze.diagnose",
     "load": "kinolab.loading",
-    "save_glb": "kinolab.pages",
-    "save_page": "kinolab.pages",
-    "verify": "kinolab.verification",
+    "save_glb": "kinolab.show.view",
+    "save_page": "kinolab.show.view",
+    "verify": "kinolab.verification.certificate",
 }
 
 

@@ -11,22 +11,21 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kinolab import planners, systems
-from kinolab.attitude import unit
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.binding import tangent_symbols
-from kinolab.dynamics.machine_file import load_machine
-from kinolab.dynamics.narrowing import narrowed
-from kinolab.dynamics.symbols import Rate
-from kinolab.dynobench import is_environment, read_environment
-from kinolab.errors import (
-    InputError,
-    MissingPlannerError,
-    Mistake,
-    UnknownNameError,
-)
-from kinolab.goal import AttitudeTarget, DirectionTarget, Goal, KeepOutCone, PointTarget
-from kinolab.plugins import full_reference
+from kinolab.dynamics.derivation.symbol_table import tangent_symbols
+from kinolab.dynamics.language.json.machine_file import load_machine
+from kinolab.dynamics.language.symbols import Rate
+from kinolab.dynamics.language.tightened_limits import narrowed
+from kinolab.errors import InputError, MissingPlannerError, Mistake, UnknownNameError
+from kinolab.numerics.quaternions import unit
 from kinolab.problem import Problem
+from kinolab.problem.goal import (
+    AttitudeTarget,
+    DirectionTarget,
+    Goal,
+    KeepOutCone,
+    PointTarget,
+)
 from kinolab.scenario import (
     Finding,
     ObstacleEntry,
@@ -39,6 +38,8 @@ from kinolab.scenario import (
     read_scenario,
     scenario_from,
 )
+from kinolab.scenario.dynobench import is_environment, read_environment
+from kinolab.search.plugins import full_reference
 from kinolab.user_code import blamed, run_file
 from kinolab.world import (
     Obstacle,

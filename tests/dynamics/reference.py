@@ -21,8 +21,8 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Axis, Body, Coordinate, Force, Frame, System, Torque, rate
-from kinolab.dynamics.constraints import VelocityConstraint
-from kinolab.dynamics.frames import Rotation, Translation
+from kinolab.dynamics.language.constraints import VelocityConstraint
+from kinolab.dynamics.language.frames import Rotation, Translation
 
 Array = NDArray[Any]
 NODES = 32  # points on the circle; aliasing is radius^32 times the 33rd Taylor coefficient

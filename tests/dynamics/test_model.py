@@ -10,9 +10,9 @@ import pytest
 
 import kinolab.systems
 from kinolab.dynamics import Body, Model, System, angle, length, move, parameter, rot_z
-from kinolab.dynamics import compilation as compilation_module
 from kinolab.dynamics import model as model_module
-from kinolab.dynamics.emission import NOT_FINITE, SINGULAR
+from kinolab.dynamics.codegen import llvm_jit as compilation_module
+from kinolab.dynamics.codegen.emission import NOT_FINITE, SINGULAR
 from kinolab.errors import InputError, SingularError, UnknownNameError
 from tests.dynamics.machines import compiled, compiled_random
 
@@ -252,7 +252,7 @@ def test_a_singular_step_is_named_as_such() -> None:
 
 def test_singular_points_of_the_coordinates_are_refused() -> None:
     """Gimbal lock: three turns about axes that coincide two by two."""
-    from tests.dynamics.test_derivation import free_body
+    from tests.dynamics.derivation.test_derivation import free_body
 
     model = free_body().model()
     x = np.zeros(12)

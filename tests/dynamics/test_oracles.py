@@ -30,11 +30,11 @@ from kinolab.dynamics import (
     move,
     rate,
 )
-from kinolab.dynamics import equations as equations_module
-from kinolab.dynamics.constraints import PositionConstraint, VelocityConstraint
-from kinolab.dynamics.frames import Orientation, Rotation, Translation, time_derivative
-from kinolab.dynamics.machine_file import machine_from_json, machine_to_json
-from kinolab.dynamics.symbols import Acceleration, TurnAcceleration
+from kinolab.dynamics.lagrange import equations as equations_module
+from kinolab.dynamics.language.constraints import PositionConstraint, VelocityConstraint
+from kinolab.dynamics.language.frames import Orientation, Rotation, Translation, time_derivative
+from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
+from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
 from kinolab.errors import SingularError
 from tests.dynamics.machines import knife_edge
 from tests.dynamics.machines import snakeboard as snakeboard_by_turning

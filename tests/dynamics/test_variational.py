@@ -14,9 +14,23 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import kinolab.systems
-from kinolab.dynamics import Body, Buoyancy, System, length, move, orient, rotation, toward
+from kinolab.dynamics import (
+    Body,
+    Buoyancy,
+    System,
+    length,
+    move,
+    orient,
+    rotation,
+    toward,
+)
 from kinolab.dynamics.variational import VariationalIntegrator
-from kinolab.errors import InputError, NoDynamicsError, SingularError, UnknownNameError
+from kinolab.errors import (
+    InputError,
+    NoDynamicsError,
+    SingularError,
+    UnknownNameError,
+)
 from tests import machines
 from tests.machines import MACHINES
 

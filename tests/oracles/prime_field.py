@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics import VectorFields
-from kinolab.dynamics.fields.layers import Bracket, Layers
-from kinolab.dynamics.fields.points import turning_variables
-from kinolab.dynamics.fields.scalars import AbstractNumbers
+from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Layers
+from kinolab.dynamics.analysis.fields.points import turning_variables
+from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers
 
 PRIME = 2**61 - 1  # of Mersenne
 

@@ -9,7 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.steering.rollout import Rollout
+from kinolab.simulation.rollout import Rollout
 from tests.scenes import apart, true_states
 
 Scenes = Callable[..., Problem]

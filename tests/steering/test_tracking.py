@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from kinolab.problem import Problem
+from kinolab.simulation.rollout import Rollout
 from kinolab.steering import Maneuver, Tracker, ignorable, settle
-from kinolab.steering.rollout import Rollout
 from kinolab.steering.tracking import CHEAP, LAST
 from tests.scenes import apart, true_states
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 import kinolab
 from kinolab import systems
-from kinolab.motion import resimulate
-from kinolab.potential.control_points import control_points
 from kinolab.runs import check_run, write_run
+from kinolab.search.potential.control_points import control_points
+from kinolab.simulation.reference import resimulate
 from kinolab.verification import verify
 from tests.conftest import Solver
 from tests.oracles.five_bar import FiveBar

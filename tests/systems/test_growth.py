@@ -28,7 +28,18 @@ import pytest
 from numpy.typing import NDArray
 
 from kinolab import systems
-from kinolab.dynamics import Body, Model, System, angle, length, move, rate, rot_z, velocity, zero
+from kinolab.dynamics import (
+    Body,
+    Model,
+    System,
+    angle,
+    length,
+    move,
+    rate,
+    rot_z,
+    velocity,
+    zero,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 Field: TypeAlias = Callable[[Array], Array]  # configurations -> velocities, both of shape (N, n)

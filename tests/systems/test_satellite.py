@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 import kinolab
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.optimize.shots import Shots
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.multistart.multistart import Shots
 from tests.oracles.rigid_body import Top, polhode_frequency
 
 Array: TypeAlias = NDArray[np.float64]

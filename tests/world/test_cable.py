@@ -15,7 +15,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from kinolab.dynamics.shapes import Sphere
+from kinolab.dynamics.language.shapes import Sphere
 from kinolab.errors import InputError, UnknownNameError
 from kinolab.world import (
     BodyGeometry,

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.world import lowest_z, triangles
 
 AT = (0.3, -0.2, 0.1)

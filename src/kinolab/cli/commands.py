@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinolab.cli.carrying_out import carry_out
-from kinolab.cli.exhibiting import exhibit
-from kinolab.cli.filming import film
+from kinolab.cli.execute import carry_out
+from kinolab.cli.gallery import exhibit
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
-from kinolab.cli.plotting import plot
+from kinolab.cli.live import Spectators, spectators
+from kinolab.cli.plot import plot
 from kinolab.cli.progress import Progress, escaped
-from kinolab.cli.spectators import Spectators, spectators
-from kinolab.cli.viewing import view
+from kinolab.cli.video import film
+from kinolab.cli.view import view
 from kinolab.errors import InputError, KinolabError, Mistake
 
 if TYPE_CHECKING:
-    from kinolab.planning import Plan
     from kinolab.problem import Problem
     from kinolab.search import Budget
+    from kinolab.solve import Plan
 
 USAGE, RESOURCES, FAILED, INTERNAL = 2, 6, 7, 70
 MOST_JOBS = 256  # processes; each of them loads every library
@@ -158,7 +158,7 @@ def _scenario(
 
 def _compilation_told(progress: Progress) -> AbstractContextManager[object]:
     """Say inside how far compiling is, where anything must be compiled."""
-    from kinolab.compiling import compilation, running
+    from kinolab.numerics.compiling import compilation, running
 
     return compilation(lambda done: progress(running(done.functions, done.seconds), passing=True))
 
@@ -166,8 +166,8 @@ def _compilation_told(progress: Progress) -> AbstractContextManager[object]:
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
     """Load a scenario; mistakes in options are reported as the options that were typed."""
     from kinolab.loading import load
-    from kinolab.plugins import seen_from
     from kinolab.scenario import override_place, scenario_path
+    from kinolab.search.plugins import seen_from
 
     INTERRUPTS.libraries_loaded()
     if shortcuts["planner.name"]:  # a file is meant as the shell completes it, from here
@@ -200,8 +200,8 @@ def _search(
     optimize: bool,
 ) -> tuple[Plan, dict[str, Any]]:
     """Search, and write what was found before it is drawn; return it with its report."""
-    from kinolab.planning import solve
     from kinolab.runs import write_run
+    from kinolab.solve import solve
 
     section = problem.scenario.planner
     optimising = optimize and section.improve > 0
@@ -262,9 +262,9 @@ def _progress_of(found: Plan, *, anytime: bool) -> str:
 
 def _show(problem: Problem, found: Plan, folder: Path, report: dict[str, Any]) -> None:
     """Write the film, the page and the scene of a motion."""
-    from kinolab.animation import animate
     from kinolab.files import write_whole
-    from kinolab.pages import write_scene
+    from kinolab.show.film.animation import animate
+    from kinolab.show.view import write_scene
 
     assert found.trajectory is not None
     write_whole(folder / "animation.gif", animate(problem, found.trajectory))
@@ -275,7 +275,7 @@ def _diagnose(
     problem: Problem, found: Plan, folder: Path, report: dict[str, Any], progress: Progress
 ) -> dict[str, Any]:
     """Look for why no plan was found, and return the report with what was found out."""
-    from kinolab.diagnosis import diagnose
+    from kinolab.analyze.diagnose import diagnose
     from kinolab.runs import add_diagnosis
 
     with redirect_stdout(sys.stderr):  # what a user's planner prints is no result
@@ -292,7 +292,7 @@ def _further(found: Plan, report: dict[str, Any]) -> list[str]:
 
 
 def _summary(problem: Problem, found: Plan, folder: Path, why: Sequence[str] = ()) -> str:
-    from kinolab.planning.goal_entries import distance_text
+    from kinolab.problem.goal_entries import distance_text
 
     lines = [f"{found.status}: {found.message}"]
     if found.interrupted and found.status != "interrupted":
@@ -341,7 +341,8 @@ def _ends(found: Plan) -> str:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def _check(folders: Sequence[Path], as_json: bool) -> int:
     """Verify finished runs from their files alone."""
-    from kinolab.runs import check_run, check_to_json, margin_to_json
+    from kinolab.runs import check_run, check_to_json
+    from kinolab.runs.folder import margin_to_json
 
     INTERRUPTS.libraries_loaded()
     certificates = {str(folder): check_run(folder) for folder in folders}
@@ -382,7 +383,7 @@ def _list(group: str | None, names: tuple[str, ...], as_json: bool) -> int:
     `plan list planners` shows the settings of every planner, `plan list planners NAME` those of
     one; NAME may be file.py:Class.
     """
-    from kinolab.listing import listed, listed_as_text
+    from kinolab.cli.listing import listed, listed_as_text
 
     with redirect_stdout(sys.stderr):  # what a planner's file prints is no result
         if as_json:
@@ -411,7 +412,7 @@ def _equations(what: str, latex: bool) -> int:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def _describe(what: str, as_json: bool) -> int:
     """Say what WHAT is and whether it can be controlled."""
-    from kinolab.description import describe, described_as_text, description_to_json
+    from kinolab.analyze.describe import describe, described_as_text, description_to_json
     from kinolab.loading import find_machine
 
     INTERRUPTS.libraries_loaded()
@@ -446,10 +447,10 @@ def _simulate(
     quiet: bool,
 ) -> int:
     """Let WHAT move by itself: a system, a scenario, or machine.py:function."""
+    from kinolab.analyze.simulate import simulate
     from kinolab.loading import build_problem, find_scenario
-    from kinolab.planning import Plan
     from kinolab.runs import write_run
-    from kinolab.simulation import simulate
+    from kinolab.solve import Plan
 
     INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
@@ -475,7 +476,7 @@ def _simulate(
 @click.argument("what")
 def _examine(what: str) -> int:
     """Check the laws of mechanics on WHAT, and its steps, and say what is odd."""
-    from kinolab.examination import examine
+    from kinolab.analyze.examine import examine
     from kinolab.loading import find_scenario, find_system
 
     INTERRUPTS.libraries_loaded()
@@ -489,7 +490,7 @@ def _examine(what: str) -> int:
 @click.argument("name")
 def _new(name: str) -> int:
     """Write a commented machine NAME.py and a scenario NAME.toml to start from."""
-    from kinolab.starter import write_starter
+    from kinolab.cli.new import write_starter
 
     for path in write_starter(name, Path()):
         click.echo(f"written {path}")
@@ -510,8 +511,8 @@ def _warm_up(jobs: int | None, quiet: bool) -> int:
 
     It is done once on a computer, and again after an update of kinolab, numba or Python.
     """
-    from kinolab.compiling import running
-    from kinolab.warm_up import warm_up
+    from kinolab.cli.warm_up import warm_up
+    from kinolab.numerics.compiling import running
 
     INTERRUPTS.libraries_loaded()
     progress, begun, functions = Progress(quiet), time.monotonic(), 0

@@ -173,7 +173,7 @@ def _main_thread() -> int:
 
 def _clear_up() -> None:
     """End all processes that this one started, and remove what is half written."""
-    processes = sys.modules.get("kinolab.planning.processes")
+    processes = sys.modules.get("kinolab.solve.processes")
     if processes:
         processes.kill_all()
     files = sys.modules.get("kinolab.files")

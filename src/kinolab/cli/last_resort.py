@@ -12,7 +12,7 @@ import signal
 import sys
 from typing import Any
 
-from kinolab.dynamics.compilation import Library, compile_ir, link
+from kinolab.dynamics.codegen.llvm_jit import Library, compile_ir, link
 
 ALARM = 0.8  # [s] after Ctrl-C
 

@@ -3,29 +3,7 @@
 The names exported here are the vocabulary for machines of one's own.
 """
 
-from kinolab.dynamics.bodies import Body
-from kinolab.dynamics.cables import Cable
-from kinolab.dynamics.constraints import (
-    Constraint,
-    Requirement,
-    closed,
-    force_of,
-    require,
-    zero,
-)
-from kinolab.dynamics.efforts import (
-    Buoyancy,
-    Coulomb,
-    Gravity,
-    Potential,
-    Spring,
-    Viscous,
-    Wrench,
-    toward,
-)
-from kinolab.dynamics.extras import State, lag, state
-from kinolab.dynamics.feedback import Feedback, Reference, Regulator
-from kinolab.dynamics.fields import (
+from kinolab.dynamics.analysis.fields import (
     Filtration,
     InvolutiveClosure,
     LinearControllability,
@@ -42,8 +20,31 @@ from kinolab.dynamics.fields import (
     small_time_controllability,
     vector_fields,
 )
-from kinolab.dynamics.flatness import CURVATURE, FlatOutputs, PlaneCurves, output
-from kinolab.dynamics.frames import (
+from kinolab.dynamics.analysis.trim import Trim, Watched, trim
+from kinolab.dynamics.language.auxiliary_states import State, lag, state
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.constraints import (
+    Constraint,
+    Requirement,
+    closed,
+    force_of,
+    require,
+    zero,
+)
+from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
+from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, PlaneCurves, output
+from kinolab.dynamics.language.forces import (
+    Buoyancy,
+    Coulomb,
+    Gravity,
+    Potential,
+    Spring,
+    Viscous,
+    Wrench,
+    toward,
+)
+from kinolab.dynamics.language.frames import (
     WORLD,
     Axis,
     BodyVelocity,
@@ -58,11 +59,10 @@ from kinolab.dynamics.frames import (
     unhat,
     velocity,
 )
-from kinolab.dynamics.inputs import Control, Drive, Force, Pull, Rate, Torque
-from kinolab.dynamics.model import Model
-from kinolab.dynamics.riccati import dlqr, lqr, tvlqr
-from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
-from kinolab.dynamics.symbols import (
+from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
     Parameter,
@@ -74,9 +74,9 @@ from kinolab.dynamics.symbols import (
     rotation,
     turn_rate,
 )
-from kinolab.dynamics.system import System
-from kinolab.dynamics.trimming import Trim, Watched, trim
+from kinolab.dynamics.model import Model
 from kinolab.dynamics.variational import VariationalIntegrator
+from kinolab.numerics.riccati import dlqr, lqr, tvlqr
 
 __all__ = [
     "CURVATURE",

@@ -10,27 +10,27 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.dynamics.arguments import checked
-from kinolab.dynamics.binding import configuration_symbols, tangent_symbols
-from kinolab.dynamics.cache import cached
-from kinolab.dynamics.chart import condition_number
-from kinolab.dynamics.closed_loop import CLOSED, PREFIX, emit_closed_loop, functions_of
-from kinolab.dynamics.compilation import compile_ir, link
-from kinolab.dynamics.constraints import PositionConstraint
-from kinolab.dynamics.derivation import derive
-from kinolab.dynamics.emission import SINGULAR, emit_module
-from kinolab.dynamics.feedback import Feedback, Regulator
-from kinolab.dynamics.inputs import bounds_of
-from kinolab.dynamics.machine_file import (
+from kinolab.arguments import checked
+from kinolab.dynamics.codegen.cache import cached
+from kinolab.dynamics.codegen.closed_loop import CLOSED, PREFIX, emit_closed_loop, functions_of
+from kinolab.dynamics.codegen.emission import SINGULAR, emit_module
+from kinolab.dynamics.codegen.exports import NEED_CHART
+from kinolab.dynamics.codegen.integrators import METHODS
+from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
+from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.dynamics.derivation.derivation import derive
+from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
+from kinolab.dynamics.derivation.velocity_coordinates import condition_number
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.json.machine_file import (
     feedback_from_tree,
     feedback_to_tree,
     machine_to_json,
 )
-from kinolab.dynamics.outputs import NEED_CHART
-from kinolab.dynamics.state_space import StateSpace
-from kinolab.dynamics.steppers import METHODS
-from kinolab.dynamics.symbols import Coordinate
-from kinolab.dynamics.system import System
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import (
     InputError,
     Mistake,
@@ -40,7 +40,7 @@ from kinolab.errors import (
 )
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.equations import Equations
+    from kinolab.dynamics.lagrange.equations import Equations
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -565,7 +565,7 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
 
 
 def _designed(system: System, regulator: Regulator) -> Feedback:
-    from kinolab.dynamics.regulation import designed  # which asks a model for equilibria
+    from kinolab.dynamics.analysis.lqr_design import designed  # which asks a model for equilibria
 
     return designed(Model(system.with_feedback(None)), regulator)
 

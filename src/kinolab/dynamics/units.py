@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import sympy
 
-from kinolab.dynamics.constraints import Constraint, PositionConstraint
+from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
+from kinolab.dynamics.language.symbols import Coordinate, Parameter, Rate, TurnRate
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.symbols import Coordinate, Parameter, Rate, TurnRate
 
 ANGLE, OPEN = "rad", "m or rad"  # OPEN: a number as written may be a length, 0.3 cos(a)
 

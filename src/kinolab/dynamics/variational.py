@@ -40,26 +40,30 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.dynamics.arguments import checked
-from kinolab.dynamics.binding import Binding
-from kinolab.dynamics.cache import cached
-from kinolab.dynamics.chart import Row, constraint_rows, unconstrained_chart
-from kinolab.dynamics.compilation import compile_ir, link
-from kinolab.dynamics.constraints import PositionConstraint
-from kinolab.dynamics.derivation import is_kinematic
-from kinolab.dynamics.efforts import Coulomb, Viscous, Wrench
-from kinolab.dynamics.emission import INTRINSICS, LIBRARY, emit_function
-from kinolab.dynamics.inputs import Drive, Rate
-from kinolab.dynamics.ir import Register, Routine, literal
-from kinolab.dynamics.kinematics import Kinematics, Motions
-from kinolab.dynamics.machine_file import machine_to_json
-from kinolab.dynamics.mechanics import Mechanics
+from kinolab.arguments import checked
+from kinolab.dynamics.codegen.cache import cached
+from kinolab.dynamics.codegen.emission import INTRINSICS, LIBRARY, emit_function
+from kinolab.dynamics.codegen.integrators import emit_linear_algebra
+from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
+from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
+from kinolab.dynamics.derivation.newton_euler import Mechanics
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.vectors import Vector, Vectors
+from kinolab.dynamics.derivation.velocity_coordinates import (
+    Row,
+    constraint_rows,
+    unconstrained_chart,
+)
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.forces import Coulomb, Viscous, Wrench
+from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.json.machine_file import machine_to_json
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Attitude
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.steppers import emit_linear_algebra
-from kinolab.dynamics.symbols import Attitude
-from kinolab.dynamics.system import System
-from kinolab.dynamics.tape import Node
-from kinolab.dynamics.vectors import Vector, Vectors
 from kinolab.errors import InputError, Mistake, NoDynamicsError, SingularError
 
 Array: TypeAlias = NDArray[np.float64]

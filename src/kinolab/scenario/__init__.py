@@ -1,15 +1,11 @@
 """What a scenario file says: its schema, how it is read, checked and written."""
 
-from kinolab.scenario.findings import Finding, Origin
-from kinolab.scenario.load import (
-    check_document,
-    load_scenario,
-    read_scenario,
-    scenario_from,
-)
+from kinolab.scenario.file_lookup import builtin_scenarios, read_text, scenario_path
+from kinolab.scenario.issues import Finding, Origin
+from kinolab.scenario.load import check_document, load_scenario, read_scenario, scenario_from
+from kinolab.scenario.locations import mistake_at
 from kinolab.scenario.names import check_names, check_settings
 from kinolab.scenario.overrides import override_place
-from kinolab.scenario.places import mistake_at
 from kinolab.scenario.planner_keys import shared_settings
 from kinolab.scenario.rules import PLANNER_KEYS
 from kinolab.scenario.schema import (
@@ -26,7 +22,6 @@ from kinolab.scenario.schema import (
     WorldSection,
     axis_vector,
 )
-from kinolab.scenario.source import builtin_scenarios, read_text, scenario_path
 from kinolab.scenario.write import write_scenario
 
 __all__ = [

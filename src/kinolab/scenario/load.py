@@ -11,15 +11,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from kinolab.errors import InputError, Mistake
-from kinolab.scenario.explain import explain
-from kinolab.scenario.findings import Finding, Origin
+from kinolab.scenario.file_lookup import read_text, scenario_path
+from kinolab.scenario.issues import Finding, Origin
+from kinolab.scenario.locations import mistake_at
 from kinolab.scenario.long_keys import MOST_PARTS, long_key
+from kinolab.scenario.messages import explain
 from kinolab.scenario.overrides import apply_overrides
-from kinolab.scenario.places import mistake_at
+from kinolab.scenario.partial_parse import salvage
 from kinolab.scenario.rules import document_findings
-from kinolab.scenario.salvage import salvage
 from kinolab.scenario.schema import Scenario
-from kinolab.scenario.source import read_text, scenario_path
 from kinolab.scenario.toml_text import shortened
 
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from kinolab.errors import Mistake
-from kinolab.scenario.findings import Finding, KeyPath
-from kinolab.scenario.places import keys_of, mistake_at
+from kinolab.scenario.issues import Finding, KeyPath
+from kinolab.scenario.locations import keys_of, mistake_at
 from kinolab.scenario.rules import PLANNER_KEYS, unknown_key
 from kinolab.scenario.schema import GoalSection, Scenario
 

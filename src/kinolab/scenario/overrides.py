@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kinolab.errors import Mistake, is_broken
-from kinolab.scenario.findings import KeyPath, Override
+from kinolab.scenario.issues import KeyPath, Override
 from kinolab.scenario.toml_text import shortened, shown
 
 _SHOWN = 200  # characters of an override that a message quotes

@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 
 from kinolab.errors import unknown_name
-from kinolab.scenario.findings import Finding, KeyPath
+from kinolab.scenario.issues import Finding, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
 
 SYSTEM_KINDS = ("name", "file")

@@ -23,7 +23,7 @@ from pydantic_core import PydanticCustomError
 
 from kinolab.errors import is_broken, printable
 from kinolab.scenario import rules
-from kinolab.scenario.findings import Finding, Origin
+from kinolab.scenario.issues import Finding, Origin
 from kinolab.scenario.values import (
     Angle,
     Axis,

@@ -5,10 +5,10 @@ an equilibrium or along a motion, and a boundary-value problem. All give the sam
 per propagation step, and the states that these inputs lead through.
 """
 
-from kinolab.steering.arrival import Arrival
-from kinolab.steering.equilibria import settle
-from kinolab.steering.ignorable import ignorable
+from kinolab.steering.cyclic_coordinates import ignorable
+from kinolab.steering.goal_connection import Arrival
 from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.nearest_equilibrium import settle
 from kinolab.steering.steering import AbstractSteering, Steering
 from kinolab.steering.tracking import Tracker
 

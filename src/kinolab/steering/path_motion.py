@@ -8,12 +8,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.cancel import Stop, look, never
 from kinolab.dynamics import Model
-from kinolab.dynamics.symbols import Coordinate
-from kinolab.problem import ROUNDING, Problem
+from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.problem import Problem
+from kinolab.problem.task import ROUNDING
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.timing import Timing
-from kinolab.stopping import Stop, look, never
+from kinolab.steering.time_scaling import Timing
 
 Array: TypeAlias = NDArray[np.float64]
 Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -> (times, known)

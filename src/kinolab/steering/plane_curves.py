@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from kinolab.dynamics.flatness import CURVATURE, PlaneCurves, evaluate
-from kinolab.dynamics.state_space import wrapped
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves, evaluate
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs

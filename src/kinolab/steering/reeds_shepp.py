@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ompl import base as ob
 
-from kinolab.dynamics.state_space import wrapped
+from kinolab.dynamics.codegen.state_space import wrapped
 
 Array: TypeAlias = NDArray[np.float64]
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]

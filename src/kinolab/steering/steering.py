@@ -10,17 +10,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.equilibrium import STILL
+from kinolab.cancel import Stop, never
+from kinolab.dynamics.analysis.equilibrium import STILL
 from kinolab.problem import Problem
-from kinolab.steering.braking import Brake
-from kinolab.steering.closing import Closing
-from kinolab.steering.equilibria import settle
+from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.nearest_equilibrium import settle
+from kinolab.steering.path_families import ways_of
 from kinolab.steering.path_motion import MOST, PathMotion
-from kinolab.steering.rollout import Rollout
+from kinolab.steering.stop_maneuver import Brake
+from kinolab.steering.terminal_correction import Closing
 from kinolab.steering.tracking import Tracker
-from kinolab.steering.ways import ways_of
-from kinolab.stopping import Stop, never
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, solve_discrete_are
 
 from kinolab.problem import Problem
-from kinolab.steering.closing import Closing
-from kinolab.steering.ignorable import ignorable
+from kinolab.simulation.rollout import Rollout
+from kinolab.steering.cyclic_coordinates import ignorable
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.rollout import Rollout
+from kinolab.steering.terminal_correction import Closing
 
 Array: TypeAlias = NDArray[np.float64]
 

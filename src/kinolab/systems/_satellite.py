@@ -26,7 +26,7 @@ from kinolab.dynamics import (
     rot_z,
     rotation,
 )
-from kinolab.dynamics.shapes import AxisName
+from kinolab.dynamics.language.shapes import AxisName
 
 MOMENTS = (10.0, 12.0, 8.0)  # [kg m^2] of the whole satellite with its wheels held
 FASTEST = 418.9  # [rad/s], 4000 turns a minute

@@ -1,7 +1,18 @@
 """The robot that three machines of dynobench share; they differ in how it may be driven."""
 
-from kinolab.dynamics import Body, Box, Rate, System, angle, length, move, rot_z, velocity, zero
-from kinolab.dynamics.inputs import Limit
+from kinolab.dynamics import (
+    Body,
+    Box,
+    Rate,
+    System,
+    angle,
+    length,
+    move,
+    rot_z,
+    velocity,
+    zero,
+)
+from kinolab.dynamics.language.inputs import Limit
 
 SIZE = Box(0.5, 0.25, 0.2)  # [m]; the benchmark is flat, the height is only drawn
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from kinolab.dynamics import Disk
-from kinolab.dynamics.shapes import Scalar
+from kinolab.dynamics.language.shapes import Scalar
 
 RIM = 0.2  # share of the thickness that the outer of the two disks has
 

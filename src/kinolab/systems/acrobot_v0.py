@@ -2,7 +2,17 @@
 
 from sympy import pi
 
-from kinolab.dynamics import Body, Box, System, Torque, angle, move, parameter, rot_z, toward
+from kinolab.dynamics import (
+    Body,
+    Box,
+    System,
+    Torque,
+    angle,
+    move,
+    parameter,
+    rot_z,
+    toward,
+)
 
 THICK = 0.1  # [m] of the links, across
 

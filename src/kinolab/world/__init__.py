@@ -1,9 +1,9 @@
 """The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
 
 from kinolab.world.cable import NO_ENDS, CableGeometry
-from kinolab.world.collision import CollisionChecker, Contact
+from kinolab.world.collision.checker import CollisionChecker, Contact
+from kinolab.world.feature_points import landmarks
 from kinolab.world.geometry import BodyGeometry, lowest_z, triangles
-from kinolab.world.landmarks import landmarks
 from kinolab.world.mesh import Mesh, load_mesh
 from kinolab.world.obstacle import (
     Obstacle,

@@ -14,8 +14,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from kinolab.dynamics.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
-from kinolab.world.support import half_extent
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.world.support_functions import half_extent
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]

@@ -12,7 +12,7 @@ import trimesh
 
 from kinolab.errors import InputError, Mistake
 from kinolab.world.geometry import Array, Faces
-from kinolab.world.solids import Components, components
+from kinolab.world.mesh_components import Components, components
 
 FORMATS = ("stl", "obj", "ply", "glb", "off")
 MAX_BYTES = 200_000_000

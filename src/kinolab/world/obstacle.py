@@ -9,11 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from kinolab.dynamics.shapes import Box, Cylinder, Shape, Sphere
+from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.world.geometry import Array, Faces, triangles
 from kinolab.world.mesh import check, load_mesh, refusal, suspicions
-from kinolab.world.solids import Components, components
+from kinolab.world.mesh_components import Components, components
 
 Numbers = Sequence[float]
 ORIGIN: Numbers = (0.0, 0.0, 0.0)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 import kinolab.systems
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.binding import Binding
-from kinolab.dynamics.chart import feasible_values
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from tests.feedback_machines import cart_pole
 from tests.machines import four_bar_by_multipliers, rope_pendulum, sprung_cart
 

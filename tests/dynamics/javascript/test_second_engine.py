@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.dynamics.derivation import is_kinematic
+from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.errors import SingularError
 from tests.dynamics.javascript.machines import MAKERS, inputs, model, states
 from tests.javascript_engine import Engine

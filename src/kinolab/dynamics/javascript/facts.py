@@ -7,11 +7,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from kinolab.dynamics.derivation import Derivation
-from kinolab.dynamics.inputs import bounds_of
+from kinolab.dynamics.derivation.derivation import Derivation
+from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.symbols import Coordinate
-from kinolab.dynamics.system import System
 
 REACH = 4.0  # a slider goes from a parameter's value divided by it to the value times it
 

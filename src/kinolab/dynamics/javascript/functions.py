@@ -9,8 +9,8 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from kinolab.dynamics.outputs import Function
-from kinolab.dynamics.tape import Node, Operation, Tape
+from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.derivation.expression_graph import Node, Operation, Tape
 
 SINGULAR = 1  # the status of a result that a guard forbids; one that is not finite has status 2
 LONGEST = 160  # characters of an expression, above which a node becomes a constant

@@ -7,17 +7,17 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from kinolab.dynamics.cache import code_in, folder
-from kinolab.dynamics.closed_loop import law_of
-from kinolab.dynamics.derivation import Derivation, derive
-from kinolab.dynamics.feedback import Feedback
+from kinolab.dynamics.codegen.cache import code_in, folder
+from kinolab.dynamics.codegen.closed_loop import law_of
+from kinolab.dynamics.codegen.exports import Function, outputs_of, tangent_of
+from kinolab.dynamics.derivation.derivation import Derivation, derive
+from kinolab.dynamics.javascript.body_sizes import shapes_of
+from kinolab.dynamics.javascript.constraint_forces import holding_of
 from kinolab.dynamics.javascript.facts import as_json, facts_of
 from kinolab.dynamics.javascript.functions import emit_function
-from kinolab.dynamics.javascript.holding import holding_of
-from kinolab.dynamics.javascript.shapes import shapes_of
-from kinolab.dynamics.machine_file import machine_to_json
+from kinolab.dynamics.language.feedback import Feedback
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.outputs import Function, outputs_of, tangent_of
 from kinolab.files import read_sealed, write_sealed
 
 MAGIC = b"kinolab javascript 1\n"
@@ -92,8 +92,7 @@ def _key(model: Model, implicit: bool) -> str:
 
 @cache
 def _own_code() -> str:
-    here = Path(__file__).parent
-    return code_in(here) + code_in(here.parent) + _runtime()
+    return code_in(Path(__file__).parents[1]) + _runtime()
 
 
 @cache

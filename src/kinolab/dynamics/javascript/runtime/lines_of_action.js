@@ -1,7 +1,7 @@
 // Where forces of constraints act.
 
 const POSE = 12; // numbers per body: the rows of [R | p]
-const PREFERENCE = 100; // m; for wrenches of little force, as in holding.py
+const PREFERENCE = 100; // m; for wrenches of little force, as in constraint_forces.py
 const RIGHT = 1e-6; // cosine of what counts as a right angle
 const TRIFLE = 1e-9, REFINEMENTS = 4; // of the search for a wrench
 

@@ -1,0 +1,17 @@
+"""``plan describe``: what a machine is, and whether it can be controlled."""
+
+from kinolab.analyze.describe.at_rest import AtRest
+from kinolab.analyze.describe.data import description_to_json
+from kinolab.analyze.describe.description import ConstraintKind, Description, describe
+from kinolab.analyze.describe.description_text import described_as_text
+from kinolab.analyze.describe.modes import Mode
+
+__all__ = [
+    "AtRest",
+    "ConstraintKind",
+    "Description",
+    "Mode",
+    "describe",
+    "described_as_text",
+    "description_to_json",
+]

@@ -1,0 +1,122 @@
+"""What is known about a machine's controllability where it can rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import (
+    LinearControllability,
+    Model,
+    SmallTime,
+    SmallTimeVerdict,
+    System,
+    VectorFields,
+    linear_controllability,
+    small_time_controllability,
+)
+from kinolab.dynamics.analysis.equilibrium import equilibrium
+from kinolab.dynamics.language.inputs import bounds_of
+
+Array = NDArray[np.float64]
+
+ROUNDING = 1e-9  # by how much an input may pass its limit
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """What is known about a state in which a machine stays.
+
+    Attributes:
+        state: The state, by name.
+        held: The inputs that hold it there, by name.
+        linear: Of the linearisation about it.
+        small_time: Of getting to all states near it in short time; None where inputs do not enter
+            linearly.
+        upright: Names of the entries that are 1 where an attitude is not turned.
+    """
+
+    state: dict[str, float]
+    held: dict[str, float]
+    linear: LinearControllability
+    small_time: SmallTimeVerdict | None
+    upright: frozenset[str] = frozenset()
+
+    @property
+    def open(self) -> bool:
+        """Whether another place of rest may tell which states near by can be reached."""
+        undecided = (SmallTime.UNDECIDED, SmallTime.UNFINISHED)
+        return self.small_time is not None and self.small_time.outcome in undecided
+
+
+def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) -> Iterator[AtRest]:
+    """Yield what is known near the position of rest, and at another place if nothing is decided.
+
+    Args:
+        system: The machine.
+        fields: Its vector fields.
+        left_out: Gains sentences about what could not be found out.
+    """
+    model = system.model().plant  # a controller may refuse to rest; the machine can
+    elsewhere = [_place(model, fields, point) for point in fields.points]
+    found = held_state(model, [model.rest(), *elsewhere])
+    if found is None:
+        left_out.append("controllability at rest: no state was found in which inputs can hold it.")
+        return
+    if fields.prolonged:
+        left_out.append("controllability in small time: an input does not enter linearly.")
+    first = _examined(model, fields, *found)
+    yield first
+    other = held_state(model, elsewhere) if first.open else None
+    if other is not None:
+        yield _examined(model, fields, *other)
+
+
+def held_state(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | None:
+    """Return a state in which the machine stays and the inputs that hold it, or None.
+
+    Args:
+        model: The machine.
+        starts: States to begin from, each of shape (nx,); the first that leads to one counts.
+
+    Returns:
+        x of shape (nx,) and u of shape (nu,), within the limits of the inputs.
+    """
+    lower, upper = model.control_bounds.T
+    for start in starts:
+        found = equilibrium(model, start, polish=True)
+        if found is not None:
+            u = found[1]
+            if (lower - ROUNDING <= u).all() and (u <= upper + ROUNDING).all():
+                return found
+    return None
+
+
+def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:
+    state = dict(zip(model.state_names, map(float, x), strict=True))
+    held = dict(zip(model.control_names, map(float, u), strict=True))
+    limits = {entry.name: bounds_of(entry) for entry in model.system.inputs}
+    return AtRest(
+        state=state,
+        held=held,
+        linear=linear_controllability(model, x, u),
+        small_time=None
+        if fields.prolonged
+        else small_time_controllability(fields, state, held, limits=limits),
+        upright=frozenset(model.state_names[first + 3] for first in model.attitudes.values()),
+    )
+
+
+def _place(model: Model, fields: VectorFields, point: Mapping[str, float]) -> Array:
+    """Return a round state near a sampled one; what the equations do not contain stays at rest."""
+    nodes = [node for parts in fields.components.values() for node in parts]
+    occurring = frozenset[int]().union(*(fields.tape.depends_on(node) for node in nodes))
+    matters = {n for n, node in zip(fields.names, fields.state, strict=True) if node in occurring}
+    x = model.rest()
+    for k, name in enumerate(model.state_names):
+        if name in matters:
+            x[k] = round(point[name], 1)
+    return x

@@ -1,0 +1,131 @@
+"""What is known about a machine's controllability, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kinolab.analyze.describe.at_rest import AtRest
+from kinolab.analyze.describe.description import Description
+from kinolab.dynamics.analysis.fields import (
+    LinearControllability,
+    SmallTime,
+    SmallTimeVerdict,
+    word_text,
+)
+from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.language.inputs import Input, bounds_of
+
+ROUNDING = 1e-9  # of a state or input: what is not told
+NAMED = 4  # directions or values that a sentence names; more are counted
+
+
+def sentences(found: Description) -> Iterator[str]:
+    """Yield what is known, the configurations first, then the states, then those about rest."""
+    yield from _configurations(found)
+    yield _states(found)
+    for rest in found.rests:
+        yield from _about_rest(rest)
+
+
+def _configurations(found: Description) -> Iterator[str]:
+    closure = found.closure
+    if closure is None or not found.constraints:
+        return
+    growth = ", ".join(map(str, closure.growth))
+    yield (
+        f"The motions that the constraints allow have the growth vector ({growth}): with brackets "
+        f"of up to {_fields(len(closure.growth))} they reach {closure.leaf} of {closure.dimension} "
+        "dimensions of the configuration space."
+    )
+    if found.pushes == found.freedom:
+        yield (
+            f"The inputs push along every one of the {found.freedom} motions that the constraints "
+            f"leave{_followed(found)}."
+        )
+    for combination in closure.combinations:
+        yield f"Together, {combination} can be integrated: holonomic in disguise."
+    for integral in closure.integrals:
+        yield f"{one_line(integral)} never changes."
+
+
+def _followed(found: Description) -> str:
+    """Say which paths follow from a push along every motion that is left."""
+    one_way = [entry for entry in found.inputs if not _both_ways(entry)]
+    if one_way:
+        limits = [bounds_of(entry) for entry in one_way]
+        named = (
+            f"{entry.name} one way only ({lower:g} to {upper:g} {entry.unit})"
+            for entry, (lower, upper) in zip(one_way, limits, strict=True)
+        )
+        return f", {', '.join(named)}"
+    if found.potential:
+        return ", so that it can follow any path of such motions on which they are strong enough"
+    return ", so that it can follow any path of such motions, slowly enough"
+
+
+def _both_ways(entry: Input) -> bool:
+    lower, upper = bounds_of(entry)
+    return lower < 0 < upper
+
+
+def _states(found: Description) -> str:
+    spanned, whole = found.accessible, found.accessible.dimension
+    growth = ", ".join(map(str, spanned.growth)) or "0"
+    states = "states that the constraints leave" if found.constraints else "state space"
+    if found.prolonged:
+        states += " and the inputs, which count as states here because one does not enter linearly"
+    begin = f"Brackets of the equations of motion span ({growth}) of {whole} dimensions of the "
+    begin += f"{states}: "
+    if spanned.full:
+        return begin + "from every regular state an open set can be reached (accessible)."
+    if spanned.complete:
+        lost = f"{whole - spanned.rank} are out of reach (not accessible)"
+        return begin + f"{lost}, for something stays as it is whatever the inputs do."
+    return begin + "more may be spanned by longer brackets."
+
+
+def _about_rest(rest: AtRest) -> Iterator[str]:
+    yield f"About {_place(rest)}: {_linear(rest.linear)}"
+    if rest.small_time is not None:
+        yield f"There: {rest.small_time.outcome.value}{_decided_by(rest.small_time)}"
+
+
+def _place(rest: AtRest) -> str:
+    """Name a state of rest by what is not as it is where nothing is said."""
+    values = rest.state | rest.held
+    usual = {name: 1.0 if name in rest.upright else 0.0 for name in values}
+    named = [
+        f"{name} = {value:.4g}"
+        for name, value in values.items()
+        if abs(value - usual[name]) > ROUNDING
+    ]
+    if not named:
+        return "rest, all states and inputs 0"
+    more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
+    return f"rest at {', '.join(named[:NAMED])}{more}"
+
+
+def _linear(linear: LinearControllability) -> str:
+    if linear.controllable:
+        return f"the linearisation is controllable ({linear.rank} of {linear.dimension})."
+    lost = "; ".join(linear.directions[:NAMED])
+    more = f" and {len(linear.directions) - NAMED} more" if len(linear.directions) > NAMED else ""
+    decays = "what it leaves alone decays" if linear.stabilisable else "not all of it decays"
+    return (
+        f"the linearisation reaches {linear.rank} of {linear.dimension} dimensions, no input "
+        f"moves {lost}{more}; {decays}."
+    )
+
+
+def _decided_by(verdict: SmallTimeVerdict) -> str:
+    if verdict.outcome in (SmallTime.DRIFTLESS, SmallTime.BRACKETS):
+        return f" Brackets of up to {_fields(verdict.degree)} decide."
+    if verdict.outcome is SmallTime.UNFINISHED:
+        return f" Those of up to {_fields(verdict.degree)} do not decide."
+    if verdict.obstacle is not None:
+        return f" The bad bracket {word_text(verdict.obstacle)} is not made up for."
+    return ""
+
+
+def _fields(count: int) -> str:
+    return "1 field" if count == 1 else f"{count} fields"

@@ -1,0 +1,79 @@
+"""A machine's description as plain data, for ``plan describe --json``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from kinolab.analyze.describe.at_rest import AtRest
+from kinolab.analyze.describe.controllability import sentences
+from kinolab.analyze.describe.description import Description
+from kinolab.dynamics.analysis.fields import LinearControllability, SmallTimeVerdict
+from kinolab.dynamics.language.inputs import Input, bounds_of
+
+
+def description_to_json(found: Description) -> dict[str, Any]:
+    """Return a description as one JSON object."""
+    closure = found.closure
+    return {
+        "name": found.name,
+        "configuration_space": found.space,
+        "dimension": found.dimension,
+        "degrees_of_freedom": found.freedom,
+        "states": found.states.dimension,
+        "stored_numbers": found.states.stored,
+        "further_states": list(found.states.further),
+        "constraints": [asdict(constraint) for constraint in found.constraints],
+        "integrable_combinations": list(closure.combinations) if closure else [],
+        "integrals": [str(integral) for integral in closure.integrals] if closure else [],
+        "inputs": [_input(entry) for entry in found.inputs],
+        "growth_vector": list(closure.growth) if closure else None,
+        "accessible": {
+            "growth": list(found.accessible.growth),
+            "dimension": found.accessible.dimension,
+            "full": found.accessible.full,
+            "complete": found.accessible.complete,
+            "inputs_are_states": found.prolonged,
+        },
+        "rests": [_rest(rest) for rest in found.rests],
+        "controllability": list(sentences(found)),
+        "modes": [asdict(mode) for mode in found.modes],
+        "left_out": list(found.left_out),
+    }
+
+
+def _input(entry: Input) -> dict[str, Any]:
+    lower, upper = bounds_of(entry)
+    kind = type(entry).__name__.lower()
+    return {"name": entry.name, "kind": kind, "unit": entry.unit, "limits": [lower, upper]}
+
+
+def _rest(rest: AtRest) -> dict[str, Any]:
+    return {
+        "state": rest.state,
+        "held": rest.held,
+        "linear": _linear(rest.linear),
+        "small_time": _small_time(rest.small_time),
+    }
+
+
+def _linear(linear: LinearControllability) -> dict[str, Any]:
+    return {
+        "rank": linear.rank,
+        "dimension": linear.dimension,
+        "controllable": linear.controllable,
+        "stabilisable": linear.stabilisable,
+        "not_moved": list(linear.directions),
+        "modes": [[mode.real, mode.imag] for mode in linear.modes],
+    }
+
+
+def _small_time(verdict: SmallTimeVerdict | None) -> dict[str, Any] | None:
+    if verdict is None:
+        return None
+    return {
+        "controllable": verdict.controllable,
+        "outcome": verdict.outcome.name.lower(),
+        "degree": verdict.degree,
+        "obstacle": list(verdict.obstacle) if verdict.obstacle else None,
+    }

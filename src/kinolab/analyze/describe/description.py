@@ -1,0 +1,164 @@
+"""What a machine is and whether it can be controlled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
+from kinolab.analyze.describe.modes import Mode, modes_of
+from kinolab.analyze.describe.states import StateSpace, state_space
+from kinolab.analyze.describe.topology import dimension_of, space_of
+from kinolab.dynamics import Model, System, VectorFields
+from kinolab.dynamics.analysis.fields import (
+    Filtration,
+    InvolutiveClosure,
+    filtration,
+    involutive_closure,
+    vector_fields,
+)
+from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.inputs import Input
+from kinolab.errors import InputError
+
+SAME = 1e-9  # relative to its largest value: what a potential energy may differ by from rounding
+
+
+@dataclass(frozen=True)
+class ConstraintKind:
+    """A constraint and what it does.
+
+    Attributes:
+        name: Of the constraint.
+        kind: ``holonomic``, ``nonholonomic``, ``holonomic in disguise``, ``repeats others``, or
+            ``depends on inputs``.
+    """
+
+    name: str
+    kind: str
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a machine is and whether it can be controlled.
+
+    Attributes:
+        name: Of the machine.
+        space: Its configuration space as a product.
+        dimension: Of the configuration space.
+        freedom: Degrees of freedom: velocities that the constraints leave to choose.
+        states: The state space: its dimension and what it consists of.
+        constraints: Each with its kind.
+        inputs: What is decided.
+        closure: Of the motions that constraints allow; None where they depend on inputs.
+        accessible: What brackets of the equations of motion span, the drift itself left out.
+        prolonged: Whether the inputs count as states there, because one does not enter linearly.
+        pushes: Along how many independent directions inputs act.
+        potential: Whether the potential energy changes with the place.
+        rests: States in which it stays, with what is known about them: near the position of rest,
+            and at another place where nothing was decided there.
+        modes: Six ways of going beyond the upright rolling disk.
+        left_out: What could not be found out, in sentences.
+    """
+
+    name: str
+    space: str
+    dimension: int
+    freedom: int
+    states: StateSpace
+    constraints: tuple[ConstraintKind, ...]
+    inputs: tuple[Input, ...]
+    closure: InvolutiveClosure | None
+    accessible: Filtration
+    prolonged: bool
+    pushes: int
+    potential: bool
+    rests: tuple[AtRest, ...]
+    modes: tuple[Mode, ...]
+    left_out: tuple[str, ...]
+
+
+def describe(system: System) -> Description:
+    """Describe a machine.
+
+    Raises:
+        InputError: If its equations cannot be derived.
+    """
+    left_out: list[str] = []
+    fields = vector_fields(system)
+    closure = _closure(system, left_out)
+    disguised = closure.disguised if closure else 0
+    leaf = replace(fields, dimension=fields.dimension - disguised)
+    accessible = filtration(leaf, strong=True)
+    if not accessible.complete:
+        what = f"brackets of more than {len(accessible.growth)} fields, which might span more"
+        left_out.append(f"{what}, take too long.")
+    rests = tuple(examined_at_rest(system, leaf, left_out))
+    freedom = _freedom(system, closure)
+    model = system.model().plant
+    pushed = len(system.inputs) if fields.prolonged else next(iter(accessible.growth), 0)
+    pushes, potential = min(pushed, freedom), _has_potential(model, fields)
+    return Description(
+        name=system.name,
+        space=space_of(system),
+        dimension=dimension_of(system),
+        freedom=freedom,
+        states=state_space(
+            system,
+            dimension=fields.dimension - (len(system.inputs) if fields.prolonged else 0),
+            stored=model.nx,
+            redundant=model.redundant,
+        ),
+        constraints=tuple(_kinds(system, closure)),
+        inputs=system.inputs,
+        closure=closure,
+        accessible=accessible,
+        prolonged=fields.prolonged,
+        pushes=pushes,
+        potential=potential,
+        rests=rests,
+        modes=modes_of(system, freedom=freedom, pushes=pushes, potential=potential),
+        left_out=tuple(left_out),
+    )
+
+
+def _closure(system: System, left_out: list[str]) -> InvolutiveClosure | None:
+    try:
+        return involutive_closure(system)
+    except InputError as error:
+        left_out.append(f"which constraints can be integrated: {error}")
+        return None
+
+
+def _has_potential(model: Model, fields: VectorFields) -> bool:
+    """Whether the potential energy differs between places that the machine can be in."""
+    if is_kinematic(model.system):
+        return False
+    places = [[point[name] for name in model.state_names] for point in fields.points]
+    energies = [model.energy(x)[1] for x in places]
+    return bool(max(energies) - min(energies) > SAME * max(map(abs, energies)))
+
+
+def _freedom(system: System, closure: InvolutiveClosure | None) -> int:
+    if closure is not None:
+        return closure.growth[0] if closure.growth else 0
+    binding = Binding.of(system)
+    kept, _ = independent_rows(system, binding, constraint_rows(system, binding))
+    return dimension_of(system) - len(kept)
+
+
+def _kinds(system: System, closure: InvolutiveClosure | None) -> Iterator[ConstraintKind]:
+    for constraint in system.constraints:
+        kind = "nonholonomic"
+        if isinstance(constraint, PositionConstraint):
+            kind = "holonomic"
+        elif closure is None:
+            kind = "depends on inputs"
+        elif constraint.name in closure.integrable:
+            kind = "holonomic in disguise"
+        if closure is not None and constraint.name in closure.redundant:
+            kind = "repeats others"
+        yield ConstraintKind(constraint.name, kind)

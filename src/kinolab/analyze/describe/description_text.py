@@ -1,0 +1,61 @@
+"""A machine's description as text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+
+from kinolab.analyze.describe.controllability import sentences
+from kinolab.analyze.describe.description import Description
+from kinolab.dynamics.language.inputs import Input, bounds_of
+
+WIDTH = 100  # characters of a line
+SHOWN = {True: "yes", False: "no"}
+
+
+def described_as_text(found: Description) -> str:
+    """Return what ``plan describe`` prints."""
+    return "\n".join(_lines(found))
+
+
+def _lines(found: Description) -> Iterator[str]:
+    yield found.name
+    yield f"  configuration space: {found.space}, dimension {found.dimension}{_left(found)}"
+    yield f"  degrees of freedom: {found.freedom}, states: {found.states.dimension}"
+    yield f"    {found.states.parts()}"
+    if found.states.storage():
+        yield f"    {found.states.storage()}"
+    yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
+    yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
+    yield "  controllability"
+    for sentence in sentences(found):
+        yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+    yield "  modes of generalisation"
+    for k, mode in enumerate(found.modes, 1):
+        begin = f"    {k} {SHOWN[mode.shown]:3}  "
+        sentence = f"{mode.name}: {mode.why}"
+        yield from wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent=" " * 11)
+    if found.left_out:
+        yield "  left out"
+        for sentence in found.left_out:
+            yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+
+
+def _left(found: Description) -> str:
+    """Say how much of the configuration space holonomic constraints leave, where there are some."""
+    left = found.states.positions
+    return f" ({left} under its holonomic constraints)" if left < found.dimension else ""
+
+
+def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    yield f"  {title}: {len(rows) or 'none'}"
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        yield f"    {'  '.join(cells)}".rstrip()
+
+
+def _input_row(entry: Input) -> tuple[str, str, str]:
+    lower, upper = bounds_of(entry)
+    kind = type(entry).__name__.lower()
+    return entry.name, kind, f"{lower:g} to {upper:g} {entry.unit}".rstrip()

@@ -1,0 +1,81 @@
+"""The state space of a machine: its dimension, what it is made of, and how it is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from kinolab.dynamics import Attitude, System
+from kinolab.dynamics.language.constraints import PositionConstraint
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """What the dimensions of a state space are.
+
+    Attributes:
+        positions: Dimension of the configurations that holonomic constraints leave.
+        velocities: Independent velocities that are states.
+        further: Names of the states with differential equations of their own.
+        stored: Numbers that a state is stored as.
+        quaternions: How many of them are determined by the unit length of a quaternion.
+    """
+
+    positions: int
+    velocities: int
+    further: tuple[str, ...]
+    stored: int
+    quaternions: int
+
+    @property
+    def dimension(self) -> int:
+        """Of the state space, a manifold."""
+        return self.positions + self.velocities + len(self.further)
+
+    @property
+    def held(self) -> int:
+        """How many of the stored numbers constraints determine."""
+        return self.stored - self.quaternions - self.dimension
+
+    def parts(self) -> str:
+        """Say what the dimensions are."""
+        counts = {
+            f"{self.positions} of position": self.positions,
+            f"{self.velocities} of velocity": self.velocities,
+            f"{len(self.further)} further ({', '.join(self.further)})": len(self.further),
+        }
+        return ", ".join(text for text, count in counts.items() if count)
+
+    def storage(self) -> str:
+        """Say how a state is stored where that takes more numbers; empty where it does not."""
+        reasons = list(self._reasons())
+        return f"stored as {self.stored} numbers: {' and '.join(reasons)}" if reasons else ""
+
+    def _reasons(self) -> Iterator[str]:
+        if self.quaternions:
+            owner = "a unit quaternion" if self.quaternions == 1 else "unit quaternions"
+            verb = "fixes" if self.quaternions == 1 else "fix"
+            yield f"{owner} {verb} {self.quaternions} of them"
+        if self.held:
+            yield f"constraints fix {self.held} of them"
+
+
+def state_space(
+    system: System, *, dimension: int, stored: int, redundant: Sequence[str]
+) -> StateSpace:
+    """Return what a state space consists of.
+
+    Args:
+        system: The machine.
+        dimension: Of its state space.
+        stored: Numbers that a state is stored as.
+        redundant: Names of constraints that follow from others.
+    """
+    quaternions = sum(isinstance(c, Attitude) for c in system.coordinates)
+    held = sum(
+        isinstance(c, PositionConstraint) and c.name not in redundant for c in system.constraints
+    )
+    positions = len(system.coordinates) + 2 * quaternions - held
+    further = tuple(entry.name for entry in system.states)
+    velocities = dimension - positions - len(further)
+    return StateSpace(positions, velocities, further, stored, quaternions)

@@ -1,0 +1,57 @@
+"""Configuration spaces as products of lines, circles and SO(3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kinolab.dynamics import Attitude, System
+from kinolab.dynamics.language.mechanism import AnyCoordinate, atoms_of
+
+
+def space_of(system: System) -> str:
+    """Return the configuration space: ``R^2 x S^1 x S^1``.
+
+    An angle with limits is an interval of the line.
+    """
+    kinds = [kind_of(coordinate) for coordinate in system.coordinates]
+    lines = kinds.count("R")
+    factors = [f"R^{lines}" if lines > 1 else "R"] if lines else []
+    return " x ".join([*factors, *["S^1"] * kinds.count("S^1"), *["SO(3)"] * kinds.count("SO(3)")])
+
+
+def kind_of(coordinate: AnyCoordinate) -> str:
+    """Return what one coordinate lives on: ``R``, ``S^1`` or ``SO(3)``."""
+    if isinstance(coordinate, Attitude):
+        return "SO(3)"
+    return "S^1" if coordinate.topology == "circle" else "R"
+
+
+def dimension_of(system: System) -> int:
+    """Return the dimension of the configuration space; an attitude counts as three."""
+    return sum(3 if isinstance(c, Attitude) else 1 for c in system.coordinates)
+
+
+def mechanisms(system: System) -> list[tuple[str, ...]]:
+    """Return the names of the coordinates of each mechanism: what nothing mechanical joins.
+
+    Coordinates belong together where a body moves with both, or a constraint, force or input
+    speaks of both.
+    """
+    groups: list[set[str]] = []
+    for part in (*system.bodies, *system.constraints, *system.efforts, *system.inputs):
+        names = set(_coordinates_in(part))
+        joined = [group for group in groups if group & names]
+        groups = [group for group in groups if not group & names]
+        if names:
+            groups.append(names.union(*joined))
+    order = [coordinate.name for coordinate in system.coordinates]
+    rows = [tuple(sorted(group, key=order.index)) for group in groups]
+    return sorted(rows, key=lambda row: order.index(row[0]))
+
+
+def _coordinates_in(part: object) -> Iterator[str]:
+    """Yield the names of the coordinates, or of their rates' coordinates, in a part."""
+    for atom in atoms_of(part):
+        for owner in (atom, getattr(atom, "coordinate", None), getattr(atom, "attitude", None)):
+            if isinstance(owner, AnyCoordinate):
+                yield owner.name

@@ -1,0 +1,41 @@
+"""How near a state comes to the goal, entry by entry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.problem.goal_entries import GoalEntry, goal_entries
+
+Array: TypeAlias = NDArray[np.float64]
+
+SHOWN = 3  # entries that a sentence names
+
+
+def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator[str]:
+    """Say what the nearest approach misses and what it reaches.
+
+    Args:
+        entries: Of the goal, those missed by most tolerances first.
+        moved: Whether there was an approach at all; otherwise they are the start's.
+    """
+    missed = [entry for entry in entries if not entry.reached]
+    reached = [entry.name for entry in entries if entry.reached]
+    if not missed:
+        return
+    more = f" and {len(missed) - SHOWN} more" if len(missed) > SHOWN else ""
+    kept = f"; it reaches {', '.join(reached)}" if reached else ""
+    approach = "The nearest approach" if moved else "Nothing came nearer than the start, which"
+    yield f"{approach} misses {', '.join(map(str, missed[:SHOWN]))}{more}{kept}."
+
+
+def unmet_sentences(problem: Problem, nearest: Array) -> Iterator[str]:
+    """Say that no state meets the goal, and what the one that comes nearest misses."""
+    missed = [entry for entry in goal_entries(problem, nearest) if not entry.reached]
+    if missed:
+        shown = ", ".join(map(str, missed[:SHOWN]))
+        yield f"The machine has no configuration in the goal: the nearest one misses {shown}."

@@ -1,0 +1,184 @@
+"""Why a search did not find a plan: everything that is found out, and the sentences about it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
+from kinolab.analyze.diagnose.goal_states import GoalStates, goal_states
+from kinolab.analyze.diagnose.reached_rates import unreached, unreached_sentences
+from kinolab.analyze.diagnose.rejection_summary import refusal_sentences
+from kinolab.analyze.diagnose.relaxation_trials import Retry, retries, retry_sentences
+from kinolab.analyze.diagnose.state_clearance import most_room, room_sentences
+from kinolab.analyze.diagnose.static_holding import (
+    Holding,
+    best_holding,
+    holding,
+    holding_sentences,
+)
+from kinolab.analyze.diagnose.verification_summary import truth_sentences
+from kinolab.problem import Problem
+from kinolab.problem.goal_entries import GoalEntry, goal_entries
+from kinolab.simulation import Stiffness, stiffness
+from kinolab.solve import Plan
+from kinolab.verification.clearance_margin import Room, room_at
+
+if TYPE_CHECKING:
+    from kinolab.analyze.diagnose.narrow_passage.passage import Passage
+
+Array: TypeAlias = NDArray[np.float64]
+
+LIMIT = "limit"  # the cause by which planners count motions that pass limits
+SECONDS = 15.0  # of everything
+PASSAGE_SECONDS = 9.0  # of the look for a way of the machine's shape
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What was found out about a search.
+
+    Attributes:
+        sentences: The findings in words, the most useful one first.
+        rejections: Share of all refused motions, by cause and by who is to blame.
+        approach: What the goal asks for and what was reached, worst first.
+        start_room: Room at the start.
+        goal_room: Room at the best state of the goal; None where no state of it was found.
+        start_held: How inputs hold the machine at the start; None where that has no answer.
+        goal_held: The same, at the state of the goal that is held most easily.
+        stiffness: What makes the steps unstable; None where they are stable.
+        unreached: Directions of velocity that no input changes, as components by name.
+        retries: Searches with one thing changed.
+        passage: Whether the machine's shape gets through; None where that was not looked at.
+        seconds: How long the diagnosis took.
+    """
+
+    sentences: tuple[str, ...]
+    rejections: Mapping[str, Mapping[str, float]]
+    approach: tuple[GoalEntry, ...]
+    start_room: Room
+    goal_room: Room | None
+    start_held: Holding | None
+    goal_held: Holding | None
+    stiffness: Stiffness | None
+    unreached: tuple[dict[str, float], ...]
+    retries: tuple[Retry, ...]
+    passage: Passage | None
+    seconds: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything as plain data; what is not finite becomes null."""
+        plain: dict[str, Any] = _plain(asdict(self))
+        return plain
+
+
+def diagnose(
+    problem: Problem, plan: Plan, *, progress: Say | None = None, **settings: Any
+) -> Diagnosis:
+    """Find out why a search did not find a plan; it takes about 15 s at most.
+
+    A plan that was found is described without looking for what stopped it.
+
+    Args:
+        problem: What was searched.
+        plan: How the search ended, by whichever planner.
+        progress: Told what is being looked at.
+        settings: Settings of the planner that were given besides the scenario's.
+    """
+    begun, say = time.monotonic(), progress or (lambda _: None)
+    say("looking at start and goal")
+    goals = goal_states(problem)
+    found = _described(problem, plan, goals)
+    if plan.status != "solved":
+        passage = _passage(problem, goals, say)
+        left = SECONDS - (time.monotonic() - begun)
+        found = replace(found, passage=passage, retries=retries(problem, plan, settings, left, say))
+    sentences = tuple(_sentences(problem, plan, goals, found))
+    return replace(found, sentences=sentences, seconds=time.monotonic() - begun)
+
+
+def _described(problem: Problem, plan: Plan, goals: GoalStates) -> Diagnosis:
+    """Return what takes no search."""
+    checker = problem.checker()
+    end = problem.start if plan.trajectory is None else plan.trajectory.x[-1]
+    return Diagnosis(
+        sentences=(),
+        rejections=plan.rejections,
+        approach=goal_entries(problem, end),
+        start_room=room_at(problem, problem.start, checker),
+        goal_room=most_room(problem, goals.inside, checker),
+        start_held=holding(problem, problem.start),
+        goal_held=best_holding(problem, goals.inside),
+        stiffness=stiffness(problem, _visited(problem, plan)),
+        unreached=unreached(problem),
+        retries=(),
+        passage=None,
+        seconds=0.0,
+    )
+
+
+def _visited(problem: Problem, plan: Plan) -> Array:
+    """Return the states that a search came to, as far as they were kept."""
+    kept = [plan.graph.x] if plan.graph is not None else []
+    kept += [plan.trajectory.x] if plan.trajectory is not None else []
+    return np.concatenate([np.empty((0, problem.model.nx)), *kept])
+
+
+def _passage(problem: Problem, goals: GoalStates, say: Say) -> Passage | None:
+    """Look for a way of the machine's shape, where OMPL is there to do so."""
+    try:
+        from kinolab.analyze.diagnose.narrow_passage.passage import can_look, find_passage
+    except ModuleNotFoundError:
+        return None
+    if not goals.inside or not can_look(problem):
+        return None
+    return find_passage(problem, goals.inside, PASSAGE_SECONDS, say)
+
+
+def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis) -> Iterator[str]:
+    """Word the findings, the most useful ones first."""
+    if plan.status == "solved":
+        yield "The plan was found and verified: nothing stopped it."
+        return
+    stiff = found.stiffness
+    if stiff is not None:
+        yield stiff.sentence
+    if not goals.inside:
+        yield from unmet_sentences(problem, goals.nearest)
+    blocked = found.passage is not None and found.passage.blocked
+    if found.passage is not None and blocked:
+        yield found.passage.sentence
+    yield from unreached_sentences(found.unreached)
+    yield from holding_sentences(problem, found.start_held, found.goal_held)
+    if stiff is None:
+        yield from truth_sentences(problem, plan)
+    yield from retry_sentences(found.retries)
+    # The limits that unstable steps pass are not what stops the machine.
+    limits = {LIMIT} if stiff is not None else set()
+    told = {cause: of for cause, of in found.rejections.items() if cause not in limits}
+    yield from refusal_sentences(told)
+    moved = plan.trajectory is not None
+    if moved or stiff is None:  # what unstable steps made up is not kept, however near it came
+        yield from approach_sentences(found.approach, moved=moved)
+    yield from room_sentences(found.start_room, found.goal_room)
+    if found.passage is not None and not blocked:
+        yield found.passage.sentence
+
+
+def _plain(value: Any) -> Any:
+    """Return nested data as JSON has it."""
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,103 @@
+"""States of the goal region in which the machine is at rest, and whether there are any."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from kinolab.analyze.diagnose.closed_chains import has_loops
+from kinolab.problem import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+TRIES = 40
+ROUNDS = 200  # evaluations of one search for a configuration whose points are at their targets
+
+
+@dataclass(frozen=True, eq=False)
+class GoalStates:
+    """What was found of the goal region.
+
+    Attributes:
+        inside: States in it, each of shape (nx,).
+        nearest: The state that comes nearest to it, or one in it.
+    """
+
+    inside: tuple[Array, ...]
+    nearest: Array
+
+
+def goal_states(problem: Problem) -> GoalStates:
+    """Draw states in the goal region; velocities that the goal leaves free are zero.
+
+    Where the goal is about points and directions of bodies, or the machine has loops,
+    configurations are searched for by bounded least squares.
+    """
+    generator = np.random.default_rng(0)
+    states = [_at_rest(problem, x) for x in _guesses(problem, generator)]
+    if problem.goal.needs_frames or has_loops(problem):
+        states = [_reached(problem, x) for x in states]
+    excesses = [problem.goal_excess(x) for x in states]
+    inside = tuple(x for x, excess in zip(states, excesses, strict=True) if excess <= 1.0)
+    return GoalStates(inside, states[int(np.argmin(excesses))])
+
+
+def _guesses(problem: Problem, generator: np.random.Generator) -> list[Array]:
+    """Return the start moved to the targets' centre, then random states of the goal's box."""
+    center = problem.start.copy()
+    center[list(problem.goal.indices)] = problem.goal.targets
+    for attitude in problem.goal.attitudes:
+        center[attitude.entries] = attitude.target
+    return [center, *(problem.sample_goal(generator) for _ in range(TRIES))]
+
+
+def _at_rest(problem: Problem, x: Array) -> Array:
+    """Return a state without the velocities that the goal leaves free, on the constraints."""
+    model, still = problem.model, x.copy()
+    for i in range(model.nq, model.nx):
+        if i not in problem.goal.indices:
+            still[i] = 0.0
+    return model.project(np.clip(still, *problem.bounds.T))
+
+
+def _reached(problem: Problem, guess: Array) -> Array:
+    """Move a configuration, its loops being closed, to where the goal wants it."""
+    nq = problem.model.nq
+    lower, upper = problem.bounds[:nq].T
+    lower, upper = (
+        np.where(problem.circular[:nq], end, limit)
+        for end, limit in ((-np.inf, lower), (np.inf, upper))
+    )
+
+    def state(q: Array) -> Array:
+        return problem.model.project(np.concatenate([q, guess[nq:]]))
+
+    found = least_squares(
+        lambda q: _errors(problem, state(q)),
+        np.clip(guess[:nq], lower, upper),
+        bounds=(lower, upper),
+        max_nfev=ROUNDS,
+    )
+    return state(found.x)
+
+
+def _errors(problem: Problem, x: Array) -> Array:
+    """Return all deviations from the goal's centre as shares of their tolerances."""
+    goal, frames = problem.goal, problem.frames(x)
+    parts = [goal.deviations(x) / goal.tolerances]
+    for point in goal.points:
+        pose = frames[point.body].reshape(3, 4)
+        at = pose[:, :3] @ np.array(point.at) + pose[:, 3]
+        parts.append((at - np.array(point.position)) / point.tolerance)
+    for target in goal.directions:
+        axis = frames[target.body].reshape(3, 4)[:, :3] @ np.array(target.axis)
+        parts.append((axis - np.array(target.target)) / target.tolerance)
+    for attitude in goal.attitudes:
+        near = x[attitude.entries]
+        wanted = np.array(attitude.target)
+        parts.append((near - np.copysign(1.0, near @ wanted) * wanted) / attitude.tolerance)
+    return np.concatenate(parts)

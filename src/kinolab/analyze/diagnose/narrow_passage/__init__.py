@@ -1,0 +1,1 @@
+"""By how much is the path too narrow, dynamics aside?"""

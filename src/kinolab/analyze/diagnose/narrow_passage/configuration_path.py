@@ -1,0 +1,89 @@
+"""Look for a way between configurations, dynamics aside, with OMPL's RRT-Connect.
+
+Source: Kuffner, LaValle, RRT-Connect, ICRA 2000.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from ompl import base as ob
+from ompl import geometric as og
+from ompl import util as ou
+
+from kinolab.analyze.diagnose.narrow_passage.free_space import Shape
+from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Effort:
+    """How much a look for a way may cost: configurations judged, and seconds."""
+
+    def __init__(self, looks: int, seconds: float) -> None:
+        self._left, self._end = looks, time.monotonic() + seconds
+
+    def count(self) -> bool:
+        """Count a configuration; False once there have been too many."""
+        self._left -= 1
+        return self._left >= 0
+
+    def spent(self) -> bool:
+        """Say whether the look must end."""
+        return self._left <= 0 or time.monotonic() > self._end
+
+
+def find_way(
+    space: Configurations,
+    shape: Shape,
+    begin: Sequence[float],
+    ends: Sequence[Sequence[float]],
+    effort: Effort,
+    seed: int,
+) -> Array | None:
+    """Return states along a free way, shape (n, nx); None where none was found in time.
+
+    Args:
+        space: What is searched.
+        shape: Judges configurations.
+        begin: State where the way begins.
+        ends: States where it may end.
+        effort: When to give up.
+        seed: Of the random numbers.
+    """
+    information = ob.SpaceInformation(space.space)
+
+    def is_valid(state: Any) -> bool:
+        return effort.count() and shape.free(space.read(state))
+
+    information.setStateValidityChecker(is_valid)
+    information.setup()
+    definition = ob.ProblemDefinition(information)
+    definition.addStartState(_state(space, begin))
+    goal = ob.GoalStates(information)
+    for end in ends:
+        goal.addState(_state(space, end))
+    definition.setGoal(goal)
+    ou.RNG.setSeed(seed)
+    planner = og.RRTConnect(information)
+    planner.setProblemDefinition(definition)
+    planner.setup()
+    planner.solve(ob.PlannerTerminationCondition(effort.spent))
+    if not definition.hasExactSolution():
+        return None
+    path = definition.getSolutionPath()
+    simplifier = og.PathSimplifier(information)
+    simplifier.reduceVertices(path)
+    simplifier.partialShortcutPath(path)
+    path.interpolate()
+    return np.array([space.read(path.getState(k)) for k in range(path.getStateCount())])
+
+
+def _state(space: Configurations, values: Sequence[float]) -> Any:
+    state = space.space.allocState()
+    space.write(state, values)
+    return state

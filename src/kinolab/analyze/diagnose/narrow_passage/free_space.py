@@ -1,0 +1,76 @@
+"""Is a configuration free? Dynamics aside: the shape of the machine, its limits and the world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.problem.task import ROUNDING
+from kinolab.simulation import CompiledStep
+from kinolab.world import CollisionChecker
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Shape:
+    """Judges configurations of a machine, or of a slimmer one.
+
+    Args:
+        problem: The machine and the world.
+        checker: Of the machine as slim as it is meant to be.
+    """
+
+    def __init__(self, problem: Problem, checker: CollisionChecker) -> None:
+        self._calls = CompiledStep(problem)
+        self._checker, self._cones = checker, problem.keep_outs
+        nq, unlimited = problem.model.nq, problem.space.turns
+        self._limits = [
+            (i, float(lower) - ROUNDING, float(upper) + ROUNDING)
+            for i, (lower, upper) in enumerate(problem.bounds[:nq])
+            if not unlimited[i]
+        ]
+        self._workspace = [
+            ("xyz".index(axis) * 4 + 3, lower - ROUNDING, upper + ROUNDING)
+            for axis, (lower, upper) in problem.world.bounds.items()
+        ]
+
+    def free(self, x: Sequence[float]) -> bool:
+        """Say whether a state's configuration is within all limits and touches nothing."""
+        for i, lower, upper in self._limits:
+            if not lower <= x[i] <= upper:
+                return False
+        calls = self._place(x)
+        for row in calls.poses.tolist() if self._workspace else ():
+            for entry, lower, upper in self._workspace:
+                if not lower <= row[entry] <= upper:
+                    return False
+        if any(cone.angle(calls.poses) < cone.half_angle for cone in self._cones):
+            return False
+        return not self._checker.collides(calls.poses, calls.ends)
+
+    def collides(self, x: Sequence[float], shift: Array | None = None) -> bool:
+        """Say whether the machine touches something, moved as a whole by ``shift`` in [m]."""
+        poses, ends = self._shifted(x, np.zeros(3) if shift is None else shift)
+        return self._checker.collides(poses, ends)
+
+    def touches(self, x: Sequence[float]) -> list[str]:
+        """Name the pairs of body and obstacle that touch."""
+        calls = self._place(x)
+        found = self._checker.contacts(calls.poses, calls.ends)
+        return [f"{contact.body} – {contact.obstacle}" for contact in found]
+
+    def _place(self, x: Sequence[float]) -> CompiledStep:
+        self._calls.next[:] = x
+        self._calls.frames()
+        return self._calls
+
+    def _shifted(self, x: Sequence[float], shift: Array) -> tuple[Array, Array]:
+        calls = self._place(x)
+        poses, ends = calls.poses.copy(), calls.ends.copy()
+        poses[:, 3::4] += shift
+        ends += np.tile(shift, 2)
+        return poses, ends

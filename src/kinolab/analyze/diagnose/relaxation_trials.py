@@ -1,0 +1,102 @@
+"""Which one change would have made the search succeed? Each is tried for a moment."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from kinolab import planners
+from kinolab.analyze.diagnose.relaxations import Change, changes
+from kinolab.errors import KinolabError
+from kinolab.problem import Problem
+from kinolab.search import AbstractPlanner, Budget, Outcome
+from kinolab.simulation.reference import resimulate
+from kinolab.solve import Plan, make_planner
+
+SECONDS = 2.0  # of one search
+LEAST = 0.2  # [s] that a search needs to be worth beginning
+
+
+@dataclass(frozen=True)
+class Retry:
+    """What became of one change.
+
+    Attributes:
+        change: Its name.
+        words: The change in words.
+        solved: Whether the search reached the goal.
+        seconds: How long it took.
+    """
+
+    change: str
+    words: str
+    solved: bool
+    seconds: float
+
+
+def retries(
+    problem: Problem,
+    plan: Plan,
+    settings: Mapping[str, Any],
+    seconds: float,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[Retry, ...]:
+    """Search again with one thing changed at a time, never longer than the search that failed.
+
+    Args:
+        problem: What was not solved.
+        plan: The planner that failed, its seed and its iterations.
+        settings: Settings of the planner other than the scenario's.
+        seconds: For all searches together.
+        say: Told what is tried.
+    """
+    end = time.monotonic() + seconds
+    planner = make_planner(problem, _known(plan.planner), dict(settings))
+    tried = []
+    for change in changes(problem, planner):
+        left = min(SECONDS, end - time.monotonic())
+        if left < LEAST:
+            break
+        say(f"trying again {change.words}")
+        begun = time.monotonic()
+        budget = Budget(left, max(plan.iterations, 1))
+        solved = _solved(change, planner, plan.seed, budget)
+        tried.append(Retry(change.name, change.words, solved, time.monotonic() - begun))
+    return tuple(tried)
+
+
+def _known(name: str) -> str | None:
+    """Return a planner's name; None for one from a file, which the scenario names in full."""
+    try:
+        planners.get(name)
+    except KinolabError:
+        return None
+    return name
+
+
+def _solved(change: Change, planner: AbstractPlanner, seed: int, budget: Budget) -> bool:
+    """Whether the planner's motion reaches the changed goal; what it meets is not verified."""
+    kept = {field.name: getattr(planner, field.name) for field in fields(planner)}
+    searcher = type(planner)(**kept | dict(change.settings))
+    try:
+        result = searcher.solve(change.problem, seed, budget)
+        if result.outcome is not Outcome.SOLVED:
+            return False
+        end = resimulate(change.problem, result.t, result.u).x[-1]
+    except KinolabError:
+        return False
+    return change.problem.goal_excess(end) <= 1.0
+
+
+def retry_sentences(tried: Sequence[Retry]) -> Iterator[str]:
+    """Name the one change that made it work, or those of which each one did."""
+    worked = [retry.words for retry in tried if retry.solved]
+    if len(worked) == 1:
+        yield f"One change makes it work: a search {worked[0]} finds a plan."
+    elif worked:
+        yield f"Each of these alone makes it work: a search {', '.join(worked)}."
+    elif tried:
+        failed = ", ".join(retry.words for retry in tried)
+        yield f"No single change made a search of {SECONDS:g} s succeed: {failed}."

@@ -1,0 +1,108 @@
+"""Changes of a problem, one at a time, that may make it solvable."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics import Model
+from kinolab.problem import Problem
+from kinolab.problem.goal import Goal
+from kinolab.search import AbstractPlanner
+from kinolab.simulation import stiffness
+
+WIDER = 3.0  # factor on the goal's tolerances
+STRONGER = 2.0  # factor on the inputs' limits
+LONGER = 3  # factor on how long an input may be held
+FINER = 4  # by which a step is divided
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A problem that differs in one thing.
+
+    Attributes:
+        name: What was changed, in a word or two.
+        words: The change as a student would make it, after "with" or "without".
+        problem: The changed problem.
+        settings: Settings of the planner that differ.
+    """
+
+    name: str
+    words: str
+    problem: Problem
+    settings: Mapping[str, Any]
+
+
+def changes(problem: Problem, planner: AbstractPlanner) -> Iterator[Change]:
+    """Yield every change that applies to a problem and to the planner that failed on it.
+
+    Where steps are unstable, whatever else is changed proves nothing.
+    """
+    if stiffness(problem) is not None:
+        yield _implicit(problem)
+        yield _finer(problem, planner)
+        return
+    if problem.world.obstacles:
+        empty = replace(problem.world, obstacles=())
+        yield Change("obstacles", "without the obstacles", replace(problem, world=empty), {})
+    wider = replace(problem, goal=_wider(problem.goal))
+    yield Change("tolerance", f"with {WIDER:g} times the goal's tolerances", wider, {})
+    stronger = replace(problem, model=_stronger(problem.model))
+    yield Change("limits", f"with {STRONGER:g} times the inputs' limits", stronger, {})
+    longest = getattr(planner, "max_steps", None)
+    if longest is not None:
+        words = f"with max_steps = {LONGER * longest} instead of {longest}"
+        yield Change("longer controls", words, problem, {"max_steps": LONGER * longest})
+    if problem.scenario.integration.truth == "continuous":
+        yield _finer(problem, planner)
+
+
+def _implicit(problem: Problem) -> Change:
+    """Return the problem with the method for stiff machines."""
+    words = 'with [integration] method = "rosenbrock"'
+    return Change("method", words, _integrated(problem, method="rosenbrock"), {})
+
+
+def _wider(goal: Goal) -> Goal:
+    return replace(
+        goal,
+        tolerances=WIDER * goal.tolerances,
+        points=tuple(replace(p, tolerance=WIDER * p.tolerance) for p in goal.points),
+        directions=tuple(replace(d, tolerance=_turn(d.tolerance)) for d in goal.directions),
+        attitudes=tuple(replace(a, tolerance=_turn(a.tolerance)) for a in goal.attitudes),
+    )
+
+
+def _turn(tolerance: float) -> float:
+    return min(WIDER * tolerance, np.pi)
+
+
+def _stronger(model: Model) -> Model:
+    """Return the model with wider limits on its inputs; what may only pull still only pulls."""
+    strong = copy(model)
+    strong.control_bounds = STRONGER * model.control_bounds
+    return strong
+
+
+def _finer(problem: Problem, planner: AbstractPlanner) -> Change:
+    """Return the problem with shorter steps, inputs being held as long as before."""
+    step = problem.step / FINER
+    known = {field.name for field in fields(planner)}
+    settings: dict[str, Any] = {
+        name: FINER * getattr(planner, name) for name in ("min_steps", "max_steps") if name in known
+    }
+    words = f"with [integration] step = {step:g} instead of {problem.step:g}"
+    return Change("step", words, _integrated(problem, step=step), settings)
+
+
+def _integrated(problem: Problem, **update: Any) -> Problem:
+    """Return the problem with other settings of [integration]."""
+    scenario = problem.scenario
+    integration = scenario.integration.model_copy(update=update)
+    changed = scenario.model_copy(update={"integration": integration})
+    return replace(problem, scenario=changed.located(scenario.origin))

@@ -1,0 +1,110 @@
+"""What the truth said about a motion that a planner took for a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.units import state_units
+from kinolab.errors import SingularError
+from kinolab.problem import Problem
+from kinolab.simulation.reference import Motion, trajectory_under
+from kinolab.simulation.resimulated_goal import BROKEN, MISSED
+from kinolab.solve import Plan
+from kinolab.trajectory import Trajectory
+from kinolab.verification.certificate import difference, motion_checks
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def truth_sentences(problem: Problem, plan: Plan) -> Iterator[str]:
+    """Say where the planner's steps and the true motion disagreed."""
+    if plan.status == "verification_failed":
+        yield _refusal(problem, plan)
+    misses = int(plan.statistics.get(MISSED, 0))
+    if misses:
+        yield (
+            f"The planner's steps reached the goal {_times(misses)} where the true motion misses "
+            "it: shorten [integration] step."
+        )
+    broken = int(plan.statistics.get(BROKEN, 0))
+    if broken:
+        yield (
+            f"The planner reached the goal {_times(broken)} by a motion that in truth touches "
+            "something, or makes errors grow so much that it cannot be repeated."
+        )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _refusal(problem: Problem, plan: Plan) -> str:
+    """Say which checks a motion did not pass, and whether the planner's own steps would have."""
+    if plan.certificate is None or plan.trajectory is None:
+        return f"Verification refused the motion found: {plan.message}"
+    failures = plan.certificate.failures
+    said = "; ".join(f"{c.name}: {c.detail}" if c.detail else c.name for c in failures)
+    refusal = f"Verification refused the motion found ({said})"
+    own = own_motion(problem, plan.trajectory)
+    if own is None:
+        return f"{refusal}."
+    passed = {check.name for check in motion_checks(problem, *own) if check.passed}
+    if not all(check.name in passed for check in failures):
+        return f"{refusal}."
+    return (
+        f"{refusal}, which the planner's own steps pass. They lead up to "
+        f"{_apart(problem, own[0].x, plan.trajectory.x)} away from the true motion: shorten "
+        "[integration] step."
+    )
+
+
+def own_motion(problem: Problem, trajectory: Trajectory) -> tuple[Trajectory, Motion] | None:
+    """Return the motion that a planner's steps make of a trajectory's inputs.
+
+    None where they fail, and where they are the truth.
+    """
+    settings, model = problem.scenario.integration, problem.model
+    t, inputs = trajectory.t, trajectory.inputs
+    if settings.truth == "discrete":
+        return None
+    method, substeps = settings.method, settings.substeps
+    try:
+        x = model.steps(problem.start, inputs, np.diff(t), method=method, substeps=substeps)
+    except SingularError:
+        return None
+    if not np.isfinite(x).all():
+        return None
+    pieces = [_Step(problem, *row) for row in zip(t[:-1], t[1:], x, inputs, strict=False)]
+    return trajectory_under(model, t, x, inputs), Motion(t, x, pieces)
+
+
+class _Step:
+    """One of a planner's steps, with the interface of SciPy's dense output.
+
+    Attributes:
+        ts: Times of its ends, in [s].
+    """
+
+    def __init__(self, problem: Problem, begin: float, end: float, x: Array, u: Array) -> None:
+        self._problem, self._x, self._u, self.ts = problem, x, u, np.array([begin, end])
+
+    def __call__(self, times: Array) -> Array:
+        """Return the states at times within it, shape (nx, times)."""
+        settings, after = self._problem.scenario.integration, np.asarray(times) - self.ts[0]
+        x, u = (np.tile(row, (len(after), 1)) for row in (self._x, self._u))
+        states = self._problem.model.step(
+            x, u, after, method=settings.method, substeps=settings.substeps
+        )
+        return np.asarray(states.T)
+
+
+def _apart(problem: Problem, own: Array, true: Array) -> str:
+    """Word the largest difference of two motions' knots, by what counts as large."""
+    errors = np.abs(difference(problem, own, true))
+    i = int(np.unravel_index(int(errors.argmax()), errors.shape)[1])
+    off, unit = errors[:, i].max() * problem.scales[i], state_units(problem.model)[i]
+    return f"{off:.3g} {unit} ({problem.model.state_names[i]})".replace("  ", " ")

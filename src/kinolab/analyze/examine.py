@@ -1,0 +1,194 @@
+"""The generic oracles on any machine, in words: what is odd about it?
+
+Each law is checked on the compiled model against something that does not share its code: finite
+differences, an energy balance along a DOP853 run, or SymPy's own derivation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from kinolab.dynamics import Model, System
+from kinolab.dynamics.derivation.derivation import has_imposed_velocities
+from kinolab.errors import KinolabError, NoDynamicsError
+from kinolab.scenario.schema import IntegrationSection
+from kinolab.simulation.stability import STABLE, fading, too_long
+
+STATES = 10  # random states at which laws are checked
+DURATION = 2.0  # [s] of the run whose energy is balanced
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The outcome of one law.
+
+    Attributes:
+        law: What must hold.
+        value: The largest violation, relative.
+        limit: What rounding and differencing explain.
+        note: What a violation would mean; or, where it holds, what was seen.
+    """
+
+    law: str
+    value: float
+    limit: float
+    note: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the law holds."""
+        return bool(self.value <= self.limit)
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.holds else "BROKEN"
+        return f"{verdict:6}  {self.law} ({self.value:.1e}, limit {self.limit:.0e}): {self.note}"
+
+
+def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[Finding]:
+    """Yield what the generic laws say about a machine.
+
+    Args:
+        system: The machine.
+        integration: The steps in which it is to be planned for; left out they are not judged.
+
+    Raises:
+        InputError: If the machine cannot be derived.
+    """
+    model = system.model()
+    states = random_states(model)
+    inputs = model.control_bounds.mean(axis=1) + 0.3 * np.ptp(model.control_bounds, axis=1)
+    inputs = inputs if model.nu else np.zeros(0)
+    yield _jacobian(model, states, inputs)
+    if system.constraints:
+        yield _constraints(model, states, inputs)
+    try:
+        yield from _mass_matrix(model, states)
+        yield _energy(model, states[0], inputs)
+    except NoDynamicsError as error:
+        yield Finding("a kinematic machine", 0.0, 0.0, str(error))
+    if integration is not None:
+        yield _steps(model, states, integration)
+    yield from _limits(system)
+
+
+def random_states(model: Model) -> NDArray[np.float64]:
+    """Return states within the machine's limits and on its constraints, shape (STATES, nx)."""
+    generator = np.random.default_rng(0)
+    lower, upper = model.state_bounds.T
+    middle = model.rest()
+    lower = np.where(np.isfinite(lower), lower, middle - model.state_scales)
+    upper = np.where(np.isfinite(upper), upper, middle + model.state_scales)
+    states = middle + 0.5 * (generator.uniform(lower, upper, (STATES, model.nx)) - middle)
+    for _ in range(20):
+        states = model.project(states)
+    return states
+
+
+def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> Finding:
+    worst = 0.0
+    for x in states:
+        exact, _ = model.jacobian(x, u)
+        steps = 1e-6 * model.state_scales
+        columns = [
+            (model.f(x + h * e, u) - model.f(x - h * e, u)) / (2 * h)
+            for h, e in zip(steps, np.eye(model.nx), strict=True)
+        ]
+        size = max(1.0, float(np.abs(exact).max()))
+        worst = max(worst, float(np.abs(exact - np.array(columns).T).max()) / size)
+    return Finding(
+        "derivatives of f equal finite differences",
+        worst,
+        1e-6,
+        "a violation means kinks, such as a sign or an absolute value near zero",
+    )
+
+
+def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> Finding:
+    count = len(model.system.constraints)
+    residual = np.abs(model.constraint_residual(states, u)[:, :count]).max()
+    repeated = f"; follows from others: {', '.join(model.redundant)}" if model.redundant else ""
+    free = ", ".join(model.rate_names[i] for i in model.independent)
+    return Finding(
+        "velocities obey the constraints",
+        float(residual),
+        1e-9,
+        f"free to choose: {free or 'nothing but the inputs'}{repeated}",
+    )
+
+
+def _mass_matrix(model: Model, states: NDArray[np.float64]) -> Iterator[Finding]:
+    asymmetry, smallest = 0.0, np.inf
+    for x in states:
+        M = model.mass_matrix(x)
+        asymmetry = max(asymmetry, float(np.abs(M - M.T).max() / np.abs(M).max()))
+        own = np.sqrt(np.maximum(np.diag(M), 1e-300))
+        smallest = min(smallest, float(np.linalg.eigvalsh(M / np.outer(own, own))[0]))
+    yield Finding("the mass matrix is symmetric", asymmetry, 1e-12, "an internal check")
+    note = f"smallest eigenvalue {smallest:.1e} of each coordinate's own inertia"
+    if model.system.constraints and smallest <= 0:
+        note += "; constraints hold the massless directions"
+        yield Finding("every motion has inertia", 0.0, 1e-12, note)
+    else:
+        yield Finding("every motion has inertia", max(-smallest, 0.0), 1e-12, note)
+
+
+def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Finding:
+    """Balance d/dt (T + V) against the power of inputs and friction along a run."""
+
+    def change(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.append(model.f(y[:-1], u), model.power(y[:-1], u))
+
+    def within(_: float, y: NDArray[np.float64]) -> float:
+        lower, upper = model.state_bounds.T
+        return float(min((upper - y[:-1]).min(), (y[:-1] - lower).min()))
+
+    within.terminal = True  # type: ignore[attr-defined]  # laws need hold within the limits only
+    law = "energy changes by the work of inputs and friction"
+    try:
+        run = solve_ivp(
+            change,
+            (0.0, DURATION),
+            np.append(x, 0.0),
+            method="DOP853",
+            events=within,
+            rtol=1e-9,
+            atol=1e-11,
+        )
+    except KinolabError as error:
+        return Finding(law, np.inf, 1e-7, f"the run ended early: {error}")
+    energies = [sum(model.energy(run.y[:-1, k], u)) for k in (0, -1)]
+    work = float(run.y[-1, -1])
+    size = max(1.0, *map(abs, energies), abs(work))
+    gap = abs(energies[1] - energies[0] - work) / size
+    note = (
+        f"over {run.t[-1]:.3g} s {energies[1] - energies[0]:+.3g} J, of which {work:+.3g} J by work"
+    )
+    return Finding(law, gap, 1e-7, note)
+
+
+def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSection) -> Finding:
+    """Compare what fades fastest, at rest and in motion, with what a planner's steps can follow."""
+    generator = np.random.default_rng(0)
+    rate = max(fading(model, x, generator) for x in (model.rest()[None], states))
+    step, wrong = settings.step / settings.substeps, too_long(settings, rate)
+    law = f"{settings.method} is stable at steps of {step:g} s"
+    if wrong is not None:
+        return Finding(law, rate * step, STABLE[settings.method], wrong.sentence)
+    note = f"what fades fastest does so at {rate:.3g} /s"
+    return Finding(law, rate * step, STABLE.get(settings.method, np.inf), note)
+
+
+def _limits(system: System) -> Iterator[Finding]:
+    """Name what a planner will ask for."""
+    unlimited = [c.name for c in system.coordinates if not np.isfinite(c.speed)]
+    kinematic = has_imposed_velocities(system)
+    if unlimited and not kinematic:
+        note = f"no speed limit on {', '.join(unlimited)}: planners will ask for [bounds]"
+        yield Finding("rates have limits", 0.0, 0.0, note)
+    if not system.inputs:
+        yield Finding("something can be decided", 0.0, 0.0, "it has no inputs: only simulate it")

@@ -1,0 +1,16 @@
+"""Plans carried out in closed loop by machines that are not quite what the plan was made for."""
+
+from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.execution import Executed, Execution, execute
+from kinolab.analyze.execute.tracker import Tracker
+from kinolab.analyze.execute.tube_plot import execution_to_json, tube_png
+
+__all__ = [
+    "Conditions",
+    "Executed",
+    "Execution",
+    "Tracker",
+    "execute",
+    "execution_to_json",
+    "tube_png",
+]

@@ -1,0 +1,93 @@
+"""What is wrong with the world a plan is carried out in: parameters, sensors, disturbances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model, System
+from kinolab.errors import InputError, Mistake
+from kinolab.numerics.quaternions import turned_at_random
+from kinolab.problem import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+LARGEST = 1.0  # share: beyond it a mass could be negative
+SHARES = ("parameters", "noise", "disturbance")
+DRAWS = 100  # of parameters, until they make a machine: moments of inertia must fit together
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How far the machine and what is measured of it are from what the plan assumes.
+
+    Attributes:
+        parameters: Every parameter is drawn evenly within this share of its value.
+        noise: Standard deviation of what is measured of each state, as a share of its scale.
+        disturbance: Standard deviation of what is added to each input in every step, as a share of
+            its range.
+        built: Values of parameters that the plan did not know, by name: friction, say, which the
+            planner took for none. They vary by the share, too.
+        tracked: Whether gains along the plan correct it; a machine's own feedback always acts.
+    """
+
+    parameters: float = 0.0
+    noise: float = 0.0
+    disturbance: float = 0.0
+    built: Mapping[str, float] = field(default_factory=dict)
+    tracked: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse what is no share."""
+        mistakes = [
+            Mistake(f"--{name}", f"{value:g} is no share.", f"Give 0 or more, below {LARGEST:g}.")
+            for name in SHARES
+            if not 0.0 <= (value := getattr(self, name)) < LARGEST
+        ]
+        if mistakes:
+            raise InputError(mistakes)
+
+    def machine(self, system: System, generator: np.random.Generator) -> System:
+        """Return the machine as somebody built it.
+
+        Raises:
+            InputError: If a parameter in ``built`` does not exist, or if what is drawn is never a
+                machine.
+        """
+        meant = system.with_parameters(**self.built)
+        for _ in range(DRAWS - 1):
+            try:
+                return self._drawn(meant, generator)
+            except InputError:
+                continue  # nobody could build that one
+        return self._drawn(meant, generator)
+
+    def _drawn(self, meant: System, generator: np.random.Generator) -> System:
+        values = meant.parameter_values
+        shares = generator.uniform(-self.parameters, self.parameters, len(values))
+        drawn = zip(values.items(), shares, strict=True)
+        return meant.with_parameters(
+            **{name: float(value * (1.0 + share)) for (name, value), share in drawn}
+        )
+
+    def measured(self, problem: Problem, x: Array, generator: np.random.Generator) -> Array:
+        """Return what sensors say of a state, shape (nx,)."""
+        if not self.noise:
+            return x
+        seen = x + self.noise * problem.scales * generator.standard_normal(len(x))
+        for own in problem.space.quaternions:
+            most = self.noise * problem.scales[own.start]
+            seen[own] = turned_at_random(x[own], most, generator)
+        return seen
+
+    def disturbed(self, model: Model, u: Array, generator: np.random.Generator) -> Array:
+        """Return the inputs that act where others were meant, shape (nu,)."""
+        if not self.disturbance:
+            return u
+        span = np.ptp(model.control_bounds, axis=1)
+        acting: Array = u + self.disturbance * span * generator.standard_normal(len(u))
+        return acting

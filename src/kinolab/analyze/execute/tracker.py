@@ -1,0 +1,108 @@
+"""Feedback around a plan: the inputs that were planned, and gains on what the motion is off by.
+
+Source: Tedrake, Underactuated Robotics, 2023, section 8.2 (time-varying LQR).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model, tvlqr
+from kinolab.problem import Problem
+from kinolab.simulation.sensitivities import StepMap
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+LARGE = 0.2  # of what [metric] calls large: a deviation from the plan that counts
+EFFORT = 0.25  # of the range between an input's limits: a correction that counts as large
+STAYING = 1000  # steps after the plan for which its end is worth keeping
+ENDING = 10.0  # times the weight of a deviation on the way: one at the end of the plan
+
+
+@dataclass(frozen=True, eq=False)
+class Tracker:
+    """Inputs of the model (references, where it has feedback) that keep a machine to its plan.
+
+    Attributes:
+        problem: Whose plan it is.
+        x: Planned states, shape (N+1, nx).
+        u: Planned inputs, and those that hold the last state, shape (N+1, nu).
+        gains: On the deviations, and on those from the last state, shape (N+1, nu, nx).
+        limits: Of the inputs, shape (nu, 2): all that the machine can do, [bounds] apart.
+    """
+
+    problem: Problem
+    x: Array
+    u: Array
+    gains: Array
+    limits: Array
+
+    @classmethod
+    def along(cls, problem: Problem, trajectory: Trajectory, *, large: float = LARGE) -> Tracker:
+        """Design gains along a plan.
+
+        Args:
+            problem: Whose plan it is.
+            trajectory: The plan, of at least one step.
+            large: The deviation that is worth a large correction, as a share of what the metric
+                calls large.
+        """
+        model, settings = problem.whole or problem.model, problem.scenario.integration
+        step = StepMap(model, settings.method, settings.substeps)
+        x, u, spans = trajectory.x, trajectory.inputs, np.diff(trajectory.t)
+        u = np.vstack([u, _keeping(model, x[-1], u[-1])])
+        slopes = [
+            step.linearised(x[k : k + 1], u[k : k + 1], float(span))[1][0]
+            for k, span in enumerate([*spans, spans[-1]])
+        ]
+        table, nx = np.array(slopes), model.nx
+        A, B = table[:, :, :nx], table[:, :, nx : nx + model.nu]
+        Q = np.diag((problem.weights / large) ** 2)
+        R = np.diag((EFFORT * np.ptp(model.control_bounds, axis=1)) ** -2.0)
+        gains = [*tvlqr(A[:-1], B[:-1], Q, R, ENDING * Q), _staying(A[-1], B[-1], Q, R)]
+        return cls(problem, x, u, np.array(gains), model.control_bounds)
+
+    def planned(self, k: int) -> Array:
+        """Return the inputs that were planned for step k, or for staying there, shape (nu,)."""
+        return np.asarray(self.u[min(k, len(self.u) - 1)])
+
+    def inputs(self, k: int, seen: Array) -> Array:
+        """Return the inputs of step k at a measured state, within their limits, shape (nu,).
+
+        After the end of the plan its last state is what is kept to.
+        """
+        at = min(k, len(self.u) - 1)
+        off = self.deviation(self.x[at], seen)
+        wanted: Array = np.clip(self.u[at] - self.gains[at] @ off, *self.limits.T)
+        return wanted
+
+    def deviation(self, planned: Array, x: Array) -> Array:
+        """Return how far a state is from a planned one, shape (nx,)."""
+        return self.problem.space.difference(planned, x)
+
+
+def _keeping(model: Model, x: Array, u: Array) -> Array:
+    """Return inputs near others under which a state changes least, shape (nu,): they hold it there.
+
+    The inputs that end a plan are those that brake it.
+    """
+    slope = model.jacobian(x, u)[1]
+    change = np.linalg.lstsq(slope, model.f(x, u), rcond=None)[0]
+    kept: Array = np.clip(u - change, *model.control_bounds.T)
+    return kept
+
+
+def _staying(A: Array, B: Array, Q: Array, R: Array) -> Array:
+    """Return the gain about the last state, for so many steps that it hardly changes any more.
+
+    The algebraic equation has no solution where something can neither be changed nor fades: the
+    norm of a quaternion, the angular momentum of a satellite.
+    """
+    n, (nx, nu) = STAYING, B.shape
+    always, inputs = np.broadcast_to(A, (n, nx, nx)), np.broadcast_to(B, (n, nx, nu))
+    return np.asarray(tvlqr(always, inputs, Q, R, Q)[0])

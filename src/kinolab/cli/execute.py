@@ -1,0 +1,106 @@
+"""``plan execute``: does a plan still work where the machine is not quite what was planned for?"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.progress import Progress
+
+SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
+
+
+@click.command("execute")
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--parameters", **SHARE, help="Parameters vary by this share of their value.")
+@click.option("--noise", **SHARE, help="Of measured states, in shares of their scales.")
+@click.option("--disturbance", **SHARE, help="Of inputs, in shares of their range.")
+@click.option(
+    "--set",
+    "built",
+    metavar="NAME=VALUE",
+    multiple=True,
+    help="A parameter of the machine as it was built (repeated).",
+)
+@click.option(
+    "--large",
+    type=click.FloatRange(0.0, 1.0, min_open=True),
+    metavar="SHARE",
+    default=0.2,
+    show_default=True,
+    help="Deviation, of what [metric] calls large, that gains answer strongly: less is stiffer.",
+)
+@click.option("--untracked", is_flag=True, help="No gains along the plan.")
+@click.option("--runs", type=click.IntRange(1, 100_000), default=100, show_default=True)
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option("--no-picture", is_flag=True, help="Leave execution.png out.")
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+def carry_out(
+    folder: Path,
+    parameters: float,
+    noise: float,
+    disturbance: float,
+    built: tuple[str, ...],
+    large: float,
+    untracked: bool,
+    runs: int,
+    seed: int,
+    as_json: bool,
+    no_picture: bool,
+    quiet: bool,
+) -> int:
+    """Carry out the plan of a finished run many times, in closed loop, and count what happens.
+
+    The machines differ from the one that the plan was made for. Gains along the plan and the
+    machine's own feedback, which both believe in the plan's parameters, keep them to it. The folder
+    gets execution.json and execution.png.
+    """
+    from kinolab.analyze.execute import Conditions, execute, execution_to_json, tube_png
+    from kinolab.files import write_whole
+    from kinolab.runs import read_run
+
+    INTERRUPTS.libraries_loaded()
+    progress = Progress(quiet)
+    conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
+    progress("reading the run and compiling the machine")
+    run = read_run(folder)
+
+    def told(made: int) -> None:
+        progress(f"carried out {made} of {runs} times", passing=True)
+
+    execution = execute(
+        run.problem, run.trajectory, conditions, runs=runs, seed=seed, large=large, told=told
+    )
+    progress.close()
+    report = execution_to_json(execution)
+    with INTERRUPTS.writing():
+        write_whole(folder / "execution.json", (json.dumps(report, indent=1) + "\n").encode())
+        if not no_picture:
+            name = run.report.get("scenario", folder.name)
+            picture = tube_png(run.problem, run.trajectory, execution, str(name))
+            write_whole(folder / "execution.png", picture)
+    if as_json:
+        click.echo(json.dumps(report))
+        return 0
+    counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
+    worst = max(one.deviation for one in execution.runs)
+    click.echo(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})")
+    click.echo(f"  largest deviation from the plan: {worst:.3g}, weighted")
+    return 0
+
+
+def _values(texts: tuple[str, ...]) -> dict[str, Any]:
+    """Return values by name from ``NAME=VALUE``; whether a machine takes them it says itself."""
+    from kinolab.errors import InputError
+    from kinolab.scenario.overrides import apply_overrides
+
+    values: dict[str, Any] = {}
+    _, mistakes = apply_overrides(values, texts)
+    if mistakes:
+        raise InputError(mistakes)
+    return values

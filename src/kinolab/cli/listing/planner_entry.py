@@ -1,0 +1,95 @@
+"""All that is told about a planner, wherever it comes from."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from kinolab import planners
+from kinolab.errors import InputError, KinolabError
+from kinolab.search import AbstractPlanner, plugins
+from kinolab.settings import Setting, settings_of
+from kinolab.user_code import python_reference
+
+
+@dataclass(frozen=True)
+class PlannerEntry:
+    """What is told about a planner.
+
+    Attributes:
+        name: What a scenario writes after [planner] name =.
+        summary: The first line of its description; empty where it has none.
+        source: The literature that it cites; empty where it cites none.
+        origin: The file or the package that it comes from; empty for kinolab's own.
+        settings: All of them.
+        fault: Why it cannot be used; empty where it can.
+    """
+
+    name: str
+    summary: str = ""
+    source: str = ""
+    origin: str = ""
+    settings: tuple[Setting, ...] = ()
+    fault: str = ""
+
+    @property
+    def line(self) -> str:
+        """Its summary, or why it cannot be used."""
+        return f"cannot be used: {self.fault}" if self.fault else self.summary
+
+
+def planner_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
+    """Return what is told about planners; one that cannot be used tells why.
+
+    Args:
+        wanted: Names, or ``file.py:Class`` with paths from the working folder, whose files are run;
+            every planner that is registered where left out.
+
+    Raises:
+        InputError: If there is no planner of a name, or a file has no such planner.
+    """
+    return [entry for name in wanted or planners.names() for entry in _entries_of(name)]
+
+
+def _entries_of(name: str) -> Iterator[PlannerEntry]:
+    """Yield kinolab's planner of a name and the one that packages register, or that of a file."""
+    own, registered = planners.built_in(), plugins.registered().get(name, [])
+    if name in own:
+        yield _entry(name, "", partial(planners.get, name))
+    if registered:
+        origin = ", ".join(dict.fromkeys(map(plugins.package_of, registered)))
+        yield _entry(name, origin, partial(plugins.class_of, registered, "", own))
+    if name not in own and not registered:
+        yield _about(planners.get(name, where=""), name, _file_of(name))
+
+
+def _entry(name: str, origin: str, find: Callable[[], type[AbstractPlanner]]) -> PlannerEntry:
+    """Return what is told about a planner that may be broken, which must not hide the others."""
+    try:
+        return _about(find(), name, origin)
+    except InputError as error:
+        reasons = (f"{mistake.what} {mistake.remedy}".rstrip() for mistake in error.mistakes)
+        return PlannerEntry(name, origin=origin, fault=" ".join(reasons))
+    except KinolabError as error:
+        return PlannerEntry(name, origin=origin, fault=str(error))
+
+
+def _about(planner: type[AbstractPlanner], name: str, origin: str) -> PlannerEntry:
+    paragraphs = [" ".join(text.split()) for text in _description(planner).split("\n\n")]
+    sources = [text for text in paragraphs if text.startswith("Source:")]
+    source = " ".join(sources).removeprefix("Source:").strip()
+    summary = _description(planner).strip().partition("\n")[0]
+    return PlannerEntry(name, summary, source, origin, settings_of(planner))
+
+
+def _description(planner: type) -> str:
+    """Return a class's own docstring, and not the signature that dataclasses write in its place."""
+    text = vars(planner).get("__doc__") or ""
+    return "" if text.startswith(f"{planner.__name__}(") else inspect.cleandoc(text)
+
+
+def _file_of(name: str) -> str:
+    reference = python_reference(name)
+    return reference[0] if reference else ""

@@ -1,0 +1,140 @@
+"""What there is to compile, part by part: each part uses all its functions on a small problem.
+
+Functions are compiled for the kinds of their arguments, not for a machine or a world, so that a
+coin among four obstacles stands for all.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from kinolab import planners
+from kinolab.analyze.simulate import simulate
+from kinolab.errors import MissingPlannerError
+from kinolab.loading import build_problem
+from kinolab.problem import Problem
+from kinolab.scenario import scenario_from
+from kinolab.search.tree import AbstractCompiledPlanner
+from kinolab.search.tree.compiled_planner import search_of
+from kinolab.show.film.animation import animate
+from kinolab.simulation.resimulated_goal import true_excess
+from kinolab.solve import make_planner
+from kinolab.trajopt import repair
+from kinolab.verification import verify
+from kinolab.world import World
+from kinolab.world.collision.clearance_bound import Room, surroundings
+from kinolab.world.collision.distance_field import distance_grid
+from kinolab.world.geometry import Array
+
+SCENARIO = """
+schema = 1
+title = "A coin among everything that stands in the way"
+system = { name = "rolling_disk" }
+world.bounds = { x = [-2, 2], y = [-2, 2] }
+world.ground = "plane"
+goal = { x = 1, tolerance = 0.1 }
+render = { size = [64, 64] }
+
+[[world.obstacle]]
+name = "mesh"
+box = [0.2, 0.2, 0.2]
+position = [0, 1.5, 0.1]
+[[world.obstacle]]
+name = "box"
+box = [0.2, 0.2, 0.2]
+position = [0, -1.5, 0.1]
+[[world.obstacle]]
+name = "ball"
+sphere = 0.1
+position = [-1.5, 0, 0.1]
+[[world.obstacle]]
+name = "post"
+cylinder = [0.1, 0.3]
+position = [1.5, 1.5, 0.15]
+"""
+COARSE = 0.1  # [m]
+DURATION = 0.2  # [s] of the motion that is verified and drawn
+
+
+def small_problem() -> Problem:
+    """Return a coin among one obstacle of every kind."""
+    path = Path("warm_up.toml")
+    problem = build_problem(scenario_from(tomllib.loads(SCENARIO), path), planner=False)
+    box, *others = problem.world.obstacles
+    mesh = replace(box, primitive=None)  # the triangles of its picture
+    return replace(problem, world=World((mesh, *others), True, problem.world.bounds))
+
+
+def compiled_planners() -> Iterator[str]:
+    """Yield the names of kinolab's planners whose loops are compiled."""
+    for name in planners.built_in():
+        with suppress(MissingPlannerError):
+            if issubclass(planners.get(name), AbstractCompiledPlanner):
+                yield name
+
+
+def _planners() -> None:
+    problem = small_problem()
+    for name in compiled_planners():
+        planner = make_planner(problem, name, {})
+        assert isinstance(planner, AbstractCompiledPlanner)
+        growth = planner.growth(problem, search_of(problem, planner.goal_zoom, 1))
+        growth.begin()
+        growth.grow(0)
+        growth.grow(1)
+    true_excess(problem, np.zeros((1, problem.model.nu)))
+
+
+def _collision() -> None:
+    problem = small_problem()
+    distance_grid(problem.world.obstacles, COARSE)  # there may be one on disk
+    verify(problem, simulate(problem, DURATION))
+    checker, room = problem.checker(), Room(surroundings(problem.bodies, problem.world))
+    for x in (problem.start, *inside_obstacles(problem)):
+        poses, ends = problem.placement(x)
+        checker.contacts(poses, ends)
+        checker.clearance(poses, ends)
+        room.within(poses, ends, 1.0)
+
+
+def inside_obstacles(problem: Problem) -> Iterator[Array]:
+    """Yield states at which the machine touches an obstacle."""
+    for obstacle in problem.world.obstacles:
+        x = problem.start.copy()
+        x[:2] = obstacle.vertices.mean(axis=0)[:2]
+        yield x
+
+
+def _optimisation() -> None:
+    problem = small_problem()
+    repair(problem, simulate(problem, DURATION))
+
+
+def _potential_fields() -> None:
+    from kinolab.search.potential.eikonal import Grid, navigation
+
+    for axes in ((0, 1), (0, 1, 2)):
+        free = np.ones((4,) * len(axes), dtype=bool)
+        grid = Grid(axes, np.zeros(len(axes)), 1.0, free.shape)
+        navigation(free, grid, np.ones(3), 1.0)
+
+
+def _pictures() -> None:
+    problem = small_problem()
+    animate(problem, simulate(problem, DURATION))
+
+
+# What takes longest comes first, so that no processor waits for it in the end.
+PARTS: dict[str, Callable[[], None]] = {
+    "ways around obstacles": _potential_fields,
+    "planners": _planners,
+    "collision": _collision,
+    "pictures": _pictures,
+    "optimisation": _optimisation,
+}

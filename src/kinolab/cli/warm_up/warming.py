@@ -1,0 +1,145 @@
+"""Compile all parts, in several processes where that is quicker: numba compiles in one thread."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+
+from kinolab.cli.warm_up.parts import PARTS
+from kinolab.errors import KinolabError
+from kinolab.numerics.compiling import Compilation, compilation
+from kinolab.solve.processes import bury, start_process
+
+OFTEN = 0.25  # [s] between two reports of one process
+MODULE = __name__
+
+
+@dataclass(frozen=True)
+class Warmed:
+    """What became of a part, or what is becoming of it.
+
+    Attributes:
+        part: Its name.
+        functions: Compiled for it; 0 where all of them were on disk.
+        seconds: Spent on compiling them.
+        done: Whether there is nothing left to compile.
+        failure: Why it could not be compiled; empty where it could.
+    """
+
+    part: str
+    functions: int
+    seconds: float
+    done: bool = False
+    failure: str = ""
+
+
+class WarmUpError(KinolabError):
+    """A part could not be compiled."""
+
+    exit_code = 70
+
+
+def warm_up(
+    parts: Sequence[str] = tuple(PARTS),
+    jobs: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Iterator[Warmed]:
+    """Compile what is not on disk yet, and yield what became of each part.
+
+    Args:
+        parts: Names of ``PARTS``.
+        jobs: Processes at most; as many as there are processors when left out.
+        progress: Called now and then with how many functions were compiled, of all parts together.
+
+    Raises:
+        WarmUpError: If a part could not be compiled.
+    """
+    jobs = min(len(parts), jobs or processors())
+    begun: dict[str, int] = {}
+    told = _in_turn(parts) if jobs <= 1 or sys.platform == "win32" else _at_once(parts, jobs)
+    for news in told:
+        begun[news.part] = news.functions
+        if news.failure:
+            raise WarmUpError(f"{news.part}: {news.failure}")
+        if news.done:
+            yield news
+        elif progress:
+            progress(sum(begun.values()))
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _in_turn(parts: Sequence[str]) -> Iterator[Warmed]:
+    for part in parts:
+        yield _compiled(part, lambda _: None)
+
+
+def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:
+    """Yield what several processes tell, each of which compiles one part after the other."""
+    left = list(parts)[::-1]
+    team = [start_process(MODULE) for _ in range(jobs)]
+    try:
+        for _, connection in team:
+            connection.send(left.pop())
+        working = [connection for _, connection in team]
+        while working:
+            for ready in wait(working):
+                assert isinstance(ready, Connection)
+                news = ready.recv()
+                yield news
+                if news.done and left:
+                    ready.send(left.pop())
+                elif news.done:
+                    working.remove(ready)
+    except EOFError:
+        raise WarmUpError("a process that compiles was ended.") from None
+    finally:
+        for process, connection in team:
+            process.kill()
+            bury(process)
+            connection.close()
+
+
+def enter(handle: int) -> None:
+    """Be a process that compiles what it is told.
+
+    Args:
+        handle: The file descriptor of the connection to the process that started this one.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection = Connection(handle)
+    with suppress(EOFError, BrokenPipeError):
+        while True:
+            connection.send(_compiled(connection.recv(), connection.send))
+    os._exit(0)
+
+
+def _compiled(part: str, tell: Callable[[Warmed], None]) -> Warmed:
+    """Compile a part, and tell how far that is."""
+    last = time.monotonic()
+
+    def told(so_far: Compilation) -> None:
+        nonlocal last
+        if time.monotonic() > last + OFTEN:
+            last = time.monotonic()
+            tell(Warmed(part, so_far.functions, so_far.seconds))
+
+    with compilation(told) as done:
+        try:
+            PARTS[part]()
+        except Exception:
+            failure = traceback.format_exc()
+            return Warmed(part, done.functions, done.seconds, done=True, failure=failure)
+    return Warmed(part, done.functions, done.seconds, done=True)

@@ -1,9 +1,0 @@
-"""The compiled planning core: trees that grow in one compiled loop, for any machine.
-
-The machine comes as addresses of its functions and the problem as arrays: what is compiled here is
-compiled once and kept on disk, whatever is planned for. Nothing is allocated per iteration.
-"""
-
-from kinolab.compiled.planner import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
-
-__all__ = ["AbstractCompiledPlanner", "AbstractGrowth", "Aside", "Search"]

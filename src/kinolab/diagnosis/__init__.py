@@ -1,5 +1,0 @@
-"""Why not? What stopped a search that found no plan, for any planner."""
-
-from kinolab.diagnosis.diagnosis import Diagnosis, diagnose
-
-__all__ = ["Diagnosis", "diagnose"]

@@ -1,0 +1,1 @@
+"""What follows from equations of motion: equilibria, gains, controllability."""

@@ -1,0 +1,196 @@
+"""Consistent initial values: where every constraint holds, and the nearest such state to another.
+
+Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section VII.1 (consistent initial values).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.model import Model
+from kinolab.dynamics.units import position_unit, velocity_unit
+
+Array: TypeAlias = NDArray[np.float64]
+
+CONSISTENT = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]: only rounding remains
+SPREADS = (0.0, *(8 * (0.3, 1.0, 2.0)))  # of the scales: how far from a state searches begin
+ROUNDS = 10  # of Newton's method, after a search that comes near
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A constraint that a state breaks.
+
+    Attributes:
+        name: The constraint's.
+        size: By how much, in its unit.
+        unit: m or rad where a loop is open, m/s or rad/s where something slips.
+    """
+
+    name: str
+    size: float
+    unit: str
+
+
+def breaches(model: Model, x: Array) -> tuple[Breach, ...]:
+    """Return the constraints that do not hold at a state, shape (nx,).
+
+    Those of position are looked at, and of velocity where all rates are states: elsewhere the
+    dependent rates follow from the others.
+    """
+    return tuple(breach for breach in _residuals(model.plant, x) if breach.size > CONSISTENT)
+
+
+def nearest_consistent(model: Model, x: Array, limits: Array) -> Array | None:
+    """Return the nearest state at which all constraints hold, shape (nx,); None if none is found.
+
+    That is the nearest configuration, and there the nearest velocities, both in units of the
+    states' scales.
+
+    Args:
+        model: The machine.
+        x: State, shape (nx,).
+        limits: That the configuration shall keep, as of the state, shape (nx, 2).
+    """
+    plant, found = model.plant, np.array(x, dtype=float)
+    loops = _Loops(plant)
+    if loops.count:
+        q = loops.nearest(found[: plant.nq], limits[: plant.nq])
+        if q is None:
+            return None
+        found[: plant.nq] = q
+    if plant.system.velocities == "all":
+        found = _without_slip(plant, found)
+    return None if breaches(plant, found) else found
+
+
+def _residuals(plant: Model, x: Array) -> Iterator[Breach]:
+    constraints = plant.system.constraints
+    if plant.system.velocities == "all":
+        slips = np.abs(plant.constraint_residual(x))
+        for constraint, slip in zip(constraints, slips.tolist(), strict=False):
+            yield Breach(constraint.name, slip, velocity_unit(constraint))
+    loops = _Loops(plant, redundant=True)
+    gaps = np.abs(loops.gaps(x[: plant.nq])).tolist()
+    for constraint, gap in zip(loops.constraints, gaps, strict=True):
+        yield Breach(constraint.name, gap, position_unit(constraint))
+
+
+def _without_slip(plant: Model, x: Array) -> Array:
+    """Return a state with the nearest velocities that the constraints allow."""
+    still, moving = x.copy(), slice(plant.nq, plant.nq + plant.nt)
+    still[moving] = 0.0
+    sizes = plant.state_scales[moving]
+    units = still + np.eye(len(x))[moving] * sizes[:, None]
+    rows = plant.constraint_residual(units)[:, : len(plant.system.constraints)].T
+    shares = x[moving] / sizes
+    still[moving] = (shares - np.linalg.pinv(rows, rcond=1e-12) @ (rows @ shares)) * sizes
+    return still
+
+
+class _Loops:
+    """The constraints of position, h(q) = 0, with those of unit quaternions.
+
+    Attributes:
+        constraints: Without those that follow from others, unless they are asked for.
+        count: How many there are.
+    """
+
+    def __init__(self, plant: Model, *, redundant: bool = False) -> None:
+        self.constraints = [
+            c
+            for c in plant.system.constraints
+            if isinstance(c, PositionConstraint) and (redundant or c.name not in plant.redundant)
+        ]
+        self.count = len(self.constraints)
+        self._plant, self._scales = plant, plant.state_scales[: plant.nq]
+        self._parameters = plant.system.parameter_values
+        self._binding = Binding.of(plant.system)
+        lower, tape = self._binding.lower, self._binding.tape
+        self._gaps = [lower(c.position) for c in self.constraints]
+        self._slopes = [
+            tape.derivative([gap], {q: tape.one})[0]
+            for gap in self._gaps
+            for q in self._binding.configuration
+        ]
+
+    def gaps(self, q: Array) -> Array:
+        """Return h(q), shape (count,)."""
+        return self._evaluated(self._gaps, q)
+
+    def nearest(self, q: Array, limits: Array) -> Array | None:
+        """Return the configuration nearest to q, shape (nq,), at which h is zero."""
+        generator = np.random.default_rng(0)
+        found = []
+        for spread in SPREADS:
+            begin = q + spread * self._scales * generator.normal(size=len(q))
+            near = self._near(q, np.clip(begin, *limits.T), limits)
+            if near is not None:
+                found.append(near)
+        return min(found, key=lambda near: self._apart(near, q), default=None)
+
+    def _near(self, q: Array, begin: Array, limits: Array) -> Array | None:
+        """Return a nearest configuration, found by sequential quadratic programming from another.
+
+        Source: Kraft, A software package for sequential quadratic programming, DFVLR 1988.
+        """
+        sizes = self._scales
+        try:
+            result = minimize(
+                lambda s: 0.5 * float(np.sum((s - q / sizes) ** 2)),
+                begin / sizes,
+                jac=lambda s: s - q / sizes,
+                method="SLSQP",
+                bounds=limits / sizes[:, None],
+                constraints={
+                    "type": "eq",
+                    "fun": lambda s: self._missing(s * sizes),
+                    "jac": lambda s: self._rows(s * sizes) * sizes,
+                },
+                options={"ftol": 1e-14, "maxiter": 200},
+            )
+            near = self._turned_back(self._closed(result.x * sizes), q, limits)
+            held = np.abs(self._missing(near)).max() <= CONSISTENT
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None  # the expressions have no value there
+        inside = ((near >= limits[:, 0] - CONSISTENT) & (near <= limits[:, 1] + CONSISTENT)).all()
+        return near if held and inside else None
+
+    def _closed(self, q: Array) -> Array:
+        """Return a configuration made exact by Newton steps of least length."""
+        for _ in range(ROUNDS):
+            rows = self._rows(q) * self._scales
+            q = q - self._scales * (np.linalg.pinv(rows, rcond=1e-12) @ self._missing(q))
+        return q
+
+    def _turned_back(self, near: Array, q: Array, limits: Array) -> Array:
+        """Return the same configuration without whole turns away from another one."""
+        free = self._plant.circular[: len(q)] & ~np.isfinite(limits).any(axis=1)
+        return near - 2 * np.pi * np.where(free, np.rint((near - q) / (2 * np.pi)), 0.0)
+
+    def _apart(self, near: Array, q: Array) -> float:
+        return float(np.linalg.norm((near - q) / self._scales))
+
+    def _missing(self, q: Array) -> Array:
+        lengths = [q[k : k + 4] @ q[k : k + 4] - 1.0 for k in self._plant.attitudes.values()]
+        return np.concatenate([self.gaps(q), lengths])
+
+    def _rows(self, q: Array) -> Array:
+        """Return the derivative of what is missing by q."""
+        slopes = self._evaluated(self._slopes, q).reshape(self.count, -1)
+        lengths = np.zeros((len(self._plant.attitudes), len(q)))
+        for row, k in zip(lengths, self._plant.attitudes.values(), strict=True):
+            row[k : k + 4] = 2 * q[k : k + 4]
+        return np.vstack([slopes, lengths])
+
+    def _evaluated(self, nodes: list[int], q: Array) -> Array:
+        values = self._parameters | dict(zip(self._plant.coordinate_names, q.tolist(), strict=True))
+        return np.array(self._binding.tape.evaluate(nodes, values))

@@ -1,0 +1,108 @@
+"""Lie brackets of vector fields as SymPy expressions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import sympy
+
+from kinolab.arguments import checked
+from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.frames import Number
+from kinolab.errors import InputError, Mistake
+
+TIDYING = 2.0  # [s] after which no further component is made more readable
+LONGEST = 400  # symbols and operations of a component that SymPy can simplify in a moment
+PRINTED = 20_000  # of a component that is written out
+
+
+@checked
+@final
+@dataclass(frozen=True, init=False)
+class VectorField:
+    """A vector field in coordinates: a component per variable.
+
+    Attributes:
+        variables: The coordinates x, shape (n,).
+        components: How each of them changes, shape (n,).
+    """
+
+    variables: tuple[sympy.Symbol, ...]
+    components: tuple[sympy.Expr, ...]
+
+    def __init__(self, variables: Sequence[sympy.Symbol], components: Sequence[Number]) -> None:
+        object.__setattr__(self, "variables", tuple(variables))
+        object.__setattr__(self, "components", tuple(map(exact, components)))
+        if len(self.variables) != len(self.components):
+            what = f"it has {len(self.components)} components for {len(self.variables)} variables."
+            raise InputError([Mistake("vector field", what)])
+
+    def along(self, function: sympy.Expr) -> sympy.Expr:
+        """Return the derivative of a function along the field (its Lie derivative)."""
+        slopes = (sympy.diff(function, x) for x in self.variables)
+        return sympy.Add(*(f * slope for f, slope in zip(self.components, slopes, strict=True)))
+
+    def at(self, values: Mapping[sympy.Symbol, object]) -> sympy.Matrix:
+        """Return the field's vector at a point, shape (n, 1)."""
+        return sympy.Matrix(self.components).subs(values)
+
+    def tidy(self, budget: float = TIDYING) -> VectorField:
+        """Simplify for reading, for so many seconds at most between components."""
+        deadline = time.monotonic() + budget
+        return VectorField(self.variables, [_tidied(c, deadline) for c in self.components])
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self))
+
+
+@checked
+def lie_bracket(f: VectorField, g: VectorField) -> VectorField:
+    """Return [f, g] = Dg f - Df g: where f, g, then -f, -g lead, to second order.
+
+    Nothing is simplified; ``.tidy()`` does, for reading.
+
+    Raises:
+        InputError: If the fields have different variables.
+
+    Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 7.2.
+    """
+    if f.variables != g.variables:
+        remedy = "Write both in the same variables, in the same order."
+        raise InputError([Mistake("Lie bracket", "the fields have different variables.", remedy)])
+    pairs = zip(f.components, g.components, strict=True)
+    return VectorField(f.variables, [f.along(b) - g.along(a) for a, b in pairs])
+
+
+def written_length(expression: sympy.Expr) -> int:
+    """Return how many symbols, numbers and operations an expression has when it is written out.
+
+    Subexpressions that are shared are visited once; written out they may be more than memory holds.
+    """
+    lengths: dict[sympy.Basic, int] = {}
+    stack = [expression]
+    while stack:
+        missing = [part for part in stack[-1].args if part not in lengths]
+        if missing:
+            stack += missing
+        else:
+            part = stack.pop()
+            lengths[part] = 1 + sum(lengths[inner] for inner in part.args)
+    return lengths[expression]
+
+
+def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
+    if written_length(component) > LONGEST or time.monotonic() > deadline:
+        return component
+    tried = sympy.trigsimp(sympy.cancel(sympy.expand(component)))
+    return min(component, sympy.factor_terms(tried), key=lambda entry: entry.count_ops())
+
+
+def _lines(field: VectorField) -> Iterator[str]:
+    for x, component in zip(field.variables, field.components, strict=True):
+        length = written_length(component)
+        text = one_line(component) if length <= PRINTED else f"an expression of length {length:.0e}"
+        yield f"{one_line(x)}: {text}"

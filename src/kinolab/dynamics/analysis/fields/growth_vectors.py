@@ -1,0 +1,196 @@
+"""Which directions vector fields and their brackets span: accessibility and growth vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kinolab.arguments import checked
+from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Layers, Word, work_for
+from kinolab.dynamics.analysis.fields.brackets import VectorField
+from kinolab.dynamics.analysis.fields.points import complete_point, rational_point
+from kinolab.dynamics.analysis.fields.smoothness import has_kink
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
+from kinolab.dynamics.analysis.jets.ranks import TOLERANCE, Rank, Vectors, rank_of
+from kinolab.dynamics.language.symbols import Parameter
+from kinolab.errors import InputError, Mistake
+
+HIGHEST_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
+MOST_WORK = 400_000_000  # multiplications that one point may take, a few seconds
+
+
+@checked
+@dataclass(frozen=True)
+class Filtration:
+    """What brackets of up to 1, 2, … fields span at a point.
+
+    Attributes:
+        growth: Dimensions of what they span, by the number of fields; it ends where no more is
+            gained.
+        dimension: Of the state space.
+        complete: Whether longer brackets add nothing for sure; else there was no time for them.
+        margins: By the number of fields, the last rank with its singular values.
+    """
+
+    growth: tuple[int, ...]
+    dimension: int
+    complete: bool
+    margins: tuple[Rank, ...]
+
+    @property
+    def rank(self) -> int:
+        """Dimension of what all of them span."""
+        return self.growth[-1] if self.growth else 0
+
+    @property
+    def full(self) -> bool:
+        """Whether they span every direction."""
+        return self.rank == self.dimension
+
+    @property
+    def full_or_unknown(self) -> bool:
+        """Whether they span every direction, or might with longer brackets."""
+        return self.full or not self.complete
+
+
+@checked
+def growth_vector(
+    fields: VectorFields | Sequence[VectorField],
+    at: Mapping[Any, Any] | None = None,
+    *,
+    exact: bool = False,
+    tolerance: float = TOLERANCE,
+) -> tuple[int, ...]:
+    """Return how many directions brackets of up to 1, 2, … fields span.
+
+    A drift counts as a field. Without inputs there is nothing to span.
+
+    Args:
+        fields: Of a machine, by ``vector_fields`` or ``allowed_motions``, or as expressions.
+        at: The point, by name; what is left out is 0. At random regular points when left out.
+        exact: Calculate with rational numbers, at a rational point: numbers count as the decimals
+            that are written, angles as ``pi / 2`` or ``atan(Rational(3, 4))``.
+        tolerance: Share of the largest singular value below which one counts as 0.
+
+    Raises:
+        InputError: If the state has no such variable, is a kink of the fields, or is not rational
+            where it must be.
+
+    Source: Murray, Sastry, Nonholonomic motion planning: steering using sinusoids, IEEE Trans.
+    Automatic Control 38(5), 1993.
+    """
+    return filtration(_as_fields(fields), at, exact=exact, tolerance=tolerance).growth
+
+
+@checked
+def filtration(
+    fields: VectorFields,
+    at: Mapping[Any, Any] | None = None,
+    *,
+    strong: bool = False,
+    exact: bool = False,
+    tolerance: float = TOLERANCE,
+    work: int = MOST_WORK,
+) -> Filtration:
+    """Return what the brackets of vector fields span; see ``growth_vector``.
+
+    Args:
+        fields: Whose brackets.
+        at: The point, by name; at random regular points when left out.
+        strong: Leave the drift itself out, but not its brackets: what can be reached at one and
+            the same time (strong accessibility).
+        exact: Calculate with rational numbers.
+        tolerance: Of the rank.
+        work: Multiplications that one point may take.
+    """
+
+    def spans(point: Mapping[str, Any], degree: int, *, exact: bool) -> list[Rank]:
+        layers = Layers.at(fields, point, degree, exact=exact)
+        return list(_ranks(layers, strong=strong, tolerance=tolerance))
+
+    if at is None and exact:
+        points = [rational_point(fields, point) for point in fields.points]
+        return _regular(fields, points, partial(spans, exact=True), work)
+    regular = _regular(fields, fields.points, partial(spans, exact=False), work)
+    if at is None:
+        return regular
+    point = complete_point(fields, at)
+    _check_smooth(fields, point)
+    degree = max(len(regular.growth), 1)
+    while True:
+        ranks = spans(point, degree, exact=exact)
+        enough = ranks[-1].value >= regular.rank
+        if enough or degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work:
+            return _made(fields, ranks, regular.complete and enough)
+        degree += 1
+
+
+def _check_smooth(fields: VectorFields, point: Mapping[str, Any]) -> None:
+    if has_kink(fields, point):
+        what = "the vector fields have a kink at this state, and no brackets."
+        raise InputError([Mistake("growth vector", what, "Choose a state beside it, or none.")])
+
+
+def _regular(
+    fields: VectorFields,
+    points: Sequence[Mapping[str, Any]],
+    spans: Callable[[Mapping[str, Any], int], list[Rank]],
+    work: int,
+) -> Filtration:
+    """Return what is spanned at regular points, where a layer that adds nothing is the last."""
+    for degree in range(1, HIGHEST_DEGREE + 1):
+        ranks = spans(points[0], degree)
+        full = ranks[-1].value == fields.dimension
+        closed = degree > 1 and ranks[-1].value == ranks[-2].value
+        short = degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work
+        if full or closed or short:
+            others = [spans(point, degree) for point in points[1:]]
+            best = max([ranks, *others], key=lambda each: [rank.value for rank in each])
+            return _made(fields, best, full or closed)
+    raise AssertionError("the highest degree ends the search")
+
+
+def _made(fields: VectorFields, ranks: Sequence[Rank], complete: bool) -> Filtration:
+    values = [rank.value for rank in ranks]
+    length = values.index(values[-1]) + 1
+    return Filtration(tuple(values[:length]), fields.dimension, complete, tuple(ranks[:length]))
+
+
+def _ranks(layers: Layers, *, strong: bool, tolerance: float) -> Iterator[Rank]:
+    found: list[Bracket] = [] if strong or layers.drift is None else [layers.drift]
+    for layer in layers:
+        found += layer
+        yield rank_of_brackets(found, tolerance)
+
+
+def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = TOLERANCE) -> Rank:
+    """Return how many directions brackets span at their point."""
+    if not brackets:
+        return Rank(0)
+    sizes = np.array([bracket.size for bracket in brackets])
+    return rank_of(stacked(brackets), tolerance, sizes)
+
+
+def stacked(brackets: Sequence[Bracket]) -> Vectors:
+    """Return brackets at their point, one per row."""
+    return np.array([bracket.vector for bracket in brackets])
+
+
+def word_text(word: Word) -> str:
+    """Write a bracket as on paper: ``[drive, [drift, steer]]``."""
+    return word[0] if len(word) == 1 else f"[{word[0]}, {word_text(word[1:])}]"
+
+
+def _as_fields(fields: VectorFields | Sequence[VectorField]) -> VectorFields:
+    if isinstance(fields, VectorFields):
+        return fields
+    named = {f"g{k}": field.components for k, field in enumerate(fields, 1)}
+    symbols = {
+        symbol for field in fields for part in field.components for symbol in part.free_symbols
+    }
+    values = {symbol: symbol.default for symbol in symbols if isinstance(symbol, Parameter)}
+    return VectorFields.of(fields[0].variables, named, values=values)

@@ -1,0 +1,86 @@
+"""Functions of the configuration that never change, found from constraints on velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TypeAlias
+
+import sympy
+
+from kinolab.dynamics.derivation.symbol_table import tangent_symbols
+from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
+from kinolab.dynamics.language.expressions import as_written
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Coordinate, TurnRate
+
+Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # of a function, by coordinate
+
+DIGITS = 9  # of a factor, beyond which there is rounding
+LONGEST = 200  # operations of a slope that SymPy integrates in a moment
+
+
+def integral_of(system: System, factors: Mapping[str, float]) -> sympy.Expr | None:
+    """Return h(q) whose rate is a constant combination of constraints, if it is easily found.
+
+    Args:
+        system: The machine.
+        factors: Of the constraints, by name; those that are left out have none.
+
+    Returns:
+        An expression in the author's symbols, up to a constant; None where the combination is no
+        exact differential, or where SymPy finds no integral by the rules of school.
+
+    Source: Flanders, Differential Forms, 1963, section 3.6 (Poincare's lemma).
+    """
+    terms = (
+        as_written(round(factors[c.name], DIGITS)) * velocity_of(c)
+        for c in system.constraints
+        if factors.get(c.name)
+    )
+    slopes = _slopes(system, sympy.Add(*terms))
+    if slopes is None or not _closed(slopes):
+        return None
+    return _potential(slopes)
+
+
+def _slopes(system: System, velocity: sympy.Expr) -> Slopes | None:
+    """Return the factor of each rate; None where an attitude turns, or where one is too long."""
+    found = {}
+    for symbol in tangent_symbols(system):
+        factor = sympy.diff(velocity, symbol)
+        if factor == 0:
+            continue
+        if isinstance(symbol, TurnRate) or factor.count_ops() > LONGEST:
+            return None
+        factor = sympy.trigsimp(sympy.expand(factor))
+        if factor != 0:
+            found[symbol.coordinate] = factor
+    return found
+
+
+def _closed(slopes: Slopes) -> bool:
+    """Say whether slopes are those of one function: their cross derivatives agree."""
+    pairs = combinations(slopes.items(), 2)
+    gaps = (sympy.diff(a, y) - sympy.diff(b, x) for (x, a), (y, b) in pairs)
+    others = (
+        sympy.diff(a, other)
+        for a in slopes.values()
+        for other in a.free_symbols
+        if isinstance(other, Coordinate) and other not in slopes
+    )
+    return all(sympy.trigsimp(sympy.expand(gap)) == 0 for gap in (*gaps, *others))
+
+
+def _potential(slopes: Slopes) -> sympy.Expr | None:
+    """Integrate along one coordinate after the other."""
+    from sympy.integrals.manualintegrate import manualintegrate
+
+    total = sympy.Integer(0)
+    for x, slope in slopes.items():
+        rest = sympy.trigsimp(sympy.expand(slope - sympy.diff(total, x)))
+        part = manualintegrate(rest, x)
+        if part.has(sympy.Integral):
+            return None
+        total += part
+    return -total if total.could_extract_minus_sign() else total

@@ -1,0 +1,205 @@
+"""Which constraints are holonomic in disguise: the involutive closure of the allowed motions.
+
+Brackets of allowed motions span the leaf of configurations that can be reached. What is missing to
+all directions is held by constraints that can be integrated to ones of position (Frobenius).
+
+Source: Bloch, Nonholonomic Mechanics and Control, 2003, section 2.9 (Frobenius' theorem).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from kinolab.arguments import checked
+from kinolab.dynamics.analysis.fields.bracket_filtration import Layers
+from kinolab.dynamics.analysis.fields.growth_vectors import Filtration, filtration, stacked
+from kinolab.dynamics.analysis.fields.integrals import DIGITS, integral_of
+from kinolab.dynamics.analysis.fields.linear_controllability import flow_matrix
+from kinolab.dynamics.analysis.fields.system_fields import allowed_motions
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
+from kinolab.dynamics.analysis.fields.wording import combination_text
+from kinolab.dynamics.analysis.jets.ranks import reduced_rows, scales_of
+from kinolab.dynamics.derivation.symbol_table import Binding, tangent_symbols
+from kinolab.dynamics.derivation.velocity_coordinates import Row, constraint_rows, independent_rows
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.expressions import as_written
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import TurnRate
+
+Array = NDArray[np.float64]
+
+SAME = 1e-6  # what constant coefficients may differ by between configurations
+
+
+@checked
+@dataclass(frozen=True)
+class InvolutiveClosure:
+    """What brackets of the allowed motions reach.
+
+    Attributes:
+        growth: Of the allowed motions, at regular configurations.
+        dimension: Of the configuration space, its constraints apart.
+        integrable: Names of the velocity constraints that are holonomic in disguise.
+        combinations: Constant combinations of constraints that are, in names, where no single one
+            is; empty where their coefficients vary.
+        integrals: Functions of the coordinates that never change, where they are found: in the
+            author's symbols, or linear ones with numbers.
+        redundant: Names of constraints that follow from others.
+        disguised: How many independent constraints on velocities can be integrated.
+        complete: Whether longer brackets add nothing for sure.
+    """
+
+    growth: tuple[int, ...]
+    dimension: int
+    integrable: tuple[str, ...]
+    combinations: tuple[str, ...]
+    integrals: tuple[sympy.Expr, ...]
+    redundant: tuple[str, ...]
+    disguised: int
+    complete: bool
+
+    @property
+    def leaf(self) -> int:
+        """Dimension of the configurations that can be reached from one."""
+        return self.growth[-1] if self.growth else 0
+
+    @property
+    def nonholonomic(self) -> int:
+        """How many constraints forbid velocities but no configuration."""
+        return self.leaf - (self.growth[0] if self.growth else 0)
+
+
+@checked
+def involutive_closure(system: System) -> InvolutiveClosure:
+    """Find out which constraints of a machine are holonomic in disguise.
+
+    Raises:
+        InputError: If its constraints depend on inputs.
+    """
+    motions = allowed_motions(system)
+    whole = filtration(motions)
+    binding = Binding.of(system)
+    rows = constraint_rows(system, binding)
+    kept, redundant = independent_rows(system, binding, rows)
+    names = [row.name for row in kept]
+    places = [_Place(binding, motions, whole, kept, point) for point in motions.points]
+    held = np.min([place.held for place in places], axis=0)
+    closed = [isinstance(c, PositionConstraint) for c in system.constraints if c.name in names]
+    positions = sum(closed)
+    integrable = [n for n, h, p in zip(names, held, closed, strict=True) if h and not p]
+    missing = motions.dimension - whole.rank
+    shares = _common([place.shares for place in places])
+    shares = shares[[bool((row[~np.array(closed, dtype=bool)] != 0).any()) for row in shares]]
+    return InvolutiveClosure(
+        growth=whole.growth,
+        dimension=motions.dimension,
+        integrable=tuple(integrable),
+        combinations=tuple(_combinations(shares, names)),
+        integrals=_integrals(system, places, names, shares) if missing > positions else (),
+        redundant=redundant,
+        disguised=missing - positions,
+        complete=whole.complete,
+    )
+
+
+class _Place:
+    """The closure at one configuration, in velocities scaled to the same size.
+
+    Attributes:
+        scale: Of each velocity, shape (nt,).
+        reached: Orthonormal basis of the closure, shape (r, nt).
+        missing: Orthonormal basis of what annihilates it, shape (nt - r, nt).
+        w: The constraints' covectors, of length 1, shape (m, nt).
+        lengths: What they were divided by, shape (m,).
+    """
+
+    def __init__(
+        self,
+        binding: Binding,
+        motions: VectorFields,
+        whole: Filtration,
+        rows: Sequence[Row],
+        point: Mapping[str, float],
+    ) -> None:
+        values = dict(point)
+        layers = Layers.at(motions, point, max(len(whole.growth), 1))
+        brackets = [bracket for layer in layers for bracket in layer]
+        flow = np.linalg.pinv(flow_matrix(binding, values))
+        moves, sizes = np.zeros((2, 1, len(flow)))
+        if brackets:
+            moves = stacked(brackets) @ flow.T
+            sizes = np.array([bracket.size for bracket in brackets]) @ np.abs(flow.T)
+        lengths, scale = scales_of(sizes)
+        self.scale = scale[0]
+        directions = np.linalg.svd(moves / lengths / scale, full_matrices=True)[2]
+        self.reached, self.missing = directions[: whole.rank], directions[whole.rank :]
+        flat = binding.tape.evaluate([node for row in rows for node in row.covector], values)
+        w = np.reshape(flat, (len(rows), len(self.scale))) * self.scale
+        self.lengths = np.linalg.norm(w, axis=1)
+        self.w = w / self.lengths[:, None]
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which constraints no bracket escapes, shape (m,)."""
+        return np.asarray(np.abs(self.w @ self.reached.T).max(axis=1, initial=0.0) < SAME)
+
+    @property
+    def shares(self) -> Array:
+        """The combinations of constraints that no bracket escapes, in echelon form."""
+        left, values, _ = np.linalg.svd(self.w @ self.reached.T, full_matrices=True)
+        free = left[:, int((values > SAME).sum()) :]
+        return reduced_rows(free.T / self.lengths, SAME)
+
+    @property
+    def covectors(self) -> Array:
+        """What annihilates the closure, in echelon form and unscaled."""
+        return reduced_rows(self.missing / self.scale, SAME)
+
+
+def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
+    """Yield combinations of several constraints that can be integrated."""
+    for row in shares:
+        if (row != 0).sum() > 1:
+            yield combination_text(row, [f"'{name}'" for name in names])
+
+
+def _integrals(
+    system: System, places: Sequence[_Place], names: Sequence[str], shares: Array
+) -> tuple[sympy.Expr, ...]:
+    """Return functions of the coordinates that never change, linear ones if others are not found.
+
+    Args:
+        system: The machine.
+        places: Configurations.
+        names: Of the constraints.
+        shares: Constant combinations of constraints that can be integrated, one per row.
+    """
+    found = [integral_of(system, dict(zip(names, map(float, row), strict=True))) for row in shares]
+    known = tuple(integral for integral in found if integral is not None)
+    linear = tuple(_linear_integrals(system, places))
+    return known if len(known) >= len(linear) else linear
+
+
+def _linear_integrals(system: System, places: Sequence[_Place]) -> Iterator[sympy.Expr]:
+    symbols = tangent_symbols(system)
+    turning = np.array([isinstance(symbol, TurnRate) for symbol in symbols])
+    for row in _common([place.covectors for place in places]):
+        if not row[turning].any():
+            pairs = zip(row, symbols, strict=True)
+            yield sympy.Add(
+                *(as_written(round(float(c), DIGITS)) * s.coordinate for c, s in pairs if c)
+            )
+
+
+def _common(tables: Sequence[Array]) -> Array:
+    """Return the rows that all tables share; their number of rows may differ."""
+    first = tables[0]
+    if any(table.shape != first.shape for table in tables):
+        return first[:0]
+    apart = np.max([np.abs(table - first).max(axis=1, initial=0.0) for table in tables], axis=0)
+    return np.asarray(first[apart < SAME])

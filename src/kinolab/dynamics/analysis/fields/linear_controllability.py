@@ -1,0 +1,174 @@
+"""Whether the linearisation about an equilibrium is controllable, and what in it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.arguments import checked
+from kinolab.dynamics.analysis.fields.reachable import reachable_subspace
+from kinolab.dynamics.analysis.fields.wording import combination_text
+from kinolab.dynamics.analysis.jets.ranks import TOLERANCE, reduced_rows
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.model import Model
+from kinolab.errors import InputError, Mistake, UnknownNameError
+
+Array = NDArray[np.float64]
+
+STILL = 1e-6  # of a state's scale per second: what counts as an equilibrium
+DECAYING = 1e-6  # [1/s] real part below which, negated, a mode counts as decaying
+
+
+@checked
+@dataclass(frozen=True)
+class LinearControllability:
+    """What inputs do to the linearisation about an equilibrium.
+
+    Attributes:
+        rank: Dimension of what can be reached, by Kalman's condition.
+        dimension: Of the state space.
+        directions: Combinations of states that no input moves, as text in state names.
+        modes: Their eigenvalues in [1/s].
+    """
+
+    rank: int
+    dimension: int
+    directions: tuple[str, ...]
+    modes: tuple[complex, ...]
+
+    @property
+    def controllable(self) -> bool:
+        """Whether every state can be reached."""
+        return self.rank == self.dimension
+
+    @property
+    def stabilisable(self) -> bool:
+        """Whether everything that no input moves decays by itself (Hautus)."""
+        return all(mode.real < -DECAYING for mode in self.modes)
+
+
+@checked
+def linear_controllability(
+    model: Model,
+    x: ArrayLike,
+    u: ArrayLike = (),
+    *,
+    without: Collection[str] = (),
+    tolerance: float = TOLERANCE,
+) -> LinearControllability:
+    """Examine the linearisation about an equilibrium, from the exact Jacobians of a model.
+
+    States and inputs are scaled by ``state_scales`` and by the inputs' ranges first.
+
+    Args:
+        model: The machine.
+        x: The equilibrium, shape (nx,).
+        u: Inputs that hold it, shape (nu,); zero when left out.
+        without: Names of states that may change all the time and on which no other one depends,
+            such as how far a wheel has rolled in a steady motion. They are left out.
+        tolerance: Share of the size of A below which a direction counts as not reached.
+
+    Raises:
+        InputError: If the machine does not stay there, or a state depends on one left out.
+
+    Source: Kalman, Ho, Narendra, Contributions to Differential Equations 1, 1963; Hautus, Indag.
+    Math. 31, 1969.
+    """
+    state, kept = np.asarray(x, dtype=float), _kept(model, without)
+    names, scales = [model.state_names[i] for i in kept], model.state_scales[kept]
+    _check_rest(model, names, model.f(state, u)[kept] / scales)
+    A, B = model.jacobian(state, u)
+    _check_apart(model, names, np.delete(A, kept, axis=1)[kept] / scales[:, None])
+    A = A[np.ix_(kept, kept)] * scales / scales[:, None]
+    B = B[kept] * np.ptp(model.control_bounds, axis=1) / 2 / scales[:, None]
+    reached = reachable_subspace(A, B, tolerance)
+    normals = np.array([row[kept] * scales for row in normals_at(model, state)])
+    normals = normals.reshape(-1, len(kept))
+    rest = _complement(reached, normals)
+    rows = reduced_rows(_upright(rest.T / scales))
+    return LinearControllability(
+        rank=reached.shape[1],
+        dimension=len(kept) - len(normals),
+        directions=tuple(combination_text(row, names) for row in rows),
+        modes=tuple(complex(mode) for mode in np.linalg.eigvals(rest.T @ A @ rest)),
+    )
+
+
+def normals_at(model: Model, x: Array) -> Iterator[Array]:
+    """Yield the gradients of what states satisfy: unit quaternions, loops, and velocities where
+    all of them are states; each of shape (nx,)."""
+    for own in model.space.quaternions:
+        normal = np.zeros(model.nx)
+        normal[own] = x[own]
+        yield normal
+    system = model.system
+    binding = Binding.of(system)
+    rows = [r for r in constraint_rows(system, binding) if r.name not in model.redundant]
+    closed = {c.name for c in system.constraints if isinstance(c, PositionConstraint)}
+    values = dict(zip(model.state_names, map(float, x), strict=True)) | system.parameter_values
+    for row in rows:
+        try:
+            covector: Array = np.array(binding.tape.evaluate(row.covector, values), dtype=float)
+        except KeyError:
+            continue  # it depends on an input
+        if row.name in closed:
+            yield _on_configuration(model, binding, covector, values)
+        if system.velocities == "all":
+            yield np.concatenate([np.zeros(model.nq), covector, np.zeros(len(system.states))])
+
+
+def _on_configuration(
+    model: Model, binding: Binding, covector: Array, values: dict[str, float]
+) -> Array:
+    """Return a covector on velocities as one on the numbers of the state."""
+    row = np.zeros(model.nx)
+    row[: model.nq] = covector @ np.linalg.pinv(flow_matrix(binding, values))
+    return row
+
+
+def flow_matrix(binding: Binding, values: dict[str, float]) -> Array:
+    """Return G with q_dot = G nu at a configuration, shape (nq, nt)."""
+    tape = binding.tape
+    columns = [tape.derivative(binding.flow_rows, {v: tape.one}) for v in binding.tangent]
+    flat = tape.evaluate([node for column in columns for node in column], values)
+    return np.reshape(flat, (len(columns), -1)).T
+
+
+def _complement(reached: Array, normals: Array) -> Array:
+    """Return an orthonormal basis of what is perpendicular to both, shape (n, rest)."""
+    both = np.hstack([reached, normals.T])
+    left, values, _ = np.linalg.svd(both, full_matrices=True)
+    return np.asarray(left[:, int((values > TOLERANCE).sum()) :])
+
+
+def _upright(rows: Array) -> Array:
+    largest = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+    return np.asarray(rows / np.where(largest > 0, largest, 1.0))
+
+
+def _kept(model: Model, without: Collection[str]) -> list[int]:
+    for name in without:
+        if name not in model.state_names:
+            raise UnknownNameError("state", name, known=model.state_names)
+    return [i for i, name in enumerate(model.state_names) if name not in without]
+
+
+def _check_apart(model: Model, names: Sequence[str], slopes: Array) -> None:
+    """Refuse to leave out what others depend on."""
+    if slopes.size and np.abs(slopes).max() > STILL:
+        worst = names[int(np.abs(slopes).max(axis=1).argmax())]
+        what = f"{worst} depends on a state that is left out."
+        raise InputError([Mistake(f"system {model.system.name!r}", what, "Leave fewer out.")])
+
+
+def _check_rest(model: Model, names: Sequence[str], rates: Array) -> None:
+    worst = int(np.abs(rates).argmax())
+    if not abs(rates[worst]) <= STILL:
+        what = f"it does not stay there: {names[worst]} changes."
+        remedy = "Give an equilibrium with the inputs that hold it, or leave states out (without)."
+        raise InputError([Mistake(f"system {model.system.name!r}", what, remedy)])

@@ -1,0 +1,170 @@
+"""Whether a machine can get to every state near by in arbitrarily short time, by Sussmann's test.
+
+A bracket is bad if it has an odd number of drifts and an even number of each input: whatever the
+inputs do, it pushes one way. At the state the sum of what every bad bracket becomes when inputs are
+exchanged must be a combination of brackets of fewer fields. The condition is sufficient, not
+necessary.
+
+Source: Sussmann, A general theorem on local controllability, SIAM J. Control and Optimization
+25(1), 1987, with theta = 1; Chow, Math. Ann. 117, 1939, without drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NoReturn
+
+import numpy as np
+
+from kinolab.arguments import checked
+from kinolab.dynamics.analysis.fields.bad_brackets import symmetrised
+from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Layers, Word, work_for
+from kinolab.dynamics.analysis.fields.growth_vectors import (
+    HIGHEST_DEGREE,
+    MOST_WORK,
+    filtration,
+    rank_of_brackets,
+    stacked,
+)
+from kinolab.dynamics.analysis.fields.points import complete_point
+from kinolab.dynamics.analysis.fields.reachable import reachable_subspace
+from kinolab.dynamics.analysis.fields.smoothness import has_kink
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
+from kinolab.dynamics.analysis.jets.ranks import TOLERANCE
+from kinolab.errors import InputError, Mistake
+
+AT_REST = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
+
+
+class SmallTime(Enum):
+    """How the question ends; the value is the sentence the user reads."""
+
+    DRIFTLESS = "It gets to every state near by in short time: its brackets span all directions."
+    LINEAR = "It gets to every state near by in short time: already its linearisation does."
+    BRACKETS = "It gets to every state near by in short time: Sussmann's condition holds."
+    UNDECIDED = "Sussmann's condition is not met, which decides nothing."
+    UNFINISHED = "Sussmann's condition asks for longer brackets than there is time for."
+    KINKED = "The equations of motion have a kink there, so that their brackets decide nothing."
+    MOVING = "It does not stay at this state, so that Sussmann's condition does not apply."
+    ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
+    UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
+
+    @classmethod
+    def _missing_(cls, value: object) -> NoReturn:
+        known = ", ".join(f"SmallTime.{outcome.name}" for outcome in cls)
+        raise InputError([Mistake("SmallTime value", f"it is {value!r}.", f"Give one of {known}.")])
+
+
+@checked
+@dataclass(frozen=True)
+class SmallTimeVerdict:
+    """What is known of controllability in small time at a state.
+
+    Attributes:
+        outcome: How the question ends.
+        degree: Most fields in the brackets that decide it.
+        obstacle: A bad bracket that no good ones of fewer fields make up for, if that is why.
+    """
+
+    outcome: SmallTime
+    degree: int = 0
+    obstacle: Word | None = None
+
+    @property
+    def controllable(self) -> bool | None:
+        """Whether every state near by is reached in short time; None where it is not known."""
+        if self.outcome in (SmallTime.DRIFTLESS, SmallTime.LINEAR, SmallTime.BRACKETS):
+            return True
+        return False if self.outcome is SmallTime.UNREACHABLE else None
+
+
+@checked
+def small_time_controllability(
+    fields: VectorFields,
+    at: Mapping[Any, Any],
+    held: Mapping[str, float] | None = None,
+    *,
+    limits: Mapping[str, tuple[float, float]] | None = None,
+    exact: bool = False,
+    tolerance: float = TOLERANCE,
+    work: int = MOST_WORK,
+) -> SmallTimeVerdict:
+    """Decide, if possible, whether a system is controllable in small time at a state.
+
+    Args:
+        fields: Of the system.
+        at: The state, by name; what is left out is 0.
+        held: Inputs that keep the system at this state, by name.
+        limits: Of the inputs, by name; symmetric ones where left out.
+        exact: Calculate with rational numbers, at a rational state.
+        tolerance: Of ranks.
+        work: Multiplications that may be spent.
+    """
+    point = complete_point(fields, at)
+    held = held or {}
+    if any(not _inside(held.get(name, 0.0), span) for name, span in (limits or {}).items()):
+        return SmallTimeVerdict(SmallTime.ONE_SIDED)
+    if not filtration(fields, tolerance=tolerance, work=work).full_or_unknown:
+        return SmallTimeVerdict(SmallTime.UNREACHABLE)
+    local = Layers.at(fields, point, 2, held=held, exact=exact)
+    if local.drift is not None and not _rests(local.drift):
+        return SmallTimeVerdict(SmallTime.MOVING, 1)
+    if local.drift is not None and not exact and _linear(fields, local):
+        return SmallTimeVerdict(SmallTime.LINEAR, 2)
+    if has_kink(fields, point):
+        return SmallTimeVerdict(SmallTime.KINKED)
+    for degree in range(1, HIGHEST_DEGREE + 1):
+        layers = Layers.at(fields, point, degree, held=held, exact=exact)
+        verdict = _sussmann(layers, fields.dimension, tolerance)
+        if verdict is not None:
+            return verdict
+        if work_for(fields, degree + 1) > work:
+            break
+    return SmallTimeVerdict(SmallTime.UNFINISHED, degree)
+
+
+def _sussmann(layers: Layers, dimension: int, tolerance: float) -> SmallTimeVerdict | None:
+    """Judge all brackets there are; None where longer ones must decide."""
+    shorter: list[Bracket] = []
+    outcome = SmallTime.DRIFTLESS if layers.drift is None else SmallTime.BRACKETS
+    inputs = tuple(bracket.word[0] for bracket in layers.inputs)
+    for degree, layer in enumerate(layers, 1):
+        bad = symmetrised(layer, inputs)
+        obstacle = next(_not_made_up(bad, shorter, tolerance), None)
+        if obstacle is not None:
+            return SmallTimeVerdict(SmallTime.UNDECIDED, degree, obstacle.word)
+        shorter += layer
+        if rank_of_brackets(shorter, tolerance).value == dimension:
+            return SmallTimeVerdict(outcome, degree)
+    return None
+
+
+def _not_made_up(
+    bad: Sequence[Bracket], shorter: Sequence[Bracket], tolerance: float
+) -> Iterator[Bracket]:
+    """Yield the bad brackets that are no combinations of shorter ones."""
+    before = rank_of_brackets(shorter, tolerance).value
+    if bad and rank_of_brackets([*shorter, *bad], tolerance).value > before:
+        for one in bad:
+            if rank_of_brackets([*shorter, one], tolerance).value > before:
+                yield one
+
+
+def _rests(drift: Bracket) -> bool:
+    if drift.spread is None:
+        return not drift.vector.any()
+    return bool((np.abs(drift.vector) <= AT_REST * drift.spread[:, 0].max()).all())
+
+
+def _linear(fields: VectorFields, layers: Layers) -> bool:
+    """Say whether the linearisation about the state reaches every direction."""
+    assert layers.drift is not None
+    A = layers.drift.jet[:, 1 : 1 + len(fields.state)]
+    B = stacked(layers.inputs).T
+    return bool(reachable_subspace(A, B).shape[1] == fields.dimension)
+
+
+def _inside(value: float, span: tuple[float, float]) -> bool:
+    return span[0] < value < span[1]

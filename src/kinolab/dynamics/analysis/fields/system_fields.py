@@ -1,0 +1,188 @@
+"""The vector fields of a machine, and the distribution of the motions its constraints allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+import sympy
+
+from kinolab.arguments import checked
+from kinolab.dynamics.analysis.fields.points import first
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
+from kinolab.dynamics.derivation.derivation import derive
+from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.symbol_table import Binding, configuration_symbols, tangent_symbols
+from kinolab.dynamics.derivation.symbolic_solve import Guards
+from kinolab.dynamics.derivation.velocity_coordinates import (
+    Chart,
+    constraint_rows,
+    feasible_values,
+    find_chart,
+)
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Attitude
+from kinolab.errors import InputError, Mistake
+
+
+@checked
+def vector_fields(system: System) -> VectorFields:
+    """Return drift and input fields of a machine, x_dot = f(x) + sum of u_i g_i(x).
+
+    The state is that of the compiled model: x = q for a kinematic machine, (q, v) for a dynamic
+    one, further states last. Where an input does not enter linearly, all inputs become states
+    whose rates are the inputs, which leaves what can be reached as it is.
+
+    Raises:
+        InputError: If the machine cannot be derived.
+
+    Source: Nijmeijer, van der Schaft, Nonlinear Dynamical Control Systems, 1990, chapter 6 (inputs
+    that become states).
+    """
+    derivation = derive(system)
+    binding, derivative = derivation.binding, derivation.derivative
+    tape, inputs = binding.tape, binding.inputs
+    still = tape.substitute(derivative, dict.fromkeys(inputs, tape.zero))
+    slopes = [tuple(tape.derivative(derivative, {node: tape.one})) for node in inputs]
+    symbols = _state_symbols(system, derivation.independent)
+    whole = VectorFields(
+        symbols=symbols,
+        tape=tape,
+        state=derivation.state,
+        drift=tuple(still),
+        inputs={e.name: slope for e, slope in zip(system.inputs, slopes, strict=True)},
+        values=system.parameter_values,
+        dimension=len(symbols) - normal_count(system, derivation.redundant),
+        constants=system.parameters,
+        points=first(_samples(system, binding)),
+        held=_is_held(system),
+    )
+    moving = frozenset(inputs)
+    if any(tape.depends_on(node) & moving for slope in slopes for node in slope):
+        return _prolonged(system, whole, derivative, inputs)
+    return whole
+
+
+@checked
+def allowed_motions(system: System) -> VectorFields:
+    """Return fields that span the velocities which the constraints allow, on the configurations.
+
+    It is the kernel of w(q): one field per velocity that is left to choose, named after it. Masses
+    and forces play no part.
+
+    Raises:
+        InputError: If the constraints depend on inputs or further states, or no fixed choice of
+            independent velocities serves.
+    """
+    system = _with_own_velocities(system)
+    binding = Binding.of(system)
+    chart = find_chart(system, binding, Guards())
+    return VectorFields(
+        symbols=configuration_symbols(system),
+        tape=binding.tape,
+        state=binding.configuration,
+        drift=(binding.tape.zero,) * len(binding.configuration),
+        inputs=_motions(system, binding, chart),
+        values=system.parameter_values,
+        dimension=len(binding.tangent),
+        constants=system.parameters,
+        points=first(feasible_values(system, binding)),
+        held=_is_held(system),
+    )
+
+
+def normal_count(system: System, redundant: Sequence[str]) -> int:
+    """Return how many entries of a state its unit quaternions and constraints determine."""
+    kept = [c for c in system.constraints if c.name not in redundant]
+    positions = sum(isinstance(c, PositionConstraint) for c in kept)
+    velocities = len(kept) if system.velocities == "all" else 0
+    return sum(isinstance(c, Attitude) for c in system.coordinates) + positions + velocities
+
+
+def _is_held(system: System) -> bool:
+    return any(isinstance(c, PositionConstraint) for c in system.constraints)
+
+
+def _samples(system: System, binding: Binding) -> Iterator[dict[str, float]]:
+    """Yield states that satisfy the constraints, those on velocities too where all are states."""
+    rows = constraint_rows(system, binding) if system.velocities == "all" else []
+    flat = [entry for row in rows for entry in row.covector]
+    names = [symbol.name for symbol in tangent_symbols(system)]
+    for values in feasible_values(system, binding):
+        w = np.reshape(binding.tape.evaluate(flat, values), (len(rows), len(names)))
+        velocity = np.array([values[name] for name in names])
+        velocity -= np.linalg.pinv(w) @ w @ velocity
+        yield values | dict(zip(names, map(float, velocity), strict=True))
+
+
+def _state_symbols(system: System, independent: Sequence[int]) -> tuple[sympy.Symbol, ...]:
+    rates = tangent_symbols(system)
+    further = (entry.symbol for entry in system.states)
+    return (*configuration_symbols(system), *(rates[i] for i in independent), *further)
+
+
+def _prolonged(
+    system: System, whole: VectorFields, derivative: Sequence[Node], inputs: Sequence[Node]
+) -> VectorFields:
+    """Let inputs be states, and their rates the inputs."""
+    tape, count = whole.tape, len(whole.symbols)
+    unit = {
+        f"{entry.name}_dot": tuple(
+            tape.one if k == count + i else tape.zero for k in range(count + len(inputs))
+        )
+        for i, entry in enumerate(system.inputs)
+    }
+    return replace(
+        whole,
+        symbols=(*whole.symbols, *(entry.symbol for entry in system.inputs)),
+        state=(*whole.state, *inputs),
+        drift=(*derivative, *(tape.zero for _ in inputs)),
+        inputs=unit,
+        dimension=whole.dimension + len(inputs),
+        points=tuple({**point, **_within_limits(system, point)} for point in whole.points),
+        prolonged=True,
+    )
+
+
+def _within_limits(system: System, point: Mapping[str, float]) -> dict[str, float]:
+    """Return sampled inputs moved well between their limits: a thrust must not be negative."""
+    moved = {}
+    for entry in system.inputs:
+        lower, upper = bounds_of(entry)
+        share = 0.5 + 0.25 * math.tanh(point[entry.name])
+        moved[entry.name] = lower + share * (upper - lower)
+    return moved
+
+
+def _with_own_velocities(system: System) -> System:
+    """Return the machine with velocities that kinolab chooses, where all are states."""
+    if system.velocities != "all":
+        return system
+    content = {field.name: getattr(system, field.name) for field in fields(system)}
+    del content["parameters"]
+    return System(**content | {"velocities": None, "values": dict(system.values)})
+
+
+def _motions(system: System, binding: Binding, chart: Chart) -> dict[str, tuple[Node, ...]]:
+    """Return the motions of a chart as fields on the configurations, by name."""
+    rates = tangent_symbols(system)
+    columns = {rates[i].name: d for i, d in zip(chart.independent, chart.directions, strict=True)}
+    columns |= {_label(binding.tape, node): d for node, d in chart.input_directions.items()}
+    moves = {name: binding.flow(direction) for name, direction in columns.items()}
+    found = {
+        name: tuple(move[node] for node in binding.configuration) for name, move in moves.items()
+    }
+    allowed = frozenset((*binding.configuration, *binding.parameters))
+    for name, components in found.items():
+        if any(binding.tape.depends_on(node) - allowed for node in components):
+            what = "its constraints depend on inputs or on more than the configuration."
+            raise InputError([Mistake(f"system {system.name!r}", what, f"See {name}.")])
+    return found
+
+
+def _label(tape: Tape, node: Node) -> str:
+    return tape.operations[node].label

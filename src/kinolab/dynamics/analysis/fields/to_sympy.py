@@ -1,0 +1,51 @@
+"""From nodes of a tape back to SymPy expressions in the author's symbols, for reading."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy
+
+from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.language.expressions import as_written
+
+FUNCTIONS = {
+    "sin": sympy.sin,
+    "cos": sympy.cos,
+    "tan": sympy.tan,
+    "exp": sympy.exp,
+    "log": sympy.log,
+    "sqrt": sympy.sqrt,
+    "tanh": sympy.tanh,
+    "atan": sympy.atan,
+    "fabs": sympy.Abs,
+    "sign": sympy.sign,
+    "fmax": sympy.Max,
+    "neg": lambda a: -a,
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+}
+
+
+def raised(
+    tape: Tape, outputs: Sequence[Node], symbols: Mapping[str, sympy.Symbol]
+) -> list[sympy.Expr]:
+    """Return nodes as expressions; nothing is simplified but by SymPy's own constructors.
+
+    Args:
+        tape: Where the nodes are.
+        outputs: What is wanted.
+        symbols: Of the variables, by label.
+    """
+    memo: dict[Node, sympy.Expr] = {}
+    for node in tape.needed(outputs):
+        operation = tape.operations[node]
+        if operation.name == "const":
+            memo[node] = as_written(operation.value)
+        elif operation.name == "variable":
+            memo[node] = symbols[operation.label]
+        else:
+            memo[node] = FUNCTIONS[operation.name](*(memo[o] for o in operation.operands))
+    return [memo[output] for output in outputs]

@@ -1,0 +1,137 @@
+"""Nodes of a tape evaluated on jets: Taylor polynomials of machine equations about a point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics.analysis.jets.jets import Jet, JetSpace, jet_space
+from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers
+from kinolab.dynamics.analysis.jets.taylor_series import taylor
+from kinolab.dynamics.derivation.expression_graph import UNARY, Node, Tape
+
+
+def jets_of(
+    tape: Tape,
+    outputs: Sequence[Node],
+    variables: Sequence[Node],
+    values: Mapping[str, Any],
+    order: int,
+    numbers: AbstractNumbers,
+) -> Jet:
+    """Expand nodes about a point.
+
+    Args:
+        tape: Where the nodes are.
+        outputs: What is expanded.
+        variables: In what it is expanded.
+        values: Of all variables that occur, by label; those of ``variables`` are the point.
+        order: Highest degree.
+        numbers: In which kind of numbers.
+
+    Returns:
+        Jets, shape (outputs, size).
+
+    Raises:
+        ArithmeticError, ValueError: Where the expressions have no value.
+    """
+    evaluation = _Evaluation(tape, variables, values, jet_space(len(variables), order), numbers)
+    return evaluation(outputs)
+
+
+class _Evaluation:
+    """One pass over a tape; what depends on no variable stays a number."""
+
+    def __init__(
+        self,
+        tape: Tape,
+        variables: Sequence[Node],
+        values: Mapping[str, Any],
+        space: JetSpace,
+        numbers: AbstractNumbers,
+    ) -> None:
+        self.tape, self.values, self.space, self.numbers = tape, values, space, numbers
+        self.places = {node: k for k, node in enumerate(variables)}
+
+    def __call__(self, outputs: Sequence[Node]) -> Jet:
+        memo: dict[Node, Any] = {}
+        for node in self.tape.needed(outputs):
+            operation = self.tape.operations[node]
+            if operation.name == "const":
+                memo[node] = self.numbers.constant(operation.value)
+            elif operation.name == "variable":
+                memo[node] = self._variable(node, self.values[operation.label])
+            else:
+                memo[node] = self._apply(operation.name, [memo[o] for o in operation.operands])
+        return np.array([self._whole(memo[output]) for output in outputs])
+
+    def _variable(self, node: Node, value: Any) -> Any:
+        if node not in self.places:
+            return value
+        jet = self._whole(value)
+        if self.space.order:
+            jet[1 + self.places[node]] = self.numbers.constant(1.0)
+        return jet
+
+    def _whole(self, value: Any) -> Jet:
+        """Return a number or a jet as a jet."""
+        if isinstance(value, np.ndarray):
+            return value.copy()
+        jet: Jet = np.full(self.space.size, self.numbers.constant(0.0), dtype=self.numbers.dtype)
+        jet[0] = value
+        return jet
+
+    def _apply(self, name: str, values: list[Any]) -> Any:
+        match name:
+            case "neg":
+                return -values[0]
+            case "add" | "sub":
+                return self._sum(values[0], values[1] if name == "add" else -values[1])
+            case "mul":
+                return self._product(*values)
+            case "div":
+                return self._product(values[0], self._reciprocal(values[1]))
+            case "fmax":
+                first = [v[0] if isinstance(v, np.ndarray) else v for v in values]
+                return values[0] if first[0] >= first[1] else values[1]
+        assert name in UNARY, name
+        return self._function(name, values[0])
+
+    def _sum(self, a: Any, b: Any) -> Any:
+        if isinstance(a, np.ndarray) != isinstance(b, np.ndarray):
+            jet, number = (a.copy(), b) if isinstance(a, np.ndarray) else (b.copy(), a)
+            jet[0] = jet[0] + number
+            return jet
+        return a + b
+
+    def _product(self, a: Any, b: Any) -> Any:
+        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+            return self.space.product(a, b)
+        return a * b
+
+    def _reciprocal(self, a: Any) -> Any:
+        if not isinstance(a, np.ndarray):
+            return 1 / a
+        if a[0] == 0:
+            raise ZeroDivisionError("an expression divides by zero at this point")
+        series = [1 / a[0]]
+        for _ in range(self.space.order):
+            series.append(-series[-1] / a[0])
+        return self._compose(series, a)
+
+    def _function(self, name: str, a: Any) -> Any:
+        if not isinstance(a, np.ndarray):
+            return self.numbers.function(name, a)
+        return self._compose(taylor(name, a[0], self.space.order, self.numbers.function), a)
+
+    def _compose(self, series: Sequence[Any], a: Jet) -> Jet:
+        """Insert a jet's change into a Taylor series, by Horner's rule."""
+        change = a.copy()
+        change[0] = self.numbers.constant(0.0)
+        total = self._whole(series[-1])
+        for coefficient in reversed(series[:-1]):
+            total = self.space.product(total, change)
+            total[0] = total[0] + coefficient
+        return total

@@ -1,0 +1,178 @@
+"""Equilibria and steady motions: the states and inputs in which what is looked at stays as it is.
+
+A steady turn is one: the machine moves over the plane, but its speed, lean and rates stay. So what
+has to stay is said by expressions of the state, and the rest may change as it likes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from kinolab.arguments import checked
+from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.frames import Number
+from kinolab.dynamics.model import Model
+from kinolab.errors import InputError, KinolabError, Mistake
+
+Array: TypeAlias = NDArray[np.float64]
+
+POLISHING = 3  # Newton's steps after the least squares
+SMALL = 1e-8  # of the residual: what is steady may change by so much in a second
+NUDGE = 1e-6  # of a state's scale, for derivatives of the residual
+
+
+class NoTrimError(KinolabError):
+    """No equilibrium was found where one was asked for."""
+
+    exit_code = 2
+
+
+@checked
+@dataclass(frozen=True)
+class Trim:
+    """An equilibrium, or a steady motion.
+
+    Attributes:
+        x: State, shape (nx,).
+        u: Inputs that keep it, shape (nu,).
+    """
+
+    x: Array
+    u: Array
+
+
+@checked
+class Watched:
+    """Expressions of a machine's state and their derivatives, as functions of numbers.
+
+    Args:
+        model: The machine.
+        expressions: In coordinates, independent rates, further states and parameters.
+
+    Raises:
+        InputError: If one contains a symbol of something else.
+    """
+
+    def __init__(self, model: Model, expressions: Sequence[Number]) -> None:
+        system = model.system
+        rates = tangent_symbols(system)
+        self._symbols = [
+            *configuration_symbols(system),
+            *(rates[i] for i in model.independent),
+            *(entry.symbol for entry in system.states),
+        ]
+        values = {p: system.parameter_values[p.name] for p in system.parameters}
+        self._expressions = [exact(entry).subs(values) for entry in expressions]
+        known = set(self._symbols)
+        mistakes = [
+            Mistake(
+                f"system {system.name!r}",
+                f"{symbol} in {expression} is no state of the machine.",
+                f"Use {', '.join(model.state_names)}.",
+            )
+            for expression in self._expressions
+            for symbol in sorted(expression.free_symbols - known, key=str)
+        ]
+        if mistakes:
+            raise InputError(mistakes)
+
+    def values(self, x: Array) -> Array:
+        """Return the expressions' values at a state, shape (n,)."""
+        return np.array(self._functions[0](*x), dtype=float)
+
+    def derivative(self, x: Array) -> Array:
+        """Return their derivatives with respect to the state, shape (n, nx)."""
+        return np.array(self._functions[1](*x), dtype=float).reshape(len(self._expressions), -1)
+
+    @cached_property
+    def _functions(self) -> tuple[Any, Any]:
+        slopes = [[e.diff(symbol) for symbol in self._symbols] for e in self._expressions]
+        return (
+            sympy.lambdify(self._symbols, self._expressions, "numpy"),
+            sympy.lambdify(self._symbols, slopes, "numpy"),
+        )
+
+
+@checked
+def trim(
+    model: Model,
+    steady: Sequence[Number] | Watched,
+    fixed: Sequence[tuple[Number, float]] = (),
+    *,
+    start: Trim | None = None,
+) -> Trim:
+    """Return an equilibrium, or a steady motion, near a first guess.
+
+    Args:
+        model: The machine; not one that has feedback.
+        steady: Expressions whose rates of change are zero in it.
+        fixed: Expressions and their values in it.
+        start: Where to begin: at rest, with inputs in the middle of their limits, if left out.
+
+    Returns:
+        State and inputs; what nothing is said about stays as it is in the first guess.
+
+    Raises:
+        NoTrimError: If least squares do not come to one.
+    """
+    watched = steady if isinstance(steady, Watched) else Watched(model, steady)
+    values = np.array([value for _, value in fixed], dtype=float)
+    held = Watched(model, [expression for expression, _ in fixed])
+    guess = start or Trim(model.rest(), model.control_bounds.mean(axis=1))
+    return _Search(model, watched, held, values).from_guess(guess)
+
+
+class _Search:
+    """Least squares over states and inputs together, and Newton's steps at the end."""
+
+    def __init__(self, model: Model, steady: Watched, held: Watched, values: Array) -> None:
+        self._model, self._steady, self._held, self._values = model, steady, held, values
+        span = np.ptp(model.control_bounds, axis=1)
+        self._scales = np.concatenate([model.state_scales, span / 2])
+
+    def from_guess(self, guess: Trim) -> Trim:
+        """Step until the residual is zero but for rounding."""
+        z = self._near(np.concatenate([guess.x, guess.u]))
+        for _ in range(POLISHING):
+            slopes = self._derivative(z) * self._scales
+            step = np.linalg.lstsq(slopes, -self._residual(z), rcond=1e-10)[0]
+            z = self._landed(z + self._scales * step)
+        left = np.abs(self._residual(z)).max(initial=0.0)
+        if not left < SMALL:
+            where = f"system {self._model.system.name!r}"
+            raise NoTrimError(f"{where}: no equilibrium was found; {left:.3g} is left")
+        return Trim(z[: self._model.nx], z[self._model.nx :])
+
+    def _near(self, z: Array) -> Array:
+        """Return where the residual is as small as it gets, up to a few digits."""
+        try:
+            found = least_squares(self._residual, z, self._derivative, x_scale=self._scales)
+        except (ValueError, KinolabError):  # not finite, or singular, on the way
+            return z
+        return self._landed(np.asarray(found.x))
+
+    def _residual(self, z: Array) -> Array:
+        x, u = z[: self._model.nx], z[self._model.nx :]
+        rates = self._steady.derivative(x) @ self._model.f(x, u)
+        return np.concatenate([rates, self._held.values(x) - self._values])
+
+    def _landed(self, z: Array) -> Array:
+        nx = self._model.nx
+        return np.concatenate([self._model.project(z[:nx]), z[nx:]])
+
+    def _derivative(self, z: Array) -> Array:
+        columns = []
+        for k, scale in enumerate(self._scales):
+            h = np.zeros(len(z))
+            h[k] = NUDGE * scale
+            columns.append((self._residual(z + h) - self._residual(z - h)) / (2 * h[k]))
+        return np.stack(columns, axis=1)

@@ -1,0 +1,85 @@
+"""What is emitted of a derived machine, whatever the language: functions as nodes of its tape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from kinolab.dynamics.derivation.derivation import Derivation
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.lagrange.cancellation import Cancellation
+
+NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
+STATE_ONLY = ("frames", "cables", "mass_matrix", "project")
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of numbers.
+
+    Attributes:
+        name: What code calls it.
+        arguments: The variables of each array that it takes, by the array's name.
+        outputs: What it computes.
+        guards: Each must be positive for that to be valid.
+    """
+
+    name: str
+    arguments: Mapping[str, Sequence[Node]]
+    outputs: Sequence[Node]
+    guards: Sequence[Node] = ()
+
+
+def outputs_of(derivation: Derivation) -> Iterator[Function]:
+    """Yield f and everything else that follows from a state, what cancels out left out."""
+    d, binding = derivation, derivation.binding
+    arguments = {"x": d.state, "u": binding.inputs, "p": binding.parameters}
+    outputs: dict[str, Sequence[Node]] = {
+        "velocity": d.velocities,
+        "flow": d.flow,
+        "frames": d.frames,
+        "cables": d.cables,
+        "point_speed": d.point_speeds,
+        "cable_speed": d.cable_speeds,
+        "energy": d.energy,
+        "power": d.power,
+        "mass_matrix": d.mass_matrix,
+        "constraint_residual": d.constraint_residual,
+        "constraint_forces": d.constraint_forces,
+        "requirements": d.requirements,
+        "project": d.projection,
+    }
+    short = Cancellation(binding.tape).rewritten
+    yield Function("f", arguments, short(d.derivative), short(d.guards))
+    for name, nodes in outputs.items():
+        taken = {k: v for k, v in arguments.items() if k != "u" or name not in STATE_ONLY}
+        guards = short(d.chart_guards) if name in NEED_CHART else ()
+        yield Function(name, taken, short(nodes), guards)
+
+
+def tangent_of(derivation: Derivation) -> Function:
+    """Return the derivative of f along a direction (dx, du) of states and inputs."""
+    binding, tape = derivation.binding, derivation.binding.tape
+    x_seeds = [tape.variable(f"d {tape.operations[n].label}") for n in derivation.state]
+    u_seeds = [tape.variable(f"d {tape.operations[n].label}") for n in binding.inputs]
+    seeds = dict(zip((*derivation.state, *binding.inputs), (*x_seeds, *u_seeds), strict=True))
+    arguments = {
+        "x": derivation.state,
+        "u": binding.inputs,
+        "p": binding.parameters,
+        "dx": x_seeds,
+        "du": u_seeds,
+    }
+    return Function("tangent", arguments, tape.derivative(derivation.derivative, seeds))
+
+
+def frames_tangent_of(derivation: Derivation) -> Function:
+    """Return the derivative of the bodies' poses along a direction dx of states."""
+    tape = derivation.binding.tape
+    seeds = {n: tape.variable(f"d {tape.operations[n].label}") for n in derivation.state}
+    arguments = {
+        "x": derivation.state,
+        "p": derivation.binding.parameters,
+        "dx": [seeds[node] for node in derivation.state],
+    }
+    return Function("frames_tangent", arguments, tape.derivative(derivation.frames, seeds))

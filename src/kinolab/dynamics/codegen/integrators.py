@@ -1,0 +1,277 @@
+"""Integrator steps as LLVM IR, and the linear algebra that an implicit one needs.
+
+A step is made of as many substeps as the caller asks for. Every one ends by moving the state back
+onto the constraints and unit quaternions, where the machine has any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+
+METHODS = ("rk4", "euler", "rosenbrock")
+
+SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
+GAMMA = 1 - 0.5**0.5  # makes the Rosenbrock method L-stable: stiff friction decays at any step
+
+POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
+STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
+
+
+def emit_steppers(
+    states: int, inputs: int, *, projects: bool, attitudes: Sequence[int] = ()
+) -> list[str]:
+    """Return one function per integration method.
+
+    Args:
+        states: Length of x.
+        inputs: Length of u.
+        projects: Whether states are moved back onto constraints and unit quaternions.
+        attitudes: Where quaternions begin in x.
+    """
+    return [
+        _emit_euler(states, projects, attitudes),
+        _emit_runge_kutta(
+            "rk4", states, (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), projects
+        ),
+        _emit_rosenbrock(states, inputs, projects),
+    ]
+
+
+def _emit_euler(states: int, projects: bool, attitudes: Sequence[int]) -> str:
+    """Return the explicit Euler step x + h f(x), along geodesics where x is on SO(3).
+
+    An attitude turns by the exponential of h times its angular velocity: q exp(h w / 2).
+
+    Source: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-group methods, Acta Numerica 9, 2000,
+    section 2.4 (the Lie-Euler method).
+    """
+    routine = Routine("step_euler", STEP)
+    k, total, begin = (routine.array(states) for _ in range(3))
+    status = routine.cell("i32", "0")
+    h = _substep(routine)
+    routine.copy("%x", begin, states)
+    with routine.loop(0, "%substeps"):
+        _call_f(routine, begin, k, status)
+        _axpy(routine, states, h, k, begin, total)
+        for first in attitudes:
+            _turn(routine, first, h, k, begin, total)
+        _land(routine, states, total, begin, status, projects)
+    _finish(routine, states, begin, status)
+    return routine.text()
+
+
+def _turn(
+    routine: Routine, first: int, h: str, k: Register, begin: Register, total: Register
+) -> None:
+    """Set a quaternion of ``total`` to the end of the great circle along its derivative in ``k``.
+
+    That is q exp(h w / 2), for q_dot = q w / 2 is at right angles to q and |w| / 2 long.
+    """
+    entries = range(first, first + 4)
+    q, q_dot = ([routine.load(array, i) for i in entries] for array in (begin, k))
+    square = literal(0.0)
+    for entry in q_dot:
+        square = routine.add(square, routine.mul(entry, entry))
+    squared = routine.mul(routine.mul(h, h), square)
+    turn = routine.line(f"call double @llvm.sqrt.f64(double {squared})")
+    cosine, sine = (
+        routine.line(f"call double @llvm.{name}.f64(double {turn})") for name in ("cos", "sin")
+    )
+    small = routine.line(f"fcmp olt double {squared}, {literal(SMALL_TURN)}")
+    series = routine.sub(literal(1.0), routine.div(squared, literal(6.0)))
+    ratio = routine.line(f"select i1 {small}, double {series}, double {routine.div(sine, turn)}")
+    share = routine.mul(h, ratio)
+    for i, at, slope in zip(entries, q, q_dot, strict=True):
+        routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(share, slope)))
+
+
+def _emit_runge_kutta(
+    method: str,
+    states: int,
+    fractions: tuple[float, ...],
+    weights: tuple[float, ...],
+    projects: bool,
+) -> str:
+    """Return a step whose stage s starts at x + h a_s k_(s-1).
+
+    Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.1.
+    """
+    routine = Routine(f"step_{method}", STEP)
+    at, k, total, begin = (routine.array(states) for _ in range(4))
+    status = routine.cell("i32", "0")
+    h = _substep(routine)
+    routine.copy("%x", begin, states)
+    with routine.loop(0, "%substeps"):
+        routine.copy(begin, total, states)
+        for stage, (fraction, weight) in enumerate(zip(fractions, weights, strict=True)):
+            source = begin
+            if stage:
+                source = at
+                _axpy(routine, states, routine.mul(h, literal(fraction)), k, begin, at)
+            _call_f(routine, source, k, status)
+            _axpy(routine, states, routine.mul(h, literal(weight)), k, total, total)
+        _land(routine, states, total, begin, status, projects)
+    _finish(routine, states, begin, status)
+    return routine.text()
+
+
+def _emit_rosenbrock(states: int, inputs: int, projects: bool) -> str:
+    """Return a step of the L-stable Rosenbrock method of order 2 with the exact Jacobian J.
+
+    (1 - gamma h J) k1 = f(x), (1 - gamma h J) k2 = f(x + h k1) - 2 k1, x + 3/2 h k1 + 1/2 h k2.
+
+    Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999, equation (3.1).
+    """
+    routine = Routine("step_rosenbrock", STEP)
+    size = states
+    jacobian = routine.array(size * (size + inputs))
+    matrix, pivots = routine.array(size * size), routine.array(size)
+    k1, k2, at, total, begin = (routine.array(size) for _ in range(5))
+    status = routine.cell("i32", "0")
+    h = _substep(routine)
+    routine.copy("%x", begin, size)
+    with routine.loop(0, "%substeps"):
+        call = f"call i32 @jacobian(ptr {begin}, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
+        _merge(routine, status, routine.line(call))
+        share = routine.mul(h, literal(-GAMMA))
+        with routine.loop(0, size) as i, routine.loop(0, size) as j:
+            column = routine.integer("add", routine.integer("mul", j, size), i)
+            row = routine.integer("add", routine.integer("mul", i, size), j)
+            own = routine.line(f"icmp eq i64 {i}, {j}")
+            one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
+            scaled = routine.mul(share, routine.load(jacobian, column))
+            routine.store(matrix, row, routine.add(one, scaled))
+        singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
+        _merge(routine, status, singular)
+        _call_f(routine, begin, k1, status)
+        routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k1})")
+        _axpy(routine, size, h, k1, begin, at)
+        _call_f(routine, at, k2, status)
+        _axpy(routine, size, literal(-2.0), k1, k2, k2)
+        routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k2})")
+        _axpy(routine, size, routine.mul(h, literal(1.5)), k1, begin, total)
+        _axpy(routine, size, routine.mul(h, literal(0.5)), k2, total, total)
+        _land(routine, size, total, begin, status, projects)
+    _finish(routine, size, begin, status)
+    return routine.text()
+
+
+def _axpy(
+    routine: Routine, size: int, factor: str, a: Register, b: Register, target: Register
+) -> None:
+    """Set target to factor * a + b."""
+    with routine.loop(0, size) as i:
+        product = routine.mul(factor, routine.load(a, i))
+        routine.store(target, i, routine.add(routine.load(b, i), product))
+
+
+def _call_f(routine: Routine, x: Register, target: Register, status: Register) -> None:
+    call = f"call i32 @f(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode)"
+    _merge(routine, status, routine.line(call))
+
+
+def _merge(routine: Routine, status: Register, failed: Register) -> None:
+    so_far = routine.get("i32", status)
+    routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
+
+
+def _substep(routine: Routine) -> str:
+    """Return how long a substep is."""
+    return routine.div("%h", routine.line("sitofp i64 %substeps to double"))
+
+
+def _land(
+    routine: Routine,
+    states: int,
+    total: Register,
+    target: Register,
+    status: Register,
+    projects: bool,
+) -> None:
+    """Write where a substep leads, projected twice: the second Newton step reaches rounding."""
+    if projects:
+        for source, landed in ((total, target), (target, total)):
+            call = f"call i32 @project(ptr {source}, ptr %p, ptr {landed}, i64 %mode)"
+            _merge(routine, status, routine.line(call))
+    routine.copy(total, target, states)
+
+
+def _finish(routine: Routine, states: int, end: Register, status: Register) -> None:
+    routine.copy(end, "%out", states)
+    routine.give(routine.get("i32", status))
+
+
+def emit_linear_algebra() -> list[str]:
+    """Return Gaussian elimination with row pivoting, and substitution.
+
+    int lu_factor(double *A, double *pivots, long n), rows of A in place; nonzero if singular.
+    void lu_solve(const double *A, const double *pivots, long n, double *b), b in place.
+
+    Source: Golub, Van Loan, Matrix Computations, 4th ed., algorithm 3.4.1.
+    """
+    return [_emit_lu_factor(), _emit_lu_solve()]
+
+
+def _emit_lu_factor() -> str:
+    r = Routine("lu_factor", [("ptr", "A"), ("ptr", "pivots"), ("i64", "n")], private=True)
+    status = r.cell("i32", "0")
+    best, where = r.cell("double", literal(0.0)), r.cell("i64", "0")
+    with r.loop(0, "%n") as k:
+        r.put("double", best, literal(-1.0))
+        with r.loop(k, "%n") as i:
+            entry = r.load("%A", _entry(r, i, k))
+            size = r.line(f"call double @llvm.fabs.f64(double {entry})")
+            larger = r.line(f"fcmp ogt double {size}, {r.get('double', best)}")
+            with r.when(larger):
+                r.put("double", best, size)
+                r.put("i64", where, i)
+        row = r.get("i64", where)
+        r.store("%pivots", k, r.line(f"sitofp i64 {row} to double"))
+        usable = r.line(f"fcmp ogt double {r.get('double', best)}, {literal(1e-300)}")
+        failed = r.line(f"select i1 {usable}, i32 0, i32 1")
+        _merge(r, status, failed)
+        with r.loop(0, "%n") as j:
+            upper, lower = _entry(r, k, j), _entry(r, row, j)
+            a, b = r.load("%A", upper), r.load("%A", lower)
+            r.store("%A", upper, b)
+            r.store("%A", lower, a)
+        pivot = r.load("%A", _entry(r, k, k))
+        with r.loop(r.integer("add", k, 1), "%n") as i:
+            factor = r.div(r.load("%A", _entry(r, i, k)), pivot)
+            r.store("%A", _entry(r, i, k), factor)
+            with r.loop(r.integer("add", k, 1), "%n") as j:
+                product = r.mul(factor, r.load("%A", _entry(r, k, j)))
+                place = _entry(r, i, j)
+                r.store("%A", place, r.sub(r.load("%A", place), product))
+    r.give(r.get("i32", status))
+    return r.text()
+
+
+def _emit_lu_solve() -> str:
+    parameters = [("ptr", "A"), ("ptr", "pivots"), ("i64", "n"), ("ptr", "b")]
+    r = Routine("lu_solve", parameters, result="void", private=True)
+    with r.loop(0, "%n") as k:  # all swaps first: the factors were swapped as whole rows
+        row = r.line(f"fptosi double {r.load('%pivots', k)} to i64")
+        a, b = r.load("%b", k), r.load("%b", row)
+        r.store("%b", k, b)
+        r.store("%b", row, a)
+    with r.loop(0, "%n") as k, r.loop(r.integer("add", k, 1), "%n") as i:
+        product = r.mul(r.load("%A", _entry(r, i, k)), r.load("%b", k))
+        r.store("%b", i, r.sub(r.load("%b", i), product))
+    with r.loop(0, "%n") as back:
+        last = r.integer("sub", "%n", 1)
+        k = r.integer("sub", last, back)
+        value = r.div(r.load("%b", k), r.load("%A", _entry(r, k, k)))
+        r.store("%b", k, value)
+        with r.loop(0, k) as i:
+            product = r.mul(r.load("%A", _entry(r, i, k)), value)
+            r.store("%b", i, r.sub(r.load("%b", i), product))
+    r.do("ret void")
+    return r.text()
+
+
+def _entry(r: Routine, i: str, j: str) -> Register:
+    """Return the index of entry (i, j) of the n by n matrix."""
+    return r.integer("add", r.integer("mul", i, "%n"), j)

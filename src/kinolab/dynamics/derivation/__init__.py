@@ -1,0 +1,1 @@
+"""From a machine's description to its equations of motion."""

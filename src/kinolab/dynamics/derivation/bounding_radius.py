@@ -1,0 +1,59 @@
+"""How far a shape extends about its body's origin, and about which axes it may spin unseen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy
+
+from kinolab.dynamics.language.expressions import exact, is_zero
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Scalar, Shape, Sphere
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A ball about the body's origin that contains the shape.
+
+    Attributes:
+        radius: In [m].
+        symmetric_about: Names of the body's axes about which a turn leaves the shape in place.
+    """
+
+    radius: sympy.Expr
+    symmetric_about: str
+
+
+def reach(shape: Shape) -> Reach:
+    """Return the reach of a shape."""
+    match shape:
+        case Sphere():
+            return Reach(shape.radius + _norm(shape.at), _axes_through(shape.at))
+        case Box():
+            half = tuple(edge / sympy.Integer(2) for edge in (shape.x, shape.y, shape.z))
+            return Reach(_norm(half) + _norm(shape.at), "")
+        case Cylinder():
+            half = _norm((shape.radius, shape.length / sympy.Integer(2)))
+            return Reach(half + _norm(shape.at), _own_axis(shape))
+        case Disk():
+            half = _norm((shape.radius, shape.thickness / sympy.Integer(2)))
+            return Reach(half + _norm(shape.at), _own_axis(shape))
+        case Capsule():
+            half = shape.length / sympy.Integer(2) + shape.radius
+            return Reach(half + _norm(shape.at), _own_axis(shape))
+
+
+def _norm(vector: tuple[Scalar, ...]) -> sympy.Expr:
+    return sympy.sqrt(sum(exact(component) ** 2 for component in vector))
+
+
+def _axes_through(at: tuple[Scalar, Scalar, Scalar]) -> str:
+    """Return the axes of the body that pass through a point."""
+    return "".join(
+        axis
+        for axis in "xyz"
+        if all(is_zero(c) for name, c in zip("xyz", at, strict=True) if name != axis)
+    )
+
+
+def _own_axis(shape: Cylinder | Capsule | Disk) -> str:
+    return shape.axis if shape.axis in _axes_through(shape.at) else ""

@@ -1,0 +1,546 @@
+"""Equations of motion on a tape: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, ready to compile.
+
+The left-hand side is formed by projecting each body's Newton-Euler equations onto directions of
+motion (d'Alembert's principle), which gives the same equations as differentiating L without
+differentiating any energy. Two forms exist. In the reduced one the directions are those that the
+constraints allow, nu = S(q) v + U(q) u, so that the multipliers drop out. In the other all
+velocities are states, and the multipliers follow from d/dt(A nu) = 0.
+
+Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapter 5; Featherstone, Rigid Body
+Dynamics Algorithms, 2008, chapters 3 and 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinolab.dynamics.derivation.bounding_radius import reach
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
+from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.derivation.newton_euler import Mechanics
+from kinolab.dynamics.derivation.symbol_table import Binding, configuration_symbols, tangent_symbols
+from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
+from kinolab.dynamics.derivation.velocity_coordinates import (
+    Chart,
+    Row,
+    combine,
+    constraint_rows,
+    feasible_values,
+    find_chart,
+    independent_rows,
+    unconstrained_chart,
+)
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
+from kinolab.errors import InputError, Mistake
+
+MASSLESS = 1e-12  # share of a coordinate's own inertia that remains when the others move along
+REGULARISATION = 1e-8  # of the constraints' own compliance; lets redundant ones be solved
+REFINEMENTS = 3  # solutions, after which the regularisation has left the motion, by measurement
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """Everything that is compiled, as nodes of one tape.
+
+    Attributes:
+        binding: The tape and its variables.
+        independent: Indices of the velocities that are states.
+        redundant: Names of constraints that follow from others.
+        state: The variables of x = (q, v, further states).
+        attitudes: Where quaternions begin in the state.
+        circular: Whether each entry of the state is an angle on the circle.
+        derivative: Of the state, length nx.
+        velocities: nu in full, length nt.
+        flow: q_dot, length nq.
+        projection: The state moved onto the constraints and unit quaternions, or nothing.
+        frames: Rows of [R | p], 12 per body.
+        cables: Both ends of every cable in the world, 6 per cable.
+        point_speeds: One bound per body on the speed of its points, in [m/s].
+        cable_speeds: The same per cable.
+        energy: Kinetic and potential, in [J]; nothing for a kinematic machine.
+        power: Of all forces that are not conservative, in [W].
+        mass_matrix: In full coordinates, row by row, nt * nt; nothing for a kinematic machine.
+        constraint_residual: w(q) nu of every constraint, then h(q) of those of position.
+        constraint_forces: The multiplier of every row of the chart.
+        requirements: Each must be at least zero in a plan.
+        guards: Each must be positive for the derivative to be valid.
+        chart_guards: Those that already the velocities need.
+    """
+
+    binding: Binding
+    independent: tuple[int, ...]
+    redundant: tuple[str, ...]
+    state: tuple[Node, ...]
+    attitudes: tuple[int, ...]
+    circular: tuple[bool, ...]
+    derivative: tuple[Node, ...]
+    velocities: tuple[Node, ...]
+    flow: tuple[Node, ...]
+    projection: tuple[Node, ...]
+    frames: tuple[Node, ...]
+    cables: tuple[Node, ...]
+    point_speeds: tuple[Node, ...]
+    cable_speeds: tuple[Node, ...]
+    energy: tuple[Node, ...]
+    power: tuple[Node, ...]
+    mass_matrix: tuple[Node, ...]
+    constraint_residual: tuple[Node, ...]
+    constraint_forces: tuple[Node, ...]
+    requirements: tuple[Node, ...]
+    guards: tuple[Node, ...]
+    chart_guards: tuple[Node, ...]
+
+
+def derive(system: System) -> Derivation:
+    """Derive a machine's equations of motion.
+
+    Raises:
+        InputError: If a constraint is not linear in the rates or never bites, if an input reaches
+            nothing, if a direction of motion has no mass, or if something divides by zero.
+    """
+    try:
+        return _Deriving(system).result()
+    except ZeroDivisionError as error:
+        where = f"system {system.name!r}"
+        raise InputError([Mistake(where, f"it is singular everywhere: {error}.")]) from error
+
+
+def is_kinematic(system: System) -> bool:
+    """Whether velocities are inputs or states of their own and nothing has mass to accelerate."""
+    return has_imposed_velocities(system) and all(
+        is_zero(value)
+        for body in system.bodies
+        for value in (body.mass, *body.inertia, *(e for row in body.added_mass for e in row))
+    )
+
+
+def has_imposed_velocities(system: System) -> bool:
+    """Whether something moves as an input or a further state says, whatever force that takes."""
+    return any(isinstance(entry, Rate) for entry in system.inputs) or any(
+        entry.velocity is not None for entry in system.states
+    )
+
+
+class _Deriving:
+    """The steps of one derivation, which share a tape."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.binding = Binding.of(system)
+        self.tape = self.binding.tape
+        self.guards = Guards()
+        self.multipliers = system.velocities == "all" and bool(system.constraints)
+        if self.multipliers:
+            if has_imposed_velocities(system):
+                what = 'a given velocity needs independent ones; velocities="all" has none.'
+                raise InputError([Mistake(f"system {system.name!r}", what)])
+            self.rows = constraint_rows(system, self.binding)
+            self.redundant = independent_rows(system, self.binding, self.rows)[1]
+            self.chart = unconstrained_chart(self.binding)
+        else:
+            self.chart = find_chart(system, self.binding, self.guards)
+            self.rows = list(self.chart.rows)
+            self.redundant = self.chart.redundant
+        if not self.chart.independent and not self.chart.input_directions:
+            what = "nothing in it can move."
+            remedy = "Give it coordinates, and fewer constraints than coordinates."
+            raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
+        self.chart_guards = tuple(self.guards.nodes)
+        self.states = [self.binding.tangent[i] for i in self.chart.independent]
+
+    def result(self) -> Derivation:
+        """Return all nodes."""
+        binding, chart = self.binding, self.chart
+        accelerations = self._accelerations()
+        kinetics = self._along(chart, chart.accelerations)
+        extras = self._extras()
+        flow = tuple(binding.flow(chart.velocities)[node] for node in binding.configuration)
+        nu_dot = combine(binding, chart.directions, accelerations)
+        nu_dot = [self.tape.add(a, b) for a, b in zip(nu_dot, chart.accelerations, strict=True)]
+        massive = not is_kinematic(self.system)
+        forces = self._constraint_forces(nu_dot) if self.rows and massive else ()
+        poses = [kinetics.kinematics(body.frame) for body in self.system.bodies]
+        ends = [tuple(map(kinetics.kinematics, cable.between)) for cable in self.system.cables]
+        self._check_inputs((*accelerations, *flow, *extras))
+        return Derivation(
+            binding=binding,
+            independent=chart.independent,
+            redundant=self.redundant,
+            state=(*binding.configuration, *self.states, *binding.states),
+            attitudes=tuple(self._attitudes()),
+            circular=tuple(self._circular()),
+            derivative=(*flow, *accelerations, *extras),
+            velocities=chart.velocities,
+            flow=flow,
+            projection=self._projection(),
+            frames=tuple(node for pose in poses for node in _rows_of(pose)),
+            cables=tuple(node for pair in ends for end in pair for node in end.position),
+            point_speeds=tuple(
+                _point_speed(binding, body.shapes, pose)
+                for body, pose in zip(self.system.bodies, poses, strict=True)
+            ),
+            cable_speeds=tuple(_cable_speed(binding, *pair) for pair in ends),
+            energy=kinetics.energy() if massive else (),
+            power=(self._power(nu_dot),) if massive else (),
+            mass_matrix=self._full_mass_matrix() if massive else (),
+            constraint_residual=self._residual(),
+            constraint_forces=forces,
+            requirements=self._requirements(forces),
+            guards=tuple(self.guards.nodes),
+            chart_guards=self.chart_guards,
+        )
+
+    def _along(self, chart: Chart, accelerations: Sequence[Node]) -> Mechanics:
+        motions = Motions(chart.velocities, accelerations, chart.directions)
+        return Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+
+    def _accelerations(self) -> list[Node]:
+        """Return the derivatives of the independent velocities."""
+        if not self.chart.independent:
+            return []
+        if self.multipliers:
+            return self._accelerations_by_multipliers()
+        return self._reduced_accelerations()
+
+    def _reduced_accelerations(self) -> list[Node]:
+        """Solve M_ff v_dot_f = F_f, the driven accelerations being given."""
+        tape, chart = self.tape, self.chart
+        free = [k for k in range(len(chart.independent)) if k not in chart.driven]
+        given = combine(
+            self.binding, [chart.directions[k] for k in chart.driven], chart.driven.values()
+        )
+        known = [tape.add(a, b) for a, b in zip(chart.accelerations, given, strict=True)]
+        mechanics = self._along(chart, known)
+        M = mechanics.mass_matrix()
+        self._check_masses(M, free)
+        self._check_rate_inputs(free)
+        loads = self._loads(mechanics)
+        block = [[M[i][j] for j in free] for i in free]
+        (solved,) = solve_definite(tape, block, [[loads[i] for i in free]], self.guards)
+        accelerations = dict(zip(free, solved, strict=True)) | chart.driven
+        return [accelerations[k] for k in range(len(chart.independent))]
+
+    def _loads(self, mechanics: Mechanics) -> list[Node]:
+        """Return all forces less what the known accelerations demand."""
+        tape = self.tape
+        parts = zip(
+            mechanics.conservative_forces(),
+            mechanics.other_forces(),
+            mechanics.inertial_forces(),
+            strict=True,
+        )
+        return [tape.sub(tape.add(a, b), c) for a, b, c in parts]
+
+    def _accelerations_by_multipliers(self) -> list[Node]:
+        """Solve M nu_dot = F + A^T lambda with A nu_dot = -A_dot nu.
+
+        Redundant constraints make A M^-1 A^T singular; the multipliers of least size are taken.
+        """
+        tape = self.tape
+        mechanics = self._along(self.chart, self.chart.accelerations)
+        M = mechanics.mass_matrix()
+        self._check_masses(M, list(range(len(M))))
+        covectors = [row.covector for row in self.rows]
+        free, *compliant = solve_definite(
+            tape, M, [self._loads(mechanics), *covectors], self.guards
+        )
+        short = [tape.neg(tape.add(row.bias, tape.dot(row.covector, free))) for row in self.rows]
+        (multipliers,) = self._solve_compliance(covectors, compliant, [short])
+        push = combine(self.binding, compliant, multipliers)
+        return [tape.add(a, b) for a, b in zip(free, push, strict=True)]
+
+    def _solve_compliance(
+        self,
+        covectors: Sequence[Sequence[Node]],
+        compliant: Sequence[Sequence[Node]],
+        columns: Sequence[Sequence[Node]],
+    ) -> list[list[Node]]:
+        """Solve (A M^-1 A^T) X = B for the X of least size, as if by a pseudo-inverse.
+
+        What the regularisation changes is taken out again by refinement, which leaves only its
+        choice among the solutions that redundant constraints allow.
+
+        Source: Golub, Van Loan, Matrix Computations, 4th ed., 3.5.3.
+        """
+        tape, size = self.tape, len(covectors)
+        G = [[tape.dot(a, c) for c in compliant] for a in covectors]
+        trace = tape.sum(G[i][i] for i in range(size))
+        trifle = tape.mul(tape.constant(REGULARISATION), trace)
+        firm = [
+            [tape.add(G[i][j], trifle) if i == j else G[i][j] for j in range(size)]
+            for i in range(size)
+        ]
+        solutions = [[tape.zero] * size for _ in columns]
+        for _ in range(REFINEMENTS):
+            missing = [
+                [tape.sub(b, tape.dot(row, x)) for b, row in zip(column, G, strict=True)]
+                for column, x in zip(columns, solutions, strict=True)
+            ]
+            steps = solve_definite(tape, firm, missing, Guards())
+            solutions = [
+                [tape.add(x, step) for x, step in zip(xs, part, strict=True)]
+                for xs, part in zip(solutions, steps, strict=True)
+            ]
+        return solutions
+
+    def _extras(self) -> list[Node]:
+        actual = self.binding.at(self.chart.velocities)
+        changes = [self.binding.lower(entry.derivative) for entry in self.system.states]
+        return self.tape.substitute(changes, actual)
+
+    def _full_mass_matrix(self) -> tuple[Node, ...]:
+        chart = unconstrained_chart(self.binding)
+        M = self._along(chart, chart.accelerations).mass_matrix()
+        return tuple(entry for row in M for entry in row)
+
+    def _unbalanced(self, nu_dot: Sequence[Node]) -> list[Node]:
+        """Return M nu_dot + c - F in full coordinates: what constraints and drives contribute."""
+        chart = unconstrained_chart(self.binding)
+        motions = Motions(self.chart.velocities, nu_dot, chart.directions)
+        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        return [self.tape.neg(load) for load in self._loads(mechanics)]
+
+    def _constraint_forces(self, nu_dot: Sequence[Node]) -> tuple[Node, ...]:
+        """Return the multipliers that hold the rows, of least size where rows repeat others."""
+        tape = self.tape
+        missing = self._unbalanced(nu_dot)
+        if not self.multipliers:
+            for k, i in enumerate(self.chart.independent):
+                if k in self.chart.driven:
+                    missing[i] = tape.zero  # the drive's own force, which holds no constraint
+            block = [[row.covector[i] for row in self.rows] for i in self.chart.dependent]
+            (forces,) = solve_square(
+                tape, block, [[missing[i] for i in self.chart.dependent]], Guards()
+            )
+            return tuple(forces)
+        covectors = [row.covector for row in self.rows]
+        projected = [tape.dot(covector, missing) for covector in covectors]
+        (forces,) = self._solve_compliance(covectors, covectors, [projected])
+        return tuple(forces)
+
+    def _power(self, nu_dot: Sequence[Node]) -> Node:
+        """Return the power of friction, wrenches, inputs, and of drives and rate inputs."""
+        tape = self.tape
+        chart = unconstrained_chart(self.binding)
+        motions = Motions(self.chart.velocities, self.chart.accelerations, chart.directions)
+        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        power = tape.dot(mechanics.other_forces(), self.chart.velocities)
+        if self.chart.driven or self.chart.input_directions:
+            power = tape.add(power, tape.dot(self._unbalanced(nu_dot), self.chart.velocities))
+        return power
+
+    def _residual(self) -> tuple[Node, ...]:
+        """Return A nu of every constraint, redundant ones too, then h of those of position."""
+        rows = constraint_rows(self.system, self.binding)
+        speeds = (self.tape.dot(row.covector, self.chart.velocities) for row in rows)
+        return (*speeds, *self._gaps())
+
+    def _gaps(self) -> list[Node]:
+        return [
+            self.binding.lower(constraint.position)
+            for constraint in self.system.constraints
+            if isinstance(constraint, PositionConstraint)
+        ]
+
+    def _requirements(self, forces: Sequence[Node]) -> tuple[Node, ...]:
+        """Lower the requirements, with velocities and constraint forces as they are."""
+        by_name = {row.name: force for row, force in zip(self.rows, forces, strict=False)}
+        known = {
+            symbol: by_name[symbol.name]
+            for requirement in self.system.requirements
+            for symbol in requirement.margin.free_symbols
+            if isinstance(symbol, ForceSymbol) and symbol.name in by_name
+        }
+        lower = Lowering(self.tape, self.binding.lower.symbols | known)
+        margins = [lower(requirement.margin) for requirement in self.system.requirements]
+        return tuple(self.tape.substitute(margins, self.binding.at(self.chart.velocities)))
+
+    def _projection(self) -> tuple[Node, ...]:
+        """Return the state after one Newton step onto the constraints, quaternions made unit."""
+        attitudes = any(isinstance(c, Attitude) for c in self.system.coordinates)
+        gaps = self._gaps()
+        if not (attitudes or gaps or self.multipliers):
+            return ()
+        q = self._shifted(gaps) if gaps else list(self.binding.configuration)
+        velocities = self._shifted_velocities() if self.multipliers else self.states
+        return (*self._normalised(q), *velocities, *self.binding.states)
+
+    def _shifted(self, gaps: list[Node]) -> list[Node]:
+        """Move the configuration by the shortest way in velocity space that closes the gaps."""
+        tape = self.tape
+        rows = [
+            row
+            for row in self._own_rows()
+            if any(
+                isinstance(c, PositionConstraint) and c.name == row.name
+                for c in self.system.constraints
+            )
+        ]
+        closing = dict(
+            zip(
+                (c.name for c in self.system.constraints if isinstance(c, PositionConstraint)),
+                gaps,
+                strict=True,
+            )
+        )
+        covectors = [row.covector for row in rows]
+        (shares,) = self._solve_compliance(
+            covectors, covectors, [[tape.neg(closing[row.name]) for row in rows]]
+        )
+        move = combine(self.binding, covectors, shares)
+        flow = self.binding.flow(move)
+        return [tape.add(node, flow[node]) for node in self.binding.configuration]
+
+    def _own_rows(self) -> list[Row]:
+        """Return the rows of constraints, without those of rate inputs."""
+        return [row for row in self.rows if row.value == self.tape.zero]
+
+    def _shifted_velocities(self) -> list[Node]:
+        """Remove from the velocities what the constraints forbid."""
+        tape = self.tape
+        covectors = [row.covector for row in self.rows]
+        excess = [tape.neg(tape.dot(covector, self.states)) for covector in covectors]
+        (shares,) = self._solve_compliance(covectors, covectors, [excess])
+        change = combine(self.binding, covectors, shares)
+        return [tape.add(v, c) for v, c in zip(self.states, change, strict=True)]
+
+    def _normalised(self, q: list[Node]) -> list[Node]:
+        tape, entries = self.tape, list(q)
+        for first in self._attitudes():
+            part = entries[first : first + 4]
+            length = tape.unary("sqrt", tape.dot(part, part))
+            entries[first : first + 4] = [tape.div(entry, length) for entry in part]
+        return entries
+
+    def _attitudes(self) -> Iterator[int]:
+        """Yield where quaternions begin in the configuration."""
+        place = 0
+        for coordinate in self.system.coordinates:
+            if isinstance(coordinate, Attitude):
+                yield place
+                place += 4
+            else:
+                place += 1
+
+    def _circular(self) -> Iterator[bool]:
+        """Yield whether each entry of the state is an angle on the circle."""
+        for symbol in configuration_symbols(self.system):
+            yield isinstance(symbol, Coordinate) and symbol.topology == "circle"
+        for _ in (*self.states, *self.binding.states):
+            yield False
+
+    def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
+        """Name a direction of motion that no mass resists.
+
+        It has to be without mass at every sampled state: at a pole of its coordinates, such as a
+        spherical pendulum that hangs straight down, a machine has no mass in one direction.
+        """
+        flat = [M[i][j] for i in free for j in free]
+        massless: list[str] = []
+        for values in feasible_values(self.system, self.binding) if free else ():
+            try:
+                matrix = np.reshape(self.tape.evaluate(flat, values), (len(free), len(free)))
+            except (ArithmeticError, ValueError):
+                continue  # the machine has no mass matrix there because it has no pose there
+            if not np.isfinite(matrix).all():
+                continue
+            moved = _massless_motion(matrix)
+            if not moved:
+                return
+            massless = [self._velocity_name(free[i]) for i in moved]
+        if massless:
+            what = f"no mass or inertia resists a motion of {', '.join(massless)}."
+            remedy = "Give a body that it moves a mass or an inertia."
+            raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
+
+    def _velocity_name(self, k: int) -> str:
+        symbols = tangent_symbols(self.system)
+        return str(symbols[self.chart.independent[k]].name).removesuffix("_dot")
+
+    def _check_rate_inputs(self, free: list[int]) -> None:
+        """Refuse a velocity that is given where it would push what has mass."""
+        chart = self.chart
+        if not chart.input_directions:
+            return
+        directions = (*chart.directions, *chart.input_directions.values())
+        motions = Motions(chart.velocities, chart.accelerations, directions)
+        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        M = mechanics.mass_matrix()
+        for k, node in enumerate(chart.input_directions, start=len(chart.directions)):
+            if any(M[i][k] != self.tape.zero for i in free):
+                name = self.tape.operations[node].label
+                kind = "state" if node in self.binding.states else "input"
+                what = "its steps would be blows to a machine that has mass."
+                if kind == "state":
+                    what = "it is the speed of a machine that has mass."
+                remedy = "Make it a Drive, whose value is the acceleration."
+                raise InputError([Mistake(f"{kind} {name!r}", what, remedy)])
+
+    def _check_inputs(self, outputs: Sequence[Node]) -> None:
+        """Name inputs that change nothing."""
+        used = frozenset[Node]().union(*(self.tape.depends_on(node) for node in outputs))
+        mistakes = [
+            Mistake(f"input {entry.name!r}", "it reaches nothing.", _cure(entry))
+            for entry, node in zip(self.system.inputs, self.binding.inputs, strict=True)
+            if node not in used
+        ]
+        if mistakes:
+            raise InputError(mistakes)
+
+
+def _massless_motion(M: np.ndarray) -> list[int]:
+    """Return the coordinates that move where a mass matrix is singular; none where it is not."""
+    # Each coordinate in a unit in which its own inertia is 1: kg and kg m^2 do not compare.
+    own = np.sqrt(np.maximum(np.diag(M), 0.0))
+    own = np.where(own > 0, own, 1.0)
+    eigenvalues, vectors = np.linalg.eigh(M / np.outer(own, own))
+    if eigenvalues[0] > MASSLESS:
+        return []
+    return [int(i) for i in np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)]
+
+
+def _cure(entry: object) -> str:
+    if isinstance(entry, Drive):
+        return "Let it drive a coordinate that is free to move."
+    return "Let it act on a body that it can move, or leave it out."
+
+
+def _rows_of(state: FrameState) -> list[Node]:
+    rows = zip(state.rotation, state.position, strict=True)
+    return [node for row, coordinate in rows for node in (*row, coordinate)]
+
+
+def _point_speed(binding: Binding, shapes: Sequence[object], state: FrameState) -> Node:
+    """Bound the speed of a body's points; spin about a shape's axis of symmetry moves none."""
+    tape = binding.tape
+    linear = _origin_speed(binding, state)
+    fastest = tape.zero if shapes else linear
+    for shape in shapes:
+        extent = reach(shape)  # type: ignore[arg-type]
+        spin = [
+            component
+            for name, component in zip("xyz", state.velocity.angular, strict=True)
+            if name not in extent.symmetric_about
+        ]
+        turning = tape.unary("sqrt", tape.dot(spin, spin)) if spin else tape.zero
+        speed = tape.add(linear, tape.mul(turning, binding.lower(extent.radius)))
+        fastest = tape.maximum(fastest, speed)
+    return fastest
+
+
+def _cable_speed(binding: Binding, a: FrameState, b: FrameState) -> Node:
+    """Bound the speed of a cable's points, whose velocities are means of those of its ends."""
+    return binding.tape.maximum(_origin_speed(binding, a), _origin_speed(binding, b))
+
+
+def _origin_speed(binding: Binding, state: FrameState) -> Node:
+    tape = binding.tape
+    return tape.unary("sqrt", tape.dot(state.velocity.linear, state.velocity.linear))

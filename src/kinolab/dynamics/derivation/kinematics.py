@@ -1,0 +1,222 @@
+"""Poses, velocities and accelerations of frames on a tape, shared between frames of one branch.
+
+Motions are followed outward from the world, as in the recursive Newton-Euler algorithm: every
+quantity of a frame follows from that of the frame before its last motion.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
+from kinolab.dynamics.language.frames import (
+    Axis,
+    Frame,
+    Motion,
+    Orientation,
+    Rotation,
+    Translation,
+    attitude_matrix,
+)
+
+
+@dataclass(frozen=True)
+class Twist:
+    """A linear and an angular vector in a frame's own axes."""
+
+    linear: Vector
+    angular: Vector
+
+
+@dataclass(frozen=True)
+class FrameState:
+    """Everything the equations of motion need to know of one frame.
+
+    Attributes:
+        rotation: World from frame.
+        position: Of the origin, in the world.
+        velocity: Of the origin, and the turn rate, in the frame's axes.
+        acceleration: Of the origin in inertial space, and angular, in the frame's axes.
+        columns: The velocity caused by each direction of motion alone.
+    """
+
+    rotation: Matrix3
+    position: Vector
+    velocity: Twist
+    acceleration: Twist
+    columns: tuple[Twist, ...]
+
+
+@dataclass(frozen=True)
+class Motions:
+    """The motion along which frames are followed; each vector has an entry per velocity.
+
+    Attributes:
+        velocities: What the velocities are.
+        accelerations: What their derivatives are, free ones left at zero.
+        directions: Directions of motion.
+    """
+
+    velocities: Sequence[Node]
+    accelerations: Sequence[Node]
+    directions: Sequence[Sequence[Node]]
+
+
+class Kinematics:
+    """Follows frames along given motions; frames with a common beginning are computed once."""
+
+    def __init__(self, binding: Binding, motions: Motions) -> None:
+        self.binding, self.motions = binding, motions
+        self.tape, self.lower = binding.tape, binding.lower
+        self.vectors = Vectors(binding.tape)
+        self._flow = binding.flow()
+        self._actual = binding.at(motions.velocities)
+        self._seeds = [binding.flow(direction) for direction in motions.directions]
+        self._pushed = binding.flow(motions.accelerations)
+        still = Twist(self.vectors.zero, self.vectors.zero)
+        self._states: dict[tuple[Motion, ...], FrameState] = {
+            (): FrameState(
+                rotation=self.vectors.identity,
+                position=self.vectors.zero,
+                velocity=still,
+                acceleration=still,
+                columns=(still,) * len(motions.directions),
+            )
+        }
+
+    def __call__(self, frame: Frame) -> FrameState:
+        """Return the state of a frame."""
+        return self._follow(frame.motions)
+
+    def direction(self, axis: Axis, seen_from: Frame) -> Vector:
+        """Return a frame's axis in the axes of another frame.
+
+        Only the motions after the common beginning count, so that the fork's axle is exactly the
+        coin's y axis whatever the coin's roll.
+        """
+        own, other = axis.frame.motions, seen_from.motions
+        shared = 0
+        while shared < min(len(own), len(other)) and own[shared] == other[shared]:
+            shared += 1
+        vector = self.vectors.unit(axis.name)
+        for motion in reversed(own[shared:]):
+            if not isinstance(motion, Translation):
+                vector = self._forward(motion, vector)
+        for motion in other[shared:]:
+            if not isinstance(motion, Translation):
+                vector = self._back(motion, vector)
+        return vector
+
+    def _follow(self, motions: tuple[Motion, ...]) -> FrameState:
+        state = self._states.get(motions)
+        if state is None:
+            before, last = self._follow(motions[:-1]), motions[-1]
+            state = (
+                self._translate(before, last)
+                if isinstance(last, Translation)
+                else self._turn(before, last)
+            )
+            self._states[motions] = state
+        return state
+
+    def _translate(self, before: FrameState, motion: Translation) -> FrameState:
+        tape, vectors = self.tape, self.vectors
+        x, y, z = (self.lower(component) for component in motion.by)
+        arm: Vector = (x, y, z)
+        speed, bias = self._changes(arm)
+        spin = before.velocity.angular
+        centripetal = vectors.cross(spin, vectors.cross(spin, arm))
+        coriolis = vectors.scale(tape.constant(2.0), vectors.cross(spin, speed))
+        swing = vectors.cross(before.acceleration.angular, arm)
+        acceleration = vectors.add(before.acceleration.linear, swing, centripetal, coriolis, bias)
+
+        def carried(twist: Twist, own: Vector) -> Twist:
+            lever = vectors.cross(twist.angular, arm)
+            return Twist(vectors.add(twist.linear, lever, own), twist.angular)
+
+        return FrameState(
+            rotation=before.rotation,
+            position=vectors.add(before.position, vectors.transform(before.rotation, arm)),
+            velocity=carried(before.velocity, speed),
+            acceleration=Twist(acceleration, before.acceleration.angular),
+            columns=tuple(
+                carried(column, vectors.vector(tape.derivative(arm, seeds)))
+                for column, seeds in zip(before.columns, self._seeds, strict=True)
+            ),
+        )
+
+    def _turn(self, before: FrameState, motion: Rotation | Orientation) -> FrameState:
+        vectors = self.vectors
+        spin, bias, shares = self._spin(motion)
+        carried = self._back(motion, before.velocity.angular)
+        angular = vectors.add(
+            self._back(motion, before.acceleration.angular), vectors.cross(carried, spin), bias
+        )
+        a, b, c = (self._back(motion, row) for row in before.rotation)
+        return FrameState(
+            rotation=(a, b, c),
+            position=before.position,
+            velocity=Twist(self._back(motion, before.velocity.linear), vectors.add(carried, spin)),
+            acceleration=Twist(self._back(motion, before.acceleration.linear), angular),
+            columns=tuple(
+                Twist(
+                    self._back(motion, column.linear),
+                    vectors.add(self._back(motion, column.angular), share),
+                )
+                for column, share in zip(before.columns, shares, strict=True)
+            ),
+        )
+
+    def _spin(self, motion: Rotation | Orientation) -> tuple[Vector, Vector, list[Vector]]:
+        """Return a turn's own angular velocity, its rate, and its share of each direction."""
+        tape, vectors, motions = self.tape, self.vectors, self.motions
+        if isinstance(motion, Orientation):
+            symbols = (self.lower(symbol) for symbol in motion.attitude.turn_rate)
+            entries = [self.binding.tangent.index(symbol) for symbol in symbols]
+            speed, push, *shares = (
+                vectors.vector([values[entry] for entry in entries])
+                for values in (motions.velocities, motions.accelerations, *motions.directions)
+            )
+            return speed, push, shares
+        angle = self.lower(motion.angle)
+        axis = vectors.unit(motion.axis)
+        rate, bias = (values[0] for values in self._changes((angle, tape.zero, tape.zero)))
+        return (
+            vectors.scale(rate, axis),
+            vectors.scale(bias, axis),
+            [vectors.scale(tape.derivative([angle], seeds)[0], axis) for seeds in self._seeds],
+        )
+
+    def _changes(self, values: Vector) -> tuple[Vector, Vector]:
+        """Return the first and second time derivative of three functions of the configuration."""
+        tape, vectors = self.tape, self.vectors
+        first = tape.derivative(values, self._flow)
+        curvature = tape.derivative(first, self._flow)
+        speed = vectors.vector(tape.substitute(first, self._actual))
+        bend = vectors.vector(tape.substitute(curvature, self._actual))
+        push = vectors.vector(tape.derivative(values, self._pushed))
+        return speed, vectors.add(bend, push)
+
+    def _forward(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
+        """Turn a vector with a motion: from the axes after it to those before."""
+        if isinstance(motion, Rotation):
+            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, 1)
+        return self.vectors.transform(self._matrix(motion), vector)
+
+    def _back(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
+        """Turn a vector against a motion: from the axes before it to those after."""
+        if isinstance(motion, Rotation):
+            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, -1)
+        return self.vectors.transform(self.vectors.transpose(self._matrix(motion)), vector)
+
+    def _matrix(self, motion: Orientation) -> Matrix3:
+        entries = attitude_matrix(motion.attitude)
+        a, b, c = (
+            self.vectors.vector([self.lower(entries[i, j]) for j in range(3)]) for i in range(3)
+        )
+        return a, b, c

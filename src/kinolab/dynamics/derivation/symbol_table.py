@@ -1,0 +1,91 @@
+"""A machine's symbols bound to variables of a tape, and the translator that knows them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.language.frames import motion_of
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Coordinate, rate
+
+
+@dataclass(frozen=True)
+class Binding:
+    """Variables of a tape for every symbol of a machine.
+
+    Attributes:
+        tape: Where the variables live.
+        lower: Translates the machine's expressions onto the tape.
+        configuration: The numbers of the configuration q; four for an attitude.
+        tangent: The velocities, one per degree of freedom of q; three for an attitude.
+        flow_rows: How each number of q changes, as nodes in ``tangent`` and ``configuration``.
+        states: The further states.
+        inputs: The inputs.
+        parameters: The parameters.
+    """
+
+    tape: Tape
+    lower: Lowering
+    configuration: tuple[Node, ...]
+    tangent: tuple[Node, ...]
+    flow_rows: tuple[Node, ...]
+    states: tuple[Node, ...]
+    inputs: tuple[Node, ...]
+    parameters: tuple[Node, ...]
+
+    @classmethod
+    def of(cls, system: System) -> Binding:
+        """Make a tape with a variable per symbol."""
+        tape = Tape()
+        q, v = configuration_symbols(system), tangent_symbols(system)
+        further = [entry.symbol for entry in system.states]
+        controls = [entry.symbol for entry in system.inputs]
+        bound: dict[sympy.Symbol, Node] = {
+            symbol: tape.variable(symbol.name)
+            for symbol in (*q, *v, *further, *controls, *system.parameters)
+        }
+        lower = Lowering(tape, bound)
+        return cls(
+            tape=tape,
+            lower=lower,
+            configuration=tuple(bound[symbol] for symbol in q),
+            tangent=tuple(bound[symbol] for symbol in v),
+            flow_rows=tuple(lower(motion_of(symbol)) for symbol in q),
+            states=tuple(bound[symbol] for symbol in further),
+            inputs=tuple(bound[symbol] for symbol in controls),
+            parameters=tuple(bound[symbol] for symbol in system.parameters),
+        )
+
+    def flow(self, velocities: Sequence[Node] | None = None) -> dict[Node, Node]:
+        """Return how the configuration changes at given velocities, by its nodes."""
+        rows = list(self.flow_rows)
+        if velocities is not None:
+            rows = self.tape.substitute(rows, self.at(velocities))
+        return dict(zip(self.configuration, rows, strict=True))
+
+    def at(self, velocities: Sequence[Node]) -> Mapping[Node, Node]:
+        """Return the replacement of the velocities' variables by given nodes."""
+        return dict(zip(self.tangent, velocities, strict=True))
+
+
+def configuration_symbols(system: System) -> tuple[sympy.Symbol, ...]:
+    """Return the symbols of q in order; four for an attitude."""
+    return tuple(
+        symbol
+        for c in system.coordinates
+        for symbol in ((c,) if isinstance(c, Coordinate) else c.quaternion)
+    )
+
+
+def tangent_symbols(system: System) -> tuple[sympy.Symbol, ...]:
+    """Return the symbols of the velocities in order; three for an attitude."""
+    return tuple(
+        symbol
+        for c in system.coordinates
+        for symbol in ((rate(c),) if isinstance(c, Coordinate) else c.turn_rate)
+    )

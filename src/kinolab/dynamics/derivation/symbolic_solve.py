@@ -1,0 +1,204 @@
+"""Small linear systems as straight-line code on a tape, with guards against singular ones.
+
+A guard is a node that must be positive where the solution is to be trusted; compiled code checks
+it and reports failure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from kinolab.dynamics.derivation.expression_graph import Node, Tape
+
+Matrix: TypeAlias = Sequence[Sequence[Node]]
+
+PIVOT_FLOOR = 1e-12  # a pivot this far below its diagonal has lost all its digits
+LARGEST_EXPANSION = 6  # size up to which minors are fewer than the operations of an elimination
+CHART_FLOOR = 1e-8  # share of the rows' size below which a system counts as singular
+
+
+@dataclass
+class Guards:
+    """The conditions gathered while equations are solved; each node must be positive."""
+
+    nodes: list[Node] = field(default_factory=list)
+
+    def require(self, tape: Tape, node: Node) -> None:
+        """Add a condition; one that is a positive constant needs no check."""
+        value = tape.value(node)
+        if value is None or not value > 0:
+            self.nodes.append(node)
+
+
+def solve_definite(tape: Tape, M: Matrix, columns: Matrix, guards: Guards) -> list[list[Node]]:
+    """Solve M X = B for a symmetric positive definite M by M = L D L^T, which needs no pivoting.
+
+    Args:
+        M: Shape (n, n).
+        columns: The columns of B, each of length n.
+
+    Returns:
+        The columns of X.
+
+    Source: Golub, Van Loan, Matrix Computations, 4th ed., 4.1.2.
+    """
+    lower, pivots = _factor(tape, M, guards)
+    return [_substitute(tape, lower, pivots, column) for column in columns]
+
+
+def solve_square(
+    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, rows: Matrix | None = None
+) -> list[list[Node]]:
+    """Solve A X = B for a square A: by Cramer's rule up to size 6, by normal equations above.
+
+    Neither needs a choice of pivots at run time, and both are smooth wherever A is regular, so
+    that the solution can be differentiated.
+
+    Args:
+        A: Shape (n, n).
+        columns: The columns of B, each of length n.
+        guards: Gain the conditions under which A is far from singular.
+        rows: What the rows of A are taken from, by whose size "far" is measured; A itself when
+            left out, which cannot tell whether a 1x1 matrix is small.
+    """
+    size = len(A)
+    given = _given(tape, A)
+    if given:
+        return _solve_without(tape, A, columns, guards, rows or A, given)
+    if not A:
+        return [[] for _ in columns]
+    if size <= LARGEST_EXPANSION:
+        return _solve_by_cofactors(tape, A, columns, guards, rows or A)
+    transposed = list(zip(*A, strict=True))
+    normal = [[tape.dot(a, b) for b in transposed] for a in transposed]
+    right = [[tape.dot(a, column) for a in transposed] for column in columns]
+    return solve_definite(tape, normal, right, guards)
+
+
+def _given(tape: Tape, A: Matrix) -> dict[int, int]:
+    """Return the rows that determine one unknown alone, with that unknown."""
+    alone = {}
+    for i, row in enumerate(A):
+        entries = [j for j, entry in enumerate(row) if entry != tape.zero]
+        if len(entries) == 1 and tape.value(row[entries[0]]) is not None:
+            alone[i] = entries[0]
+    return alone if len(set(alone.values())) == len(alone) else {}
+
+
+def _solve_without(
+    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, source: Matrix, given: dict[int, int]
+) -> list[list[Node]]:
+    """Solve for the unknowns that rows give at once, then for the others."""
+    size = len(A)
+    rows = [i for i in range(size) if i not in given]
+    others = [j for j in range(size) if j not in given.values()]
+    known = [{j: tape.div(column[i], A[i][j]) for i, j in given.items()} for column in columns]
+    right = [
+        [
+            tape.sub(column[i], tape.sum(tape.mul(A[i][j], value) for j, value in found.items()))
+            for i in rows
+        ]
+        for column, found in zip(columns, known, strict=True)
+    ]
+    block = [[A[i][j] for j in others] for i in rows]
+    rest = solve_square(tape, block, right, guards, [source[i] for i in rows])
+    solutions = []
+    for found, part in zip(known, rest, strict=True):
+        whole = found | dict(zip(others, part, strict=True))
+        solutions.append([whole[j] for j in range(size)])
+    return solutions
+
+
+def _factor(tape: Tape, M: Matrix, guards: Guards) -> tuple[list[list[Node]], list[Node]]:
+    size = len(M)
+    lower = [[tape.zero] * size for _ in range(size)]
+    pivots: list[Node] = []
+    for j in range(size):
+        squares = (tape.mul(tape.mul(lower[j][k], lower[j][k]), pivots[k]) for k in range(j))
+        pivot = tape.sub(M[j][j], tape.sum(squares))
+        pivots.append(pivot)
+        floor = tape.mul(tape.constant(PIVOT_FLOOR), M[j][j])
+        guards.require(tape, tape.sub(pivot, floor) if j else pivot)
+        for i in range(j + 1, size):
+            products = (tape.mul(tape.mul(lower[i][k], lower[j][k]), pivots[k]) for k in range(j))
+            lower[i][j] = tape.div(tape.sub(M[i][j], tape.sum(products)), pivot)
+    return lower, pivots
+
+
+def _substitute(
+    tape: Tape, lower: Matrix, pivots: Sequence[Node], column: Sequence[Node]
+) -> list[Node]:
+    size = len(pivots)
+    forward: list[Node] = []
+    for i in range(size):
+        forward.append(tape.sub(column[i], tape.dot(lower[i][:i], forward)))
+    solution = [tape.div(value, pivot) for value, pivot in zip(forward, pivots, strict=True)]
+    for i in reversed(range(size)):
+        later = (tape.mul(lower[k][i], solution[k]) for k in range(i + 1, size))
+        solution[i] = tape.sub(solution[i], tape.sum(later))
+    return solution
+
+
+def _solve_by_cofactors(
+    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, source: Matrix
+) -> list[list[Node]]:
+    size = len(A)
+    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node] = {}
+    cofactors = [[_cofactor(tape, A, i, j, minors) for j in range(size)] for i in range(size)]
+    determinant = tape.dot(A[0], cofactors[0])
+    if determinant == tape.zero:
+        raise ZeroDivisionError("the constraints do not determine these velocities")
+    _guard_determinant(tape, source, determinant, guards)
+    return [
+        [
+            tape.div(tape.dot((cofactors[i][j] for i in range(size)), column), determinant)
+            for j in range(size)
+        ]
+        for column in columns
+    ]
+
+
+def _cofactor(
+    tape: Tape,
+    A: Matrix,
+    i: int,
+    j: int,
+    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
+) -> Node:
+    rows = tuple(k for k in range(len(A)) if k != i)
+    columns = tuple(k for k in range(len(A)) if k != j)
+    minor = _minor(tape, A, rows, columns, minors)
+    return tape.neg(minor) if (i + j) % 2 else minor
+
+
+def _minor(
+    tape: Tape,
+    A: Matrix,
+    rows: tuple[int, ...],
+    columns: tuple[int, ...],
+    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
+) -> Node:
+    """Return a determinant by expansion along its first row; smaller ones are kept."""
+    if not rows:
+        return tape.one
+    if (rows, columns) not in minors:
+        total = tape.zero
+        for k, column in enumerate(columns):
+            entry = A[rows[0]][column]
+            if entry != tape.zero:
+                rest = columns[:k] + columns[k + 1 :]
+                share = tape.mul(entry, _minor(tape, A, rows[1:], rest, minors))
+                total = tape.sub(total, share) if k % 2 else tape.add(total, share)
+        minors[rows, columns] = total
+    return minors[rows, columns]
+
+
+def _guard_determinant(tape: Tape, rows: Matrix, determinant: Node, guards: Guards) -> None:
+    """Require det^2 to be a fair share of the product of the rows' squared lengths (Hadamard)."""
+    bound = tape.one
+    for row in rows:
+        bound = tape.mul(bound, tape.dot(row, row))
+    square = tape.mul(determinant, determinant)
+    guards.require(tape, tape.sub(square, tape.mul(tape.constant(CHART_FLOOR**2), bound)))

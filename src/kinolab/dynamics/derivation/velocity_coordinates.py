@@ -1,0 +1,403 @@
+"""Which velocities describe the motion, and how all others follow from them.
+
+Constraints, rate inputs and speeds that are states are rows A(q) nu = b with b zero, an input or a
+state. A fixed choice of independent velocities v, taken once, makes the others follow:
+nu = S(q) v + U(q) b.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb
+
+import numpy as np
+import sympy
+
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.random_states import sampled_values
+from kinolab.dynamics.derivation.symbol_table import Binding, tangent_symbols
+from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
+from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.frames import time_derivative
+from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.errors import InputError, Mistake
+
+SMALLEST_PIVOT = 1e-6  # smallest share of the rows' size at which a choice is usable
+NEWTON_STEPS = 50  # towards a configuration in which loops close
+CLOSED = 1e-10  # [m] or [rad]; what such a configuration may miss by
+MOST_CHOICES = 5000  # above that many choices a greedy one is taken instead of the best
+
+
+@dataclass(frozen=True)
+class Row:
+    """One linear condition on the velocities: covector . nu = value.
+
+    Attributes:
+        name: Of the constraint, input or state.
+        covector: An entry per velocity.
+        value: Zero for a constraint, the input for a rate input, the state for a speed.
+        bias: d/dt(covector) . nu, the part of the derivative without accelerations, in terms of
+            the velocities' variables.
+    """
+
+    name: str
+    covector: tuple[Node, ...]
+    value: Node
+    bias: Node
+
+
+@dataclass(frozen=True)
+class Chart:
+    """How all velocities follow from the independent ones.
+
+    Attributes:
+        rows: The conditions, redundant ones left out.
+        redundant: Names of the constraints that follow from others.
+        dependent: Indices of the velocities that the rows determine.
+        independent: Indices of those that are states.
+        driven: Positions in ``independent`` whose acceleration is an input, with that input.
+        directions: Columns of S, one per independent velocity.
+        input_directions: Columns of U, by the input's or the state's node.
+        velocities: nu = S v + U b.
+        accelerations: d/dt nu for zero accelerations of v.
+    """
+
+    rows: tuple[Row, ...]
+    redundant: tuple[str, ...]
+    dependent: tuple[int, ...]
+    independent: tuple[int, ...]
+    driven: dict[int, Node]
+    directions: tuple[tuple[Node, ...], ...]
+    input_directions: dict[Node, tuple[Node, ...]]
+    velocities: tuple[Node, ...]
+    accelerations: tuple[Node, ...]
+
+
+def velocity_of(constraint: Constraint) -> sympy.Expr:
+    """Return the velocity that a constraint keeps at zero."""
+    if isinstance(constraint, PositionConstraint):
+        return time_derivative(constraint.position)
+    return constraint.velocity
+
+
+def constraint_rows(system: System, binding: Binding) -> list[Row]:
+    """Return the rows of all constraints, redundant ones included.
+
+    Raises:
+        InputError: If one is not linear in the rates, does not vanish at rest, or never bites.
+    """
+    return [
+        _row(binding, f"constraint {c.name!r}", c.name, velocity_of(c), binding.tape.zero)
+        for c in system.constraints
+    ]
+
+
+def find_chart(system: System, binding: Binding, guards: Guards) -> Chart:
+    """Choose the independent velocities and express all others by them."""
+    rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
+    rows += [
+        _row(binding, f"input {i.name!r}", i.name, i.velocity, binding.lower(i.symbol))
+        for i in system.inputs
+        if isinstance(i, Rate)
+    ]
+    rows += [
+        _row(binding, f"state {s.name!r}", s.name, s.velocity, binding.lower(s.symbol))
+        for s in system.states
+        if s.velocity is not None
+    ]
+    dependent = _choose(system, binding, rows)
+    independent = tuple(i for i in range(len(binding.tangent)) if i not in dependent)
+    return _solve(system, binding, guards, rows, redundant, dependent, independent)
+
+
+def condition_number(system: System, values: Mapping[str, float]) -> float:
+    """Return how badly the constraints determine the dependent velocities at a state.
+
+    Args:
+        system: The machine.
+        values: Of the configuration and the parameters, by name.
+    """
+    binding = Binding.of(system)
+    chart = find_chart(system, binding, Guards())
+    block = [[row.covector[i] for i in chart.dependent] for row in chart.rows]
+    flat = [entry for row in block for entry in row]
+    matrix = np.reshape(binding.tape.evaluate(flat, dict(values)), (len(block), -1))
+    whole = [entry for row in chart.rows for entry in row.covector]
+    size = np.linalg.norm(binding.tape.evaluate(whole, dict(values)))
+    smallest = np.linalg.svd(matrix, compute_uv=False)[-1]
+    return float(size / max(smallest, 1e-300))
+
+
+def unconstrained_chart(binding: Binding) -> Chart:
+    """Return the chart in which every velocity is independent."""
+    tape, size = binding.tape, len(binding.tangent)
+    unit = [[tape.one if i == j else tape.zero for i in range(size)] for j in range(size)]
+    return Chart(
+        rows=(),
+        redundant=(),
+        dependent=(),
+        independent=tuple(range(size)),
+        driven={},
+        directions=tuple(map(tuple, unit)),
+        input_directions={},
+        velocities=binding.tangent,
+        accelerations=(tape.zero,) * size,
+    )
+
+
+def _row(binding: Binding, where: str, name: str, velocity: sympy.Expr, value: Node) -> Row:
+    tape = binding.tape
+    node, covector = _slopes(binding, velocity)
+    moving = frozenset(binding.tangent)
+    if any(tape.depends_on(entry) & moving for entry in covector):
+        node, covector = _slopes(binding, sympy.expand(velocity))
+    if any(tape.depends_on(entry) & moving for entry in covector):
+        raise InputError([Mistake(where, "it is not linear in the rates.")])
+    at_rest = tape.substitute([node], dict.fromkeys(binding.tangent, tape.zero))[0]
+    if at_rest != tape.zero:
+        remedy = "State a velocity, such as V.y."
+        raise InputError([Mistake(where, "it does not vanish when the machine rests.", remedy)])
+    if all(entry == tape.zero for entry in covector):
+        raise InputError([Mistake(where, "it never bites: no rate occurs in it.")])
+    (bias,) = tape.derivative([node], binding.flow())
+    return Row(name, covector, value, bias)
+
+
+def _slopes(binding: Binding, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
+    """Return a velocity's node and its slope in each of the machine's velocities."""
+    tape, node = binding.tape, binding.lower(exact(velocity))
+    return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in binding.tangent)
+
+
+def independent_rows(
+    system: System, binding: Binding, rows: list[Row]
+) -> tuple[list[Row], tuple[str, ...]]:
+    """Leave out constraints that follow from those before them at every sampled state."""
+    kept: list[Row] = []
+    redundant: list[str] = []
+    samples = _samples(system, binding, rows)
+    chosen: list[int] = []
+    for k, row in enumerate(rows):
+        trial = samples[:, [*chosen, k], :]
+        scale = np.linalg.norm(trial, axis=(1, 2), ord=None)
+        ranks = [np.linalg.matrix_rank(m, tol=1e-9 * s) for m, s in zip(trial, scale, strict=True)]
+        if max(ranks, default=1) > len(chosen):
+            chosen.append(k)
+            kept.append(row)
+        else:
+            redundant.append(row.name)
+    return kept, tuple(redundant)
+
+
+def _samples(system: System, binding: Binding, rows: Sequence[Row]) -> np.ndarray:
+    """Evaluate the covectors at random states; shape (samples, rows, velocities)."""
+    flat = [entry for row in rows for entry in row.covector]
+    shape = (len(rows), len(binding.tangent))
+    found = []
+    for values in feasible_values(system, binding):
+        try:
+            found.append(np.reshape(binding.tape.evaluate(flat, values), shape))
+        except (ArithmeticError, ValueError):
+            continue  # the expressions have no value there, so neither has the machine
+    if not found:
+        what = "its constraints hold at none of the sampled states."
+        raise InputError([Mistake(f"system {system.name!r}", what, "Check them and the limits.")])
+    return np.array(found)
+
+
+def feasible_values(system: System, binding: Binding) -> Iterator[dict[str, float]]:
+    """Yield sampled values of all symbols, moved onto the constraints of position."""
+    gaps = [
+        binding.lower(c.position) for c in system.constraints if isinstance(c, PositionConstraint)
+    ]
+    slopes = [node for gap in gaps for node in _gradient(binding, gap)]
+    names = [binding.tape.operations[node].label for node in binding.configuration]
+    for values in sampled_values(system):
+        try:
+            if _close(binding, gaps, slopes, names, values):
+                yield values
+        except (ArithmeticError, ValueError):
+            continue
+
+
+def _gradient(binding: Binding, node: Node) -> list[Node]:
+    tape = binding.tape
+    return [tape.derivative([node], {q: tape.one})[0] for q in binding.configuration]
+
+
+def _close(
+    binding: Binding,
+    gaps: Sequence[Node],
+    slopes: Sequence[Node],
+    names: Sequence[str],
+    values: dict[str, float],
+) -> bool:
+    """Move a configuration onto the constraints by Newton steps of least length."""
+    if not gaps:
+        return True
+    for _ in range(NEWTON_STEPS):
+        gap = np.array(binding.tape.evaluate(gaps, values))
+        if np.abs(gap).max() < CLOSED:
+            return True
+        matrix = np.reshape(binding.tape.evaluate(slopes, values), (len(gaps), len(names)))
+        move = np.linalg.lstsq(matrix, gap, rcond=None)[0]
+        for name, change in zip(names, move, strict=True):
+            values[name] -= float(change)
+    return False
+
+
+def _choose(system: System, binding: Binding, rows: list[Row]) -> tuple[int, ...]:
+    """Choose the velocities that the rows determine best at the worst sampled state.
+
+    Among equals those made first are determined, so that later ones remain as states.
+    """
+    named = _named(system)
+    if not rows:
+        if named is not None and len(named) != len(binding.tangent):
+            what = f"{len(named)} velocities are named; without constraints all are independent."
+            raise InputError([Mistake(f"system {system.name!r}", what, "Leave velocities out.")])
+        return ()
+    samples = _samples(system, binding, rows)
+    candidates = _candidates(system, samples, named)
+    sizes = np.linalg.norm(samples, axis=(1, 2), ord=2)
+    margins = [_margins(samples[:, :, list(dependent)], sizes) for dependent in candidates]
+    best = max(
+        range(len(candidates)),
+        key=lambda k: (
+            round(float(margins[k].min()), 9),
+            round(float(np.median(margins[k])), 9),
+            -k,
+        ),
+    )
+    if np.median(margins[best]) < SMALLEST_PIVOT:
+        what = "no fixed choice of independent velocities works at all sampled states."
+        remedy = 'Name them with velocities=[…], or use velocities="all" for multipliers.'
+        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
+    return candidates[best]
+
+
+def _candidates(
+    system: System, samples: np.ndarray, named: list[int] | None
+) -> list[tuple[int, ...]]:
+    count, size = samples.shape[1], samples.shape[2]
+    if named is not None:
+        if len(named) != size - count:
+            what = f"{len(named)} velocities are named; {size - count} are independent."
+            raise InputError([Mistake(f"system {system.name!r}", what)])
+        return [tuple(i for i in range(size) if i not in named)]
+    free = [i for i in range(size) if i not in _driven(system)]
+    if count > len(free):
+        what = f"{count} constraints, rate inputs and speeds act on {len(free)} velocities."
+        raise InputError([Mistake(f"system {system.name!r}", what, "Leave some out.")])
+    if comb(len(free), count) <= MOST_CHOICES:
+        return list(combinations(free, count))
+    return [_greedy(samples[k][:, free], free, count) for k in range(len(samples))]
+
+
+def _named(system: System) -> list[int] | None:
+    """Return the velocities that the author chose, an attitude counting as three."""
+    if system.velocities is None or isinstance(system.velocities, str):
+        return None
+    symbols = [s.name for s in tangent_symbols(system)]
+    names = [
+        name
+        for c in system.velocities
+        for name in (
+            [f"{c.name}_dot"] if isinstance(c, Coordinate) else [s.name for s in c.turn_rate]
+        )
+    ]
+    return [symbols.index(name) for name in names]
+
+
+def _greedy(matrix: np.ndarray, free: Sequence[int], count: int) -> tuple[int, ...]:
+    """Choose columns by QR with pivoting at one state."""
+    from scipy.linalg import qr
+
+    _, _, order = qr(matrix, pivoting=True)
+    return tuple(sorted(free[k] for k in order[:count]))
+
+
+def _driven(system: System) -> dict[int, Drive]:
+    symbols = [symbol.name for symbol in tangent_symbols(system)]
+    return {
+        symbols.index(f"{entry.on.name}_dot"): entry
+        for entry in system.inputs
+        if isinstance(entry, Drive)
+    }
+
+
+def _margins(blocks: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return the smallest singular values as shares of the size of all rows, shape (samples,).
+
+    Args:
+        blocks: Square matrices, shape (samples, n, n).
+        sizes: Largest singular value of the rows they are taken from, shape (samples,).
+    """
+    smallest = np.linalg.svd(blocks, compute_uv=False)[:, -1]
+    shares: np.ndarray = smallest / np.maximum(sizes, 1e-300)
+    return shares
+
+
+def _solve(
+    system: System,
+    binding: Binding,
+    guards: Guards,
+    rows: Sequence[Row],
+    redundant: tuple[str, ...],
+    dependent: tuple[int, ...],
+    independent: tuple[int, ...],
+) -> Chart:
+    tape, size = binding.tape, len(binding.tangent)
+    block = [[row.covector[i] for i in dependent] for row in rows]
+    inputs = list(dict.fromkeys(row.value for row in rows if row.value != tape.zero))
+    columns = [[tape.neg(row.covector[i]) for row in rows] for i in independent]
+    columns += [[tape.one if row.value == entry else tape.zero for row in rows] for entry in inputs]
+    shares = solve_square(tape, block, columns, guards, [row.covector for row in rows])
+    units = [{i: tape.one} for i in independent] + [{} for _ in inputs]
+    spread = [
+        _spread(binding, unit | dict(zip(dependent, share, strict=True)))
+        for unit, share in zip(units, shares, strict=True)
+    ]
+    directions, pushed = spread[: len(independent)], spread[len(independent) :]
+    values = [*(binding.tangent[i] for i in independent), *inputs]
+    velocities = tuple(
+        tape.sum(tape.mul(column[k], value) for column, value in zip(spread, values, strict=True))
+        for k in range(size)
+    )
+    biases = tape.substitute([row.bias for row in rows], binding.at(velocities))
+    (drift,) = solve_square(tape, block, [[tape.neg(bias) for bias in biases]], Guards())
+    driven = _driven(system)
+    return Chart(
+        rows=tuple(rows),
+        redundant=redundant,
+        dependent=dependent,
+        independent=independent,
+        driven={
+            k: binding.lower(driven[i].symbol) for k, i in enumerate(independent) if i in driven
+        },
+        directions=tuple(directions),
+        input_directions=dict(zip(inputs, pushed, strict=True)),
+        velocities=velocities,
+        accelerations=_spread(binding, dict(zip(dependent, drift, strict=True))),
+    )
+
+
+def _spread(binding: Binding, entries: dict[int, Node]) -> tuple[Node, ...]:
+    """Return a vector that is zero but at the given indices."""
+    return tuple(entries.get(i, binding.tape.zero) for i in range(len(binding.tangent)))
+
+
+def combine(
+    binding: Binding, columns: Iterable[Sequence[Node]], values: Iterable[Node]
+) -> list[Node]:
+    """Return the sum of columns times values, an entry per velocity."""
+    tape = binding.tape
+    total = [tape.zero] * len(binding.tangent)
+    for column, value in zip(columns, values, strict=True):
+        total = [tape.add(t, tape.mul(c, value)) for t, c in zip(total, column, strict=True)]
+    return total

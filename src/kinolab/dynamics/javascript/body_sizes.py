@@ -1,0 +1,52 @@
+"""The sizes of bodies as functions of parameters: a longer rod is drawn longer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.shapes import Shape
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """What bodies look like.
+
+    Attributes:
+        facts: Per body and shape: its kind, its axis of symmetry if it has one, the names of its
+            dimensions, and where they and then its place begin among the results.
+        function: ``shapes(p)``: dimensions in [m], and the place in the body's frame.
+    """
+
+    facts: list[list[dict[str, Any]]]
+    function: Function
+
+
+def shapes_of(system: System, binding: Binding) -> Shapes:
+    """Return the shapes of all bodies with their sizes as nodes."""
+    outputs = list[Node]()
+    facts = [[_fact(shape, binding, outputs) for shape in body.shapes] for body in system.bodies]
+    return Shapes(facts, Function("shapes", {"p": binding.parameters}, outputs))
+
+
+def _fact(shape: Shape, binding: Binding, outputs: list[Node]) -> dict[str, Any]:
+    names = _dimensions(shape)
+    first = len(outputs)
+    values = (*(getattr(shape, name) for name in names), *shape.at)
+    outputs += [binding.lower(exact(value)) for value in values]
+    return {
+        "kind": type(shape).__name__.lower(),
+        "axis": getattr(shape, "axis", None),
+        "dimensions": list(names),
+        "first": first,
+    }
+
+
+def _dimensions(shape: Shape) -> Sequence[str]:
+    return [field.name for field in fields(shape) if field.name not in ("axis", "at")]

@@ -1,0 +1,170 @@
+"""Where the forces of constraints act, so that they can be drawn as arrows.
+
+A constraint w(q) nu = 0 pushes with w^T lambda, which says nothing of places. But if a body's
+twist V = J(q) nu decides w, that is w^T = J^T z, then the force of the multiplier one is the wrench
+z on that body, and its line of action is where it acts: for a wheel that rolls, the contact.
+
+Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, section 2.5
+(Poinsot's theorem: every wrench is a force along an axis and a torque about it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.derivation.derivation import Derivation
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
+from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.velocity_coordinates import (
+    Row,
+    constraint_rows,
+    feasible_values,
+    unconstrained_chart,
+)
+from kinolab.dynamics.language.mechanism import System
+
+Array: TypeAlias = NDArray[np.float64]
+
+DECIDED = 1e-8  # share of a covector that may be left over
+TWIST = 6
+PREFERENCE = 100.0  # [m]; of two wrenches that do the same the one with less force is taken, for
+# the other adds what the machine's coordinates hold by themselves, such as the ground's support
+
+
+@dataclass(frozen=True)
+class Holding:
+    """How the constraints of a machine hold it.
+
+    Attributes:
+        facts: Per constraint that has a force: its name, the index of the body that it holds (None
+            where no single body explains it), where that body's twist is among ``twists``, and
+            whether its force can be taken to act on the ground.
+        functions: ``covectors``, a row w per constraint, and ``twists``, six rows of J per body.
+    """
+
+    facts: list[dict[str, Any]]
+    functions: tuple[Function, ...]
+
+
+def holding_of(system: System, derivation: Derivation) -> Holding:
+    """Find the bodies that constraints hold; no constraint is held where nothing has mass."""
+    binding = derivation.binding
+    rows = _rows(system, derivation)
+    if not rows:
+        return Holding([], ())
+    states = _states(system, binding)
+    twists = [_twist(binding, state) for state in states]
+    held = _held(system, binding, rows, states, twists)
+    bodies = sorted({body for body, _ in held if body is not None})
+    facts = [
+        {
+            "name": row.name,
+            "body": body,
+            "twist": None if body is None else bodies.index(body),
+            "onGround": on_ground,
+        }
+        for row, (body, on_ground) in zip(rows, held, strict=True)
+    ]
+    arguments = {"x": derivation.state, "p": binding.parameters}
+    covectors = [entry for row in rows for entry in row.covector]
+    chosen = [entry for body in bodies for entry in twists[body]]
+    return Holding(
+        facts,
+        (Function("covectors", arguments, covectors), Function("twists", arguments, chosen)),
+    )
+
+
+def _rows(system: System, derivation: Derivation) -> list[Row]:
+    """Return the rows of the constraints whose forces a model gives first, in that order."""
+    if not derivation.constraint_forces:
+        return []
+    rows = constraint_rows(system, derivation.binding)
+    if system.velocities == "all":
+        return rows
+    return [row for row in rows if row.name not in derivation.redundant]
+
+
+def _states(system: System, binding: Binding) -> list[FrameState]:
+    chart = unconstrained_chart(binding)
+    motions = Motions(chart.velocities, chart.accelerations, chart.directions)
+    kinematics = Kinematics(binding, motions)
+    return [kinematics(body.frame) for body in system.bodies]
+
+
+def _twist(binding: Binding, state: FrameState) -> list[Node]:
+    """Return J of a body row by row: the velocity of its origin and its turn rate, in the world."""
+    tape = binding.tape
+    columns = [
+        [
+            *(tape.dot(row, column.linear) for row in state.rotation),
+            *(tape.dot(row, column.angular) for row in state.rotation),
+        ]
+        for column in state.columns
+    ]
+    return [column[i] for i in range(TWIST) for column in columns]
+
+
+def _held(
+    system: System,
+    binding: Binding,
+    rows: Sequence[Row],
+    states: Sequence[FrameState],
+    twists: Sequence[Sequence[Node]],
+) -> list[tuple[int | None, bool]]:
+    """Return, per row, the body that it holds and whether the force may act on the ground."""
+    size = len(binding.tangent)
+    nodes = [
+        *(entry for row in rows for entry in row.covector),
+        *(entry for twist in twists for entry in twist),
+        *(entry for state in states for entry in state.position),
+    ]
+    samples = []
+    for values in feasible_values(system, binding):
+        flat = np.array(binding.tape.evaluate(nodes, values))
+        w, J, p = np.split(flat, np.cumsum([len(rows) * size, len(twists) * TWIST * size]))
+        samples.append((w.reshape(-1, size), J.reshape(-1, TWIST, size), p.reshape(-1, 3)))
+    order = sorted(range(len(states)), key=lambda b: not system.bodies[b].touches_ground)
+    found: list[tuple[int | None, bool]] = []
+    for r in range(len(rows)):
+        body = next((b for b in order if all(_decides(J[b], w[r]) for w, J, _ in samples)), None)
+        lowered = (
+            body is not None
+            and system.bodies[body].touches_ground
+            and all(_may_lie_on_ground(J[body], w[r], p[body]) for w, J, p in samples)
+        )
+        found.append((body, lowered))
+    return found
+
+
+def _decides(J: Array, w: Array) -> bool:
+    return _left_over(J, w, _wrench(J, w)) <= DECIDED
+
+
+def _may_lie_on_ground(J: Array, w: Array, position: Array) -> bool:
+    """Whether a force through the point of the plane z = 0 below or above its axis does it too."""
+    wrench = _wrench(J, w)
+    force, torque = wrench[:3], wrench[3:]
+    square = force @ force
+    if square < DECIDED * (w @ w):
+        return False  # a torque has no place
+    arm = np.cross(force, torque) / square
+    arm[2] = -position[2]
+    lowered = np.concatenate([force, np.cross(arm, force)])
+    return _left_over(J, w, lowered) <= DECIDED
+
+
+def _wrench(J: Array, w: Array) -> Array:
+    weights = np.array([1.0] * 3 + [PREFERENCE] * 3)
+    wrench: Array = weights * np.linalg.lstsq(J.T * weights, w, rcond=None)[0]
+    return wrench
+
+
+def _left_over(J: Array, w: Array, wrench: Array) -> float:
+    return float(np.linalg.norm(J.T @ wrench - w) / np.linalg.norm(w))

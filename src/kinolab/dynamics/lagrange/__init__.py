@@ -1,0 +1,1 @@
+"""The equations of motion a second time, as on paper, by SymPy."""

@@ -1,0 +1,124 @@
+"""A hand derivation held against kinolab's: which term differs?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy
+
+from kinolab.dynamics.lagrange.equations import Equations
+from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
+
+SAMPLES = 8  # random points at which a difference that SymPy cannot simplify is judged
+ROUNDING = 1e-9  # relative size below which such a difference counts as none
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """What became of each equation of a hand derivation.
+
+    Attributes:
+        verdicts: One sentence per equation; it names the terms that differ.
+        agreed: Whether each equation holds.
+        missing: Equations of motion that none of them covers, in words.
+    """
+
+    verdicts: tuple[str, ...]
+    agreed: tuple[bool, ...]
+    missing: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        return all(self.agreed) and not self.missing
+
+    def __str__(self) -> str:
+        return "\n".join([*self.verdicts, *(f"missing: {text}" for text in self.missing)])
+
+
+def compare(ours: Equations, theirs: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
+    """Compare equations of motion, each up to a factor and in any order.
+
+    Args:
+        ours: kinolab's own; a hand derivation with multipliers is held against the balance, one
+            without against the reduced equations.
+        theirs: Equations, or expressions that are zero, in the machine's own symbols.
+    """
+    groups = [group for group in (ours.reduced, ours.balance) if group]
+    best: Agreement | None = None
+    for group in groups:
+        agreement = _compare([_residual(equation) for equation in group], theirs)
+        if best is None or sum(agreement.agreed) > sum(best.agreed) or agreement:
+            best = agreement
+        if best:
+            break
+    return best if best is not None else Agreement((), (), ("it has no equations of motion",))
+
+
+def _compare(targets: Sequence[sympy.Expr], theirs: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
+    verdicts, agreed, covered = [], [], set()
+    for number, equation in enumerate(theirs, start=1):
+        index, difference = min(
+            ((k, _difference(_residual(equation), target)) for k, target in enumerate(targets)),
+            key=lambda pair: len(sympy.Add.make_args(pair[1])) if pair[1] != 0 else 0,
+        )
+        if difference == 0:
+            covered.add(index)
+        agreed.append(difference == 0)
+        verdicts.append(f"equation {number}: {_verdict(difference)}")
+    missing = tuple(
+        f"{one_line(target)} = 0" for k, target in enumerate(targets) if k not in covered
+    )
+    return Agreement(tuple(verdicts), tuple(agreed), missing if all(agreed) else ())
+
+
+def _residual(equation: sympy.Eq | sympy.Expr) -> sympy.Expr:
+    """Return left less right, multiplied out."""
+    sides = equation.args if isinstance(equation, sympy.Equality) else (equation, 0)
+    return sympy.expand(sides[0] - sides[1])
+
+
+def _difference(theirs: sympy.Expr, ours: sympy.Expr) -> sympy.Expr:
+    """Return what theirs has too much, scaled so that an acceleration has the same factor."""
+    for symbol in sorted(ours.free_symbols, key=str):
+        if not isinstance(symbol, Acceleration | TurnAcceleration):
+            continue
+        mine, other = sympy.diff(ours, symbol), sympy.diff(theirs, symbol)
+        if mine == 0 or other == 0:
+            continue
+        factor = sympy.simplify(mine / other)
+        rest = sympy.expand(sympy.expand(factor * theirs) - ours)
+        rest = rest if rest == 0 else sympy.expand(sympy.trigsimp(rest))
+        return sympy.Integer(0) if _vanishes(rest) else rest
+    return sympy.expand(theirs - ours)
+
+
+def _vanishes(expression: sympy.Expr) -> bool:
+    """Whether an expression is zero at random points, which no forgotten identity can hide."""
+    symbols = sorted(expression.free_symbols, key=str)
+    if not symbols:
+        return bool(expression == 0)
+    function = sympy.lambdify(symbols, [expression, *sympy.Add.make_args(expression)])
+    generator = np.random.default_rng(0)
+    for _ in range(SAMPLES):
+        total, *terms = function(*generator.uniform(0.5, 1.5, len(symbols)))
+        if abs(total) > ROUNDING * max(map(abs, terms)):
+            return False
+    return True
+
+
+def _verdict(difference: sympy.Expr) -> str:
+    if difference == 0:
+        return "agrees."
+    return " and ".join(_terms(difference)) + "."
+
+
+def _terms(difference: sympy.Expr) -> Iterator[str]:
+    """Name every term that is too much or missing, once per sign."""
+    terms = sympy.Add.make_args(difference)
+    extra = [t for t in terms if not t.could_extract_minus_sign()]
+    lacking = [-t for t in terms if t.could_extract_minus_sign()]
+    for words, group in (("has too much", extra), ("lacks", lacking)):
+        if group:
+            yield f"{words} {', '.join(one_line(term) for term in group)}"

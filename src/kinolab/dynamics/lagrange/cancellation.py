@@ -1,0 +1,127 @@
+"""What cancels out in an expression, found by comparing polynomials.
+
+A vector that is turned into a frame and back again is the vector: the turns cancel, for
+sin^2 + cos^2 = 1. Derivations are full of such pairs, and machine code would work them all out.
+So every node is read as a polynomial in what is below it, with all squares of sines replaced. Nodes
+with the same polynomial become one, and one with a single term becomes a product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+from kinolab.dynamics.derivation.expression_graph import Node, Tape
+
+Monomial: TypeAlias = tuple[tuple[Node, int], ...]  # powers of nodes, sorted by node
+Polynomial: TypeAlias = Mapping[Monomial, float]
+
+LARGEST = 12  # terms of a polynomial; a node with more is only a name in those above it
+HIGHEST = 8  # power of one node
+VANISHING = 1e-13  # share of the terms that made it, at which a coefficient is rounding
+
+
+class Cancellation:
+    """Rewrites the nodes of a tape, which grows by what is new.
+
+    Args:
+        tape: Holds the nodes.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self._tape = tape
+        self._made: dict[Node, Node] = {}
+        self._polynomials: dict[Node, Polynomial] = {}  # of rewritten nodes
+        self._known: dict[frozenset[tuple[Monomial, float]], Node] = {}
+
+    def rewritten(self, nodes: Sequence[Node]) -> list[Node]:
+        """Return nodes of the same values that take less work."""
+        for node in self._tape.needed(nodes):
+            if node not in self._made:
+                self._made[node] = self._rewrite(node)
+        return [self._made[node] for node in nodes]
+
+    def _rewrite(self, node: Node) -> Node:
+        tape, operation = self._tape, self._tape.operations[node]
+        operands = [self._made[operand] for operand in operation.operands]
+        if operation.name not in ("add", "sub", "neg", "mul"):
+            return tape.remade(node, operands)
+        polynomial = self._combined(operation.name, [self._polynomial(a) for a in operands])
+        if polynomial is None:
+            return tape.remade(node, operands)
+        key = frozenset(polynomial.items())
+        if key not in self._known:
+            single = self._product(polynomial) if len(polynomial) <= 1 else None
+            made = tape.remade(node, operands) if single is None else single
+            self._known[key] = made
+            self._polynomials.setdefault(made, polynomial)
+        return self._known[key]
+
+    def _polynomial(self, node: Node) -> Polynomial:
+        if node not in self._polynomials:
+            value = self._tape.value(node)
+            if value is None:
+                self._polynomials[node] = {((node, 1),): 1.0}
+            else:
+                self._polynomials[node] = {(): value} if value else {}
+            self._known.setdefault(frozenset(self._polynomials[node].items()), node)
+        return self._polynomials[node]
+
+    def _combined(self, name: str, parts: Sequence[Polynomial]) -> Polynomial | None:
+        """Return what an operation makes of its operands; None where that is too large."""
+        if name == "neg":
+            return {monomial: -factor for monomial, factor in parts[0].items()}
+        one, other = parts
+        if name == "mul":
+            if len(one) * len(other) > LARGEST:
+                return None
+            terms = [(_times(m, n), a * b) for m, a in one.items() for n, b in other.items()]
+        else:
+            sign = 1.0 if name == "add" else -1.0
+            terms = [*one.items(), *((m, sign * b) for m, b in other.items())]
+        return self._collected(terms)
+
+    def _collected(self, terms: list[tuple[Monomial, float]]) -> Polynomial | None:
+        """Add up terms, squares of sines replaced; None where too many are left."""
+        found: dict[Monomial, float] = {}
+        sizes: dict[Monomial, float] = {}
+        while terms:
+            monomial, factor = terms.pop()
+            turned = self._without_square(monomial)
+            if turned is not None:
+                rest, cosine = turned
+                if any(power > HIGHEST for _, power in rest) or len(terms) > 4 * LARGEST:
+                    return None
+                terms += [(rest, factor), (_times(rest, ((cosine, 2),)), -factor)]
+                continue
+            found[monomial] = found.get(monomial, 0.0) + factor
+            sizes[monomial] = max(sizes.get(monomial, 0.0), abs(factor))
+        left = {m: factor for m, factor in found.items() if abs(factor) > VANISHING * sizes[m]}
+        return left if len(left) <= LARGEST else None
+
+    def _without_square(self, monomial: Monomial) -> tuple[Monomial, Node] | None:
+        """Return a monomial less the square of a sine, and the cosine; None without such."""
+        for k, (node, power) in enumerate(monomial):
+            operation = self._tape.operations[node]
+            if power >= 2 and operation.name == "sin":
+                kept = ((node, power - 2),) if power > 2 else ()
+                cosine = self._tape.unary("cos", operation.operands[0])
+                return (*monomial[:k], *kept, *monomial[k + 1 :]), cosine
+        return None
+
+    def _product(self, polynomial: Polynomial) -> Node:
+        """Return the node of a polynomial with one term at most."""
+        tape = self._tape
+        for monomial, factor in polynomial.items():
+            made = tape.one
+            for node, power in monomial:
+                made = tape.mul(made, tape.power(node, power))
+            return tape.mul(tape.constant(factor), made)
+        return tape.zero
+
+
+def _times(one: Monomial, other: Monomial) -> Monomial:
+    powers = dict(one)
+    for node, power in other:
+        powers[node] = powers.get(node, 0) + power
+    return tuple(sorted(powers.items()))

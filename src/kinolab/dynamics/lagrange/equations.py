@@ -1,0 +1,319 @@
+"""The equations of motion as a person writes them, by d/dt(dL/dq_dot) - dL/dq = F + w^T lambda.
+
+They are derived here a second time, by SymPy from the energies, and never compiled. On SO(3) they
+take their Euler-Poincare form, d/dt(dL/domega) + omega x dL/domega - dL/dR = F + w^T lambda.
+
+Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapters 3 and 5.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from kinolab.dynamics.analysis.fields.brackets import written_length
+from kinolab.dynamics.derivation.symbol_table import tangent_symbols
+from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
+from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
+from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.lagrange.simplification import grouped, tidied
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.frames import motion_of, time_derivative
+from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
+
+TIDYING = 4.0  # [s] of computing after which no further equation is made more readable
+LONGEST = 1000  # symbols, numbers and operations of one side that somebody may read
+WIDTH = 100  # characters of a line, dots over letters counted
+CONTINUED = "    "  # before what belongs to the line above
+MOST_ELIMINATED = 3  # constraints whose elimination by hand stays short enough to read
+MOST_TERMS = 1_000_000  # that expanding may make on its way; a submarine makes 65 620
+
+
+@dataclass(frozen=True)
+class Equations(Sequence[sympy.Eq]):
+    """A machine's equations of motion; as a sequence, all of them but the reduced ones.
+
+    Attributes:
+        lagrangian: L = T - V.
+        balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per velocity; for a driven
+            coordinate its acceleration.
+        constraints: w(q) q_dot = 0 or h(q) = 0, one per constraint, and velocities that are
+            inputs or further states.
+        further: The rates of further states.
+        reduced: The balance without multipliers, one per independent velocity; empty where there
+            is no constraint or where the elimination has no short form.
+    """
+
+    lagrangian: sympy.Expr
+    balance: tuple[sympy.Eq, ...]
+    constraints: tuple[sympy.Eq, ...]
+    further: tuple[sympy.Eq, ...]
+    reduced: tuple[sympy.Eq, ...]
+
+    def __len__(self) -> int:
+        return len(self.balance) + len(self.constraints) + len(self.further)
+
+    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+        return (*self.balance, *self.constraints, *self.further)[index]
+
+    def text(self) -> str:
+        """Return everything in plain text with Greek letters and dots."""
+        return "\n".join(_text(self))
+
+    def latex(self) -> str:
+        """Return everything as LaTeX, one aligned block per group."""
+        return "\n".join(_latex(self))
+
+    def _repr_latex_(self) -> str:
+        return self.latex()
+
+
+def equations_of(system: System) -> Equations:
+    """Derive a machine's equations of motion from its energies."""
+    return _Deriving(system).result()
+
+
+class _Deriving:
+    """The steps of one derivation, which share symbols and a time budget."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.deadline = time.thread_time() + TIDYING
+        self.velocities = tangent_symbols(system)
+        self.accelerations = [
+            TurnAcceleration(v) if isinstance(v, TurnRate) else Acceleration(v.coordinate)
+            for v in self.velocities
+        ]
+        self.multipliers = [
+            sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(system.constraints))
+        ]
+        self.lagrangian = self.brief(kinetic_energy(system) - potential_energy(system))
+
+    def result(self) -> Equations:
+        """Return all equations."""
+        constraints = self.system.constraints
+        w = sympy.Matrix(
+            len(constraints),
+            len(self.velocities),
+            lambda i, j: self.tidy(sympy.diff(velocity_of(constraints[i]), self.velocities[j])),
+        )
+        left = [self.tidy(self.left_side(k)) for k in range(len(self.velocities))]
+        forces = [self.tidy(force) for force in self.forces()]
+        held = w.T * sympy.Matrix(len(constraints), 1, self.multipliers)
+        drives = {entry.on.name: entry for entry in self.system.inputs if isinstance(entry, Drive)}
+        kinematic = self.lagrangian == 0
+        balance = (
+            []
+            if kinematic
+            else [
+                self.balance(k, left[k], forces[k] + held[k], drives)
+                for k in range(len(self.velocities))
+            ]
+        )
+        return Equations(
+            lagrangian=self.lagrangian,
+            balance=tuple(balance),
+            constraints=(*self.constraint_equations(), *self.rate_equations()),
+            further=tuple(
+                sympy.Eq(sympy.Symbol(f"{s.name}_dot", real=True), s.derivative, evaluate=False)
+                for s in self.system.states
+            ),
+            reduced=() if kinematic else self.reduced(w, left, forces, drives),
+        )
+
+    def left_side(self, k: int) -> sympy.Expr:
+        """Return d/dt(dL/dv) - dL/dq along one velocity, in its Euler-Poincare form on SO(3)."""
+        v = self.velocities[k]
+        momentum = sympy.diff(self.lagrangian, v)
+        change = time_derivative(momentum) + sum(
+            sympy.diff(momentum, other) * a
+            for other, a in zip(self.velocities, self.accelerations, strict=True)
+        )
+        if not isinstance(v, TurnRate):
+            return change - sympy.diff(self.lagrangian, v.coordinate)
+        turns = v.attitude.turn_rate
+        spin = sympy.Matrix(turns)
+        momenta = sympy.Matrix([sympy.diff(self.lagrangian, turn) for turn in turns])
+        return change + spin.cross(momenta)[v.index] - self.slope(v)
+
+    def slope(self, turn: TurnRate) -> sympy.Expr:
+        """Return how the Lagrangian changes when an attitude turns about one body axis."""
+        alone = {other: 1 if other == turn else 0 for other in turn.attitude.turn_rate}
+        return sum(
+            (
+                sympy.diff(self.lagrangian, entry) * motion_of(entry).subs(alone)
+                for entry in turn.attitude.quaternion
+            ),
+            sympy.Integer(0),
+        )
+
+    def forces(self) -> list[sympy.Expr]:
+        """Return the generalised forces of everything that is not conservative."""
+        total = [sympy.Integer(0)] * len(self.velocities)
+        for strength, velocity in loads(self.system):
+            for k, v in enumerate(self.velocities):
+                total[k] += strength * sympy.diff(velocity, v)
+        return total
+
+    def balance(
+        self, k: int, left: sympy.Expr, right: sympy.Expr, drives: dict[str, Drive]
+    ) -> sympy.Eq:
+        """Return one equation of motion; a drive imposes the acceleration instead."""
+        v = self.velocities[k]
+        drive = None if isinstance(v, TurnRate) else drives.get(v.coordinate.name)
+        if drive is not None:
+            return sympy.Eq(self.accelerations[k], drive.symbol, evaluate=False)
+        return sympy.Eq(grouped(left), grouped(right), evaluate=False)
+
+    def constraint_equations(self) -> Iterator[sympy.Eq]:
+        """Yield the constraints as they were stated."""
+        for constraint in self.system.constraints:
+            held = (
+                constraint.position
+                if isinstance(constraint, PositionConstraint)
+                else constraint.velocity
+            )
+            yield sympy.Eq(self.brief(held), 0, evaluate=False)
+
+    def rate_equations(self) -> Iterator[sympy.Eq]:
+        """Yield the velocities that are inputs or further states."""
+        rates = [(i.velocity, i.symbol) for i in self.system.inputs if isinstance(i, Rate)]
+        speeds = [(s.velocity, s.symbol) for s in self.system.states if s.velocity is not None]
+        for velocity, symbol in (*rates, *speeds):
+            yield sympy.Eq(self.tidy(velocity), symbol, evaluate=False)
+
+    def reduced(
+        self,
+        w: sympy.Matrix,
+        left: Sequence[sympy.Expr],
+        forces: Sequence[sympy.Expr],
+        drives: dict[str, Drive],
+    ) -> tuple[sympy.Eq, ...]:
+        """Project the balance onto the motions that the constraints allow, if that stays short."""
+        from kinolab.dynamics.derivation.derivation import derive
+
+        if not 0 < w.rows <= MOST_ELIMINATED or self.system.velocities == "all":
+            return ()
+        independent = derive(self.system).independent
+        dependent = [i for i in range(len(left)) if i not in independent]
+        if len(dependent) != w.rows:
+            return ()
+        block = w[:, dependent]
+        shares = -(block.adjugate() * w[:, list(independent)]) / self.tidy(block.det())
+        shares = shares.applyfunc(self.tidy)
+        known = self.eliminated(shares, dependent, independent)
+        equations = []
+        for column, i in enumerate(independent):
+            side = left[i] + sum(shares[k, column] * left[j] for k, j in enumerate(dependent))
+            force = forces[i] + sum(shares[k, column] * forces[j] for k, j in enumerate(dependent))
+            side, force = (self.tidy(part.xreplace(known)) for part in (side, force))
+            equations.append(self.balance(i, side, force, drives))
+        return tuple(equations) if all(map(self.readable, equations)) else ()
+
+    def eliminated(
+        self, shares: sympy.Matrix, dependent: Sequence[int], independent: Sequence[int]
+    ) -> dict[sympy.Symbol, sympy.Expr]:
+        """Return dependent velocities and accelerations in terms of the independent ones."""
+        v = sympy.Matrix([self.velocities[i] for i in independent])
+        v_dot = sympy.Matrix([self.accelerations[i] for i in independent])
+        rates = shares * v
+        known = {self.velocities[j]: rates[k] for k, j in enumerate(dependent)}
+        changes = shares * v_dot + shares.applyfunc(time_derivative).subs(known) * v
+        return known | {self.accelerations[j]: changes[k] for k, j in enumerate(dependent)}
+
+    def tidy(self, expression: sympy.Expr) -> sympy.Expr:
+        """Simplify for reading, if there is time left and the result is not too long."""
+        expression = exact(expression)
+        if _terms(expression) > MOST_TERMS:
+            return expression
+        return tidied(expression, self.deadline)
+
+    def brief(self, expression: sympy.Expr) -> sympy.Expr:
+        """Simplify for reading, with brackets around what is multiplied by the same."""
+        return grouped(self.tidy(expression))
+
+    def readable(self, equation: sympy.Eq) -> bool:
+        """Whether an equation is short enough to be read."""
+        return max(map(written_length, equation.args)) <= LONGEST
+
+
+def _terms(expression: sympy.Expr) -> int:
+    """Bound how many terms there are once an expression is expanded, and everything in it."""
+    parts = [_terms(part) for part in expression.args]
+    if expression.is_Mul:
+        return math.prod(parts)
+    if expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
+        n = min(int(expression.exp), MOST_TERMS)
+        return math.comb(parts[0] + n - 1, n) if parts[0] <= MOST_TERMS else parts[0]
+    return max(sum(parts), 1)
+
+
+def _text(equations: Equations) -> Iterator[str]:
+    if equations.balance:
+        yield from _lines("L", equations.lagrangian, "")
+    for title, group in _groups(equations):
+        yield ""
+        yield title
+        for equation in group:
+            left = _line(equation.lhs)
+            yield from _lines(left, equation.rhs, "  ")
+
+
+def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
+    """Yield an equation in lines that are broken before a sign."""
+    line = f"{indent}{left} = {_line(right)}"
+    while len(line) > WIDTH and (place := _break(line, len(indent) + len(CONTINUED))):
+        yield line[:place]
+        line = f"{indent}{CONTINUED}{line[place + 1 :]}"
+    yield line
+
+
+def _break(line: str, first: int) -> int:
+    """Return where a line is broken best: late, in as few brackets as possible; 0 if nowhere."""
+    places = [found.start() for found in re.finditer(" [-+=] ", line) if found.start() > first]
+    late = [place for place in places if WIDTH / 2 < place <= WIDTH]
+    depths = {place: line.count("(", 0, place) - line.count(")", 0, place) for place in late}
+    if late:
+        return max(late, key=lambda place: (-depths[place], place))
+    return min(places, key=lambda place: abs(place - WIDTH), default=0)
+
+
+def _line(expression: sympy.Expr) -> str:
+    length = written_length(expression)
+    if length > LONGEST:
+        return f"(an expression of {length} symbols, numbers and operations)"
+    return one_line(expression)
+
+
+def _latex(equations: Equations) -> Iterator[str]:
+    if equations.balance:
+        yield rf"$$L = {_formula(equations.lagrangian)}$$"
+    for _, group in _groups(equations):
+        rows = (rf"{_formula(e.lhs)} &= {_formula(e.rhs)}" for e in group)
+        yield "$$\\begin{aligned}" + r" \\ ".join(rows) + "\\end{aligned}$$"
+
+
+def _formula(expression: sympy.Expr) -> str:
+    length = written_length(expression)
+    if length > LONGEST:
+        return rf"\text{{(an expression of {length} symbols, numbers and operations)}}"
+    numbers = {n: sympy.Float(one_line(n)) for n in expression.atoms(sympy.Float)}
+    return str(sympy.latex(expression.xreplace(numbers)))
+
+
+def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:
+    groups = (
+        ("constraints", equations.constraints),
+        ("d/dt(∂L/∂q̇) - ∂L/∂q = F + wᵀλ", equations.balance),
+        ("further states", equations.further),
+        ("reduced to the independent velocities", equations.reduced),
+    )
+    yield from ((title, group) for title, group in groups if group)

@@ -1,0 +1,137 @@
+"""Formulas on one line of plain text: ``1/4 m R² ψ̈ = steer``."""
+
+from __future__ import annotations
+
+import unicodedata
+
+import sympy
+from sympy.printing.precedence import PRECEDENCE, precedence
+from sympy.printing.str import StrPrinter
+
+from kinolab.dynamics.language.symbols import (
+    Acceleration,
+    Parameter,
+    Rate,
+    TurnAcceleration,
+    TurnRate,
+)
+
+GREEK = (
+    *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa"),
+    *("lambda", "mu", "nu", "xi", "omicron", "pi", "rho", "sigma", "tau", "upsilon", "phi"),
+    *("chi", "psi", "omega"),
+)
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+DIGITS = 6  # of a number with more of them
+DOT, DOUBLE_DOT = "\u0307", "\u0308"
+
+
+def one_line(expression: sympy.Expr) -> str:
+    """Print an expression on one line, as on paper."""
+    return str(_Printer().doprint(expression))
+
+
+def letter(name: str) -> str:
+    """Spell a symbol's name with Greek letters and subscripts: ``lambda_1`` is λ₁."""
+    base, _, index = name.partition("_")
+    greek = base.lower()
+    if greek in GREEK:
+        case = "CAPITAL" if base[0].isupper() else "SMALL"
+        spelled = "LAMDA" if greek == "lambda" else greek.upper()
+        base = unicodedata.lookup(f"GREEK {case} LETTER {spelled}")
+    if not index:
+        return base
+    return base + index.translate(SUBSCRIPTS) if index.isdigit() else f"{base}_{index}"
+
+
+class _Printer(StrPrinter):  # type: ignore[misc]
+    """SymPy's printer of strings, with products as juxtaposition and letters as on paper."""
+
+    def _print_Symbol(self, expression: sympy.Symbol) -> str:
+        return letter(expression.name)
+
+    def _print_MachineSymbol(self, expression: sympy.Symbol) -> str:
+        return letter(expression.name)
+
+    def _print_Float(self, expression: sympy.Float) -> str:
+        return f"{float(expression):.{DIGITS}g}"
+
+    def _print_Rate(self, expression: Rate) -> str:
+        return _dotted(expression.coordinate.name, DOT)
+
+    def _print_Acceleration(self, expression: Acceleration) -> str:
+        return _dotted(expression.coordinate.name, DOUBLE_DOT)
+
+    def _print_TurnRate(self, expression: TurnRate) -> str:
+        return f"ω_{expression.attitude.name}{'xyz'[expression.index]}"
+
+    def _print_TurnAcceleration(self, expression: TurnAcceleration) -> str:
+        turn = expression.turn
+        return f"ω{DOT}_{turn.attitude.name}{'xyz'[turn.index]}"
+
+    def _print_Pow(self, expression: sympy.Pow, rational: bool = False) -> str:
+        base, exponent = expression.args
+        if exponent.is_Integer and exponent > 1:
+            power = str(exponent).translate(SUPERSCRIPTS)
+            if isinstance(base, (sympy.sin, sympy.cos, sympy.tan)):
+                return f"{type(base).__name__}{power}({self._print(base.args[0])})"
+            return f"{self.parenthesize(base, PRECEDENCE['Pow'] + 1)}{power}"
+        return str(super()._print_Pow(expression, rational=rational))
+
+    def _print_Mul(self, expression: sympy.Mul) -> str:
+        coefficient, rest = expression.as_coeff_Mul(rational=True)
+        sign = "-" if coefficient.is_negative else ""
+        number = "" if abs(coefficient) == 1 else f"{self._print(abs(coefficient))} "
+        numerator, denominator = _above_and_below(rest)
+        text = f"{sign}{number}{self._factors(numerator)}".strip()
+        if denominator == 1:
+            return text
+        below, several = self._factors(denominator), denominator.is_Mul
+        if numerator == 1:  # 2/m and 1/(2 m), not 2 1/m and 1/2 1/m
+            text = f"{sign}{abs(coefficient.p)}"
+            below = below if coefficient.q == 1 else f"{coefficient.q} {below}"
+            several = several or coefficient.q != 1
+        return f"{text}/({below})" if several else f"{text}/{below}"
+
+    def _factors(self, product: sympy.Expr) -> str:
+        factors = sorted(sympy.Mul.make_args(product), key=_order)
+        return " ".join(self._factor(factor) for factor in factors)
+
+    def _factor(self, factor: sympy.Expr) -> str:
+        if factor.is_number and factor.is_nonnegative and not factor.is_Rational:
+            return str(self._print(factor))
+        if factor == 1:
+            return "1"
+        return str(self.parenthesize(factor, precedence(sympy.Mul(2, factor))))
+
+
+def _above_and_below(product: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
+    """Return what stands above and below the bar of a product, sums left as they are."""
+    above, below = [], []
+    for factor in sympy.Mul.make_args(product):
+        base, exponent = factor.as_base_exp()
+        if exponent.is_number and exponent.is_negative:
+            below.append(base**-exponent)
+        else:
+            above.append(factor)
+    return sympy.Mul(*above), sympy.Mul(*below)
+
+
+def _dotted(name: str, dots: str) -> str:
+    base = name.partition("_")[0]
+    return letter(base) + dots + letter(name).removeprefix(letter(base))
+
+
+def _order(factor: sympy.Expr) -> tuple[int, str]:
+    """Put masses first, then other parameters, functions of coordinates, and rates last."""
+    base = factor.as_base_exp()[0]
+    if base.is_number:
+        return -1, ""
+    if isinstance(base, Parameter):
+        return (0 if base.unit == "kg" else 1), str(base).lower()
+    if isinstance(base, Rate | Acceleration | TurnRate | TurnAcceleration):
+        return 5, str(base)
+    if base.is_Symbol:
+        return 2, str(base).lower()
+    return (3 if base.is_Function else 4), str(base)

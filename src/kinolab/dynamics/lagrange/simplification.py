@@ -1,0 +1,241 @@
+"""Expressions made short for reading: the fewest terms, sums of angles, fractions as on paper."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+import sympy
+
+from kinolab.dynamics.lagrange.terms import Expander, Monomial, Terms, TooLongError, fraction
+from kinolab.dynamics.language.symbols import (
+    Acceleration,
+    InputSymbol,
+    Rate,
+    TurnAcceleration,
+    TurnRate,
+)
+
+Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of a sine and a cosine
+
+PAPER = 12  # largest denominator of a fraction that is read as one whatever it is, but for tenths
+LONGER = 64  # the same for those that are no decimals, or halves of halves, as energies make them
+
+
+def tidied(expression: sympy.Expr, deadline: float) -> sympy.Expr:
+    """Return an expression in its shortest form, as it is where that would be long or take long.
+
+    Args:
+        expression: In symbols of a machine.
+        deadline: Of ``time.thread_time``.
+    """
+    found = []
+    for apart in (False, True) if _has_sums(expression) else (False,):
+        expander = Expander(written, deadline=deadline, apart=apart)
+        try:
+            found.append(written(expander.terms(expression)))
+        except TooLongError:
+            continue
+    return min(found, key=sympy.count_ops) if found else _rounded(expression)
+
+
+def _has_sums(expression: sympy.Expr) -> bool:
+    """Whether there are angles that can be taken apart, or put together."""
+    waves = expression.atoms(sympy.sin, sympy.cos, sympy.tan)
+    return any(not wave.args[0].is_Symbol for wave in waves)
+
+
+def grouped(expression: sympy.Expr) -> sympy.Expr:
+    """Put what is multiplied by the same rates, accelerations, inputs or forces in one bracket."""
+    return _bracketed(expression, _moves, inner=lambda e: _bracketed(e, _is_function, inner=_same))
+
+
+def _same(expression: sympy.Expr) -> sympy.Expr:
+    return expression
+
+
+def _bracketed(
+    expression: sympy.Expr,
+    belongs: Callable[[sympy.Expr], bool],
+    inner: Callable[[sympy.Expr], sympy.Expr],
+) -> sympy.Expr:
+    """Sort a sum by those of its factors that belong together; the others stand in brackets."""
+    shares: dict[sympy.Expr, list[sympy.Expr]] = defaultdict(list)
+    for term in sympy.Add.make_args(expression):
+        key = sympy.Mul(*(f for f in sympy.Mul.make_args(term) if belongs(f.as_base_exp()[0])))
+        shares[key].append(term / key)
+    made = []
+    for key, terms in shares.items():
+        if key == 1 or len(terms) == 1:
+            made += [key * term for term in terms]
+            continue
+        common = _common(terms)
+        made.append(sympy.Mul(common, key, inner(sympy.Add(*(term / common for term in terms)))))
+    return sympy.Add(*made)
+
+
+def _moves(base: sympy.Expr) -> bool:
+    """Whether a factor is a rate or acceleration, an input, or a constraint's force."""
+    kinds = (Rate, Acceleration, TurnRate, TurnAcceleration, InputSymbol)
+    return isinstance(base, kinds) or type(base) is sympy.Symbol
+
+
+def _is_function(base: sympy.Expr) -> bool:
+    return bool(base.is_Function)
+
+
+def _common(terms: Sequence[sympy.Expr]) -> sympy.Expr:
+    """Return the factors that all terms share, and their number where that is the same."""
+    numbers, powers = [], []
+    for term in terms:
+        number, rest = term.as_coeff_Mul()
+        numbers.append(number)
+        powers.append(dict(factor.as_base_exp() for factor in sympy.Mul.make_args(rest)))
+    shared = {
+        base: min((own[base] for own in powers), key=float)
+        for base in powers[0]
+        if base != 1 and all(base in own and own[base].is_Integer for own in powers)
+    }
+    sign = -1 if all(number < 0 for number in numbers) else 1
+    size = abs(numbers[0]) if len({abs(number) for number in numbers}) == 1 else 1
+    return sympy.Mul(sign * size, *(base**power for base, power in shared.items()))
+
+
+def written(terms: Terms) -> sympy.Expr:
+    """Return terms as an expression, with the sines and cosines that make it short."""
+    for angle in _angles(terms):
+        terms = _shortened(terms, angle)
+    joined = _joined(terms)
+    return sympy.Add(*(_number(a) * _monomial(m) for m, a in joined.items()))
+
+
+def _angles(terms: Terms) -> list[sympy.Expr]:
+    bases = {base for monomial in terms for base, _ in monomial}
+    angles = {base.args[0] for base in bases if isinstance(base, sympy.sin | sympy.cos)}
+    return sorted(angles, key=str)
+
+
+def _shortened(terms: Terms, angle: sympy.Expr) -> Terms:
+    """Choose between the squares of sine, cosine and tangent, for each rest that they stand at."""
+    sine, cosine = sympy.sin(angle), sympy.cos(angle)
+    groups: dict[Monomial, Polynomial] = defaultdict(dict)
+    for monomial, factor in terms.items():
+        powers = dict(monomial)
+        place = powers.pop(sine, 0), powers.pop(cosine, 0)
+        groups[frozenset(powers.items())][place] = factor
+    made: Terms = {}
+    for rest, polynomial in groups.items():
+        for (s, c), factor in min(_forms(polynomial), key=_length).items():
+            own = {base: power for base, power in ((sine, s), (cosine, c)) if power}
+            made[frozenset((dict(rest) | own).items())] = factor
+    return made
+
+
+def _forms(
+    polynomial: Polynomial,
+) -> Iterator[Polynomial]:
+    """Yield ways to write a polynomial of a sine and a cosine, by their powers."""
+    yield polynomial
+    if any(c >= 2 for _, c in polynomial):  # c^2 = 1 - s^2
+        yield _replaced(polynomial, lambda _, c: c >= 2, ((0, -2, 1), (2, -2, -1)))
+    if any(c <= -2 for _, c in polynomial):  # 1 / c^2 = 1 + s^2 / c^2
+        yield _replaced(polynomial, lambda s, c: c <= -2 and s < 2, ((0, 2, 1), (2, 0, 1)))
+
+
+def _replaced(
+    polynomial: Polynomial,
+    applies: Callable[[int, int], bool],
+    parts: Sequence[tuple[int, int, int]],
+) -> Polynomial:
+    """Replace squares as long as that applies: each part adds to both powers, with a factor."""
+    made: Polynomial = {}
+    stack = list(polynomial.items())
+    while stack:
+        (s, c), factor = stack.pop()
+        if applies(s, c):
+            stack += [((s + ds, c + dc), factor * sign) for ds, dc, sign in parts]
+        else:
+            made[s, c] = made.get((s, c), Fraction(0)) + factor
+    return {place: factor for place, factor in made.items() if factor}
+
+
+def _length(polynomial: Polynomial) -> tuple[int, int, int]:
+    powers = sum(abs(s) + abs(c) for s, c in polynomial)
+    return len(polynomial), sum(factor < 0 for factor in polynomial.values()), powers
+
+
+def _joined(terms: Terms) -> Terms:
+    """Put products of sines and cosines together to those of sums of angles."""
+    made = dict(terms)
+    waiting = sorted(terms, key=_name, reverse=True)
+    while waiting:
+        monomial = waiting.pop()
+        found = _partner(made, monomial) if monomial in made else None
+        if found is not None:
+            partner, both, sign = found
+            factor = sign * made.pop(monomial)
+            del made[partner]
+            made[both] = made.get(both, Fraction(0)) + factor
+            waiting.append(both)
+    return {monomial: factor for monomial, factor in made.items() if factor}
+
+
+def _name(monomial: Monomial) -> list[str]:
+    """Return what gives products an order that is the same every time."""
+    return sorted(f"{base}^{power}" for base, power in monomial)
+
+
+def _partner(terms: Terms, monomial: Monomial) -> tuple[Monomial, Monomial, int] | None:
+    """Return the other product of a sum of angles, what both make and its sign, or None."""
+    powers = dict(monomial)
+    single = [base for base in sorted(powers, key=str) if powers[base] == 1]
+    for x in (base for base in single if isinstance(base, sympy.cos)):
+        for y in (base for base in single if isinstance(base, sympy.sin | sympy.cos)):
+            a, b = x.args[0], y.args[0]
+            flipped = sympy.sin(a), (sympy.cos if isinstance(y, sympy.sin) else sympy.sin)(b)
+            if a == b or any(base in powers for base in flipped):
+                continue
+            rest = {base: power for base, power in powers.items() if base not in (x, y)}
+            partner = frozenset((rest | dict.fromkeys(flipped, 1)).items())
+            share = terms.get(partner, Fraction(0)) / terms[monomial]
+            if abs(share) != 1:
+                continue
+            if isinstance(y, sympy.sin):  # cos a sin b + sin a cos b
+                made = sympy.sin(b + a if share > 0 else b - a)
+            else:  # cos a cos b - sin a sin b
+                made = sympy.cos(a + b if share < 0 else a - b)
+            base, sign = (-made, -1) if made.could_extract_minus_sign() else (made, 1)
+            if base in rest or not isinstance(base, sympy.sin | sympy.cos):
+                continue
+            return partner, frozenset((rest | {base: 1}).items()), sign
+    return None
+
+
+def _monomial(monomial: Monomial) -> sympy.Expr:
+    """Return a product, with a tangent for a sine over a cosine."""
+    powers = dict(monomial)
+    for base in [entry for entry in powers if isinstance(entry, sympy.sin)]:
+        angle = base.args[0]
+        cosine = sympy.cos(angle)
+        shared = min(powers[base], -powers.get(cosine, 0))
+        if shared > 0:
+            powers[base] -= shared
+            powers[cosine] += shared
+            powers[sympy.tan(angle)] = shared
+    return sympy.Mul(*(base**power for base, power in powers.items()))
+
+
+def _number(value: Fraction) -> sympy.Expr:
+    """Return a fraction as it is read: a short one as it is, a decimal where it came from one."""
+    bottom = value.denominator
+    if (bottom <= PAPER and bottom != 10) or (bottom <= LONGER and (bottom % 5 or not bottom % 3)):
+        return sympy.Rational(value.numerator, bottom)
+    return sympy.Float(float(value))
+
+
+def _rounded(expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression with its numbers as they are read, and nothing else changed."""
+    numbers = expression.atoms(sympy.Float)
+    return expression.xreplace({number: _number(fraction(number)) for number in numbers})

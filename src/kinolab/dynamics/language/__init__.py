@@ -1,0 +1,1 @@
+"""The words in which a machine is written down."""

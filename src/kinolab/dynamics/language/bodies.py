@@ -1,0 +1,103 @@
+"""Rigid bodies: where they are, what they weigh, and what they look like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from kinolab.arguments import checked
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.frames import Frame, Number
+from kinolab.dynamics.language.shapes import Shape
+from kinolab.errors import InputError, Mistake
+
+
+@checked
+@dataclass(frozen=True, init=False)
+class Body:
+    """A rigid body whose centre of mass is the origin of its frame.
+
+    Args:
+        name: What contacts, goals and pictures call it.
+        frame: Pose of the centre of mass.
+        mass: In [kg].
+        inertia: About the centre of mass along the frame's axes, in [kg m^2]: the principal
+            moments (xx, yy, zz), or (xx, yy, zz, xy, xz, yz) with the entries of the matrix; 0
+            for a point mass.
+        added_mass: What an ideal fluid adds: six numbers for (x, y, z) in [kg] and about
+            (x, y, z) in [kg m^2], or the symmetric 6x6 matrix in that order, in the body's axes.
+        shape: One solid or several, in the body's frame; none for a body that is only mass.
+        touches_ground: Whether the ground carries it (wheels, feet); it may touch, not sink.
+        color: Red, green and blue in [0, 1]; chosen from a palette when left out.
+        whirl: How fast films turn it about its z axis, in [rad/s] of film: for rotors whose spin is
+            no part of the mechanics. It collides as what is given as its shape.
+    """
+
+    name: str
+    frame: Frame
+    mass: sympy.Expr
+    inertia: tuple[sympy.Expr, ...]  # xx, yy, zz, xy, xz, yz
+    added_mass: tuple[tuple[sympy.Expr, ...], ...]  # 6 rows of 6, or none
+    shapes: tuple[Shape, ...]
+    touches_ground: bool
+    color: tuple[float, float, float] | None
+    whirl: float
+
+    def __init__(
+        self,
+        name: str,
+        frame: Frame,
+        *,
+        mass: Number = 0,
+        inertia: Number | tuple[Number, ...] = 0,
+        added_mass: Sequence[Number] | Sequence[Sequence[Number]] = (),
+        shape: Shape | tuple[Shape, ...] | None = None,
+        touches_ground: bool = False,
+        color: tuple[float, float, float] | None = None,
+        whirl: float = 0.0,
+    ) -> None:
+        fields = {
+            "name": name,
+            "frame": frame,
+            "mass": exact(mass),
+            "inertia": _six(name, inertia),
+            "added_mass": _six_by_six(name, added_mass),
+            "shapes": shape if isinstance(shape, tuple) else () if shape is None else (shape,),
+            "touches_ground": touches_ground,
+            "color": color,
+            "whirl": float(whirl),
+        }
+        for field, value in fields.items():
+            object.__setattr__(self, field, value)
+
+    @property
+    def inertia_matrix(self) -> sympy.Matrix:
+        """The moments about the centre of mass as a 3x3 matrix, in [kg m^2]."""
+        xx, yy, zz, xy, xz, yz = self.inertia
+        return sympy.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _six(name: str, inertia: Number | tuple[Number, ...]) -> tuple[sympy.Expr, ...]:
+    given = inertia if isinstance(inertia, tuple) else (inertia,) * 3
+    if len(given) not in (3, 6):
+        what = f"its inertia has {len(given)} entries."
+        remedy = "Give (xx, yy, zz) or (xx, yy, zz, xy, xz, yz)."
+        raise InputError([Mistake(f"body {name!r}", what, remedy)])
+    return tuple(exact(entry) for entry in (*given, 0, 0, 0)[:6])
+
+
+def _six_by_six(name: str, added: Sequence[Any]) -> tuple[tuple[sympy.Expr, ...], ...]:
+    rows = [list(row) if isinstance(row, Sequence) else row for row in added]
+    if rows and not isinstance(rows[0], list):
+        rows = [[entry if i == j else 0 for j in range(len(rows))] for i, entry in enumerate(rows)]
+    matrix = tuple(tuple(exact(entry) for entry in row) for row in rows)
+    square = len(matrix) in (0, 6) and all(len(row) == 6 for row in matrix)
+    if not square or any(
+        matrix[i][j] != matrix[j][i] for i in range(len(matrix)) for j in range(i)
+    ):
+        remedy = "Give six numbers, or a symmetric matrix of 6 rows of 6."
+        raise InputError([Mistake(f"body {name!r}", "its added mass is not 6x6.", remedy)])
+    return matrix

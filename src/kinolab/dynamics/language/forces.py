@@ -1,0 +1,163 @@
+"""What acts on a machine besides its inputs: gravity, springs, buoyancy, friction and wrenches."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import TypeAlias
+
+import sympy
+
+from kinolab.arguments import checked
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.expressions import exact, sympify_fields
+from kinolab.dynamics.language.frames import Frame, Number
+from kinolab.dynamics.language.shapes import ORIGIN, Point
+from kinolab.errors import InputError, Mistake
+
+
+@checked
+@dataclass(frozen=True)
+class Gravity:
+    """A uniform field: ``strength`` in [m/s^2] along the world direction ``down`` (unit vector)."""
+
+    down: tuple[float, float, float]
+    strength: sympy.Expr
+
+
+@checked
+def toward(direction: str, strength: Number = 9.81) -> Gravity:
+    """Say which way is down, such as ``toward("-z", 9.81)``; the pictures follow.
+
+    Args:
+        direction: A world axis with an optional sign: ``"-z"``, ``"+x"``, ``"y"``.
+        strength: In [m/s^2].
+    """
+    signed = direction[:1] in ("+", "-")
+    sign, axis = (direction[0], direction[1:]) if signed else ("+", direction)
+    if axis not in ("x", "y", "z"):
+        remedy = "Use x, y or z with an optional sign, such as '-z'."
+        raise InputError([Mistake("gravity", f"{direction!r} is not a direction.", remedy)])
+    value = -1.0 if sign == "-" else 1.0
+    x, y, z = (value if axis == name else 0.0 for name in "xyz")
+    return Gravity((x, y, z), exact(strength))
+
+
+@checked
+@dataclass(frozen=True)
+class Potential:
+    """Any energy of position in [J], such as k theta^2 / 2; its negative gradient is the force."""
+
+    energy: Number
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "energy")
+
+
+@checked
+@dataclass(frozen=True)
+class Spring:
+    """A linear spring between the origins of two frames.
+
+    Attributes:
+        between: The two frames.
+        stiffness: In [N/m].
+        length: At rest, in [m]; where it is not 0 the origins must stay apart.
+    """
+
+    _: KW_ONLY
+    between: tuple[Frame, Frame]
+    stiffness: Number
+    length: Number = 0
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "stiffness", "length")
+
+
+@checked
+@dataclass(frozen=True)
+class Buoyancy:
+    """A constant lift against gravity at a point of a body.
+
+    Attributes:
+        on: The body.
+        lift: In [N]; a neutrally buoyant body has its weight here.
+        at: The centre of buoyancy in the body's frame, in [m].
+    """
+
+    _: KW_ONLY
+    on: Body
+    lift: Number
+    at: Point = ORIGIN
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "lift", "at")
+
+
+@checked
+@dataclass(frozen=True)
+class Viscous:
+    """Friction that grows with a velocity: the force -coefficient * velocity along it.
+
+    Attributes:
+        velocity: An expression linear in the rates, such as ``rate(phi)`` or ``V.x``.
+        coefficient: In [N s/m] or [N m s/rad].
+    """
+
+    velocity: Number
+    coefficient: Number
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "velocity", "coefficient")
+
+
+@checked
+@dataclass(frozen=True)
+class Coulomb:
+    """Dry friction, regularised: the force -strength * tanh(velocity / smoothing) along it.
+
+    Attributes:
+        velocity: An expression linear in the rates.
+        strength: Friction coefficient times normal force, in [N] or [N m]; may be an expression.
+        smoothing: Velocity at which three quarters of the force are reached, in [m/s] or [rad/s];
+            the smaller, the stiffer.
+    """
+
+    velocity: Number
+    strength: Number
+    smoothing: Number = 0.01
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "velocity", "strength", "smoothing")
+
+
+@checked
+@dataclass(frozen=True)
+class Wrench:
+    """Any force and torque on a body, as expressions in states, inputs and parameters.
+
+    Attributes:
+        on: The body.
+        force: Components in the body's axes, in [N].
+        torque: Components in the body's axes, in [N m].
+        at: Where the force acts, in the body's frame, in [m].
+        reacts_on: The body that feels the opposite, on the same line; the world when left out.
+    """
+
+    _: KW_ONLY
+    on: Body
+    force: Point = ORIGIN
+    torque: Point = ORIGIN
+    at: Point = ORIGIN
+    reacts_on: Body | None = None
+
+    def __post_init__(self) -> None:
+        """Let numbers stand for expressions."""
+        sympify_fields(self, "force", "torque", "at")
+
+
+Effort: TypeAlias = Potential | Spring | Buoyancy | Viscous | Coulomb | Wrench

@@ -1,0 +1,190 @@
+"""What the planner decides: forces, torques, velocities and accelerations, with limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import KW_ONLY, dataclass
+from typing import Protocol, TypeAlias
+
+from kinolab.arguments import checked
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.frames import Axis, Frame, Number
+from kinolab.dynamics.language.symbols import Coordinate, InputSymbol, rate
+from kinolab.errors import InputError, Mistake
+
+Limit: TypeAlias = float | tuple[float, float]
+
+
+@dataclass(frozen=True)
+class AbstractInput:
+    """What all inputs share; ``name`` is what scenarios and files call one."""
+
+    name: str
+
+    @property
+    def symbol(self) -> InputSymbol:
+        """The symbol of the input's value."""
+        return InputSymbol(self.name)
+
+
+@checked
+@dataclass(frozen=True)
+class Torque(AbstractInput):
+    """An input torque in [N m] on a body about an axis.
+
+    Attributes:
+        on: The body it turns.
+        about: The axis; *whose* axis it is matters, for it moves with its frame.
+        limit: Largest magnitude, or (lower, upper), in [N m].
+        reacts_on: The body that feels the opposite torque; the world when left out.
+    """
+
+    _: KW_ONLY
+    on: Body
+    about: Axis
+    limit: Limit
+    reacts_on: Body | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the input."""
+        return "N m"
+
+
+@checked
+@dataclass(frozen=True)
+class Force(AbstractInput):
+    """An input force in [N] on a body's centre of mass along an axis.
+
+    Attributes:
+        on: The body it pushes.
+        along: The direction, which moves with the axis' frame.
+        limit: Largest magnitude, or (lower, upper), in [N].
+        reacts_on: The body that feels the opposite force, on the same line; the world when left
+            out.
+    """
+
+    _: KW_ONLY
+    on: Body
+    along: Axis
+    limit: Limit
+    reacts_on: Body | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the input."""
+        return "N"
+
+
+@checked
+@dataclass(frozen=True)
+class Pull(AbstractInput):
+    """An input tension in [N] that pulls two frames' origins together, as a rope or muscle does.
+
+    Attributes:
+        between: The two frames; their origins must stay apart.
+        limit: Largest tension, or (lower, upper), in [N]; a single number means 0 to that.
+    """
+
+    _: KW_ONLY
+    between: tuple[Frame, Frame]
+    limit: Limit
+
+    def __post_init__(self) -> None:
+        """Let a rope only pull."""
+        if not isinstance(self.limit, tuple):
+            object.__setattr__(self, "limit", (0.0, float(self.limit)))
+
+    @property
+    def unit(self) -> str:
+        """Unit of the input."""
+        return "N"
+
+
+@checked
+@dataclass(frozen=True)
+class Rate(AbstractInput):
+    """An input that is a velocity: a kinematic machine is moved, not pushed.
+
+    Attributes:
+        on: A coordinate whose rate it is, or any expression linear in the rates, such as ``V.x``.
+        limit: Largest magnitude, or (lower, upper), in the unit of the velocity.
+    """
+
+    _: KW_ONLY
+    on: Number
+    limit: Limit
+
+    @property
+    def velocity(self) -> Number:
+        """What the input is equal to, an expression linear in the rates."""
+        return rate(self.on) if isinstance(self.on, Coordinate) else self.on
+
+    @property
+    def unit(self) -> str:
+        """Unit of the input."""
+        return f"{self.on.unit}/s" if isinstance(self.on, Coordinate) else "m/s or rad/s"
+
+
+@checked
+@dataclass(frozen=True)
+class Drive(AbstractInput):
+    """An input that is the acceleration of a coordinate, whatever force that takes.
+
+    Attributes:
+        on: The coordinate.
+        limit: Largest magnitude, or (lower, upper), in its unit per s^2.
+    """
+
+    _: KW_ONLY
+    on: Coordinate
+    limit: Limit
+
+    @property
+    def unit(self) -> str:
+        """Unit of the input."""
+        return f"{self.on.unit}/s^2"
+
+
+@checked
+@dataclass(frozen=True)
+class Control(AbstractInput):
+    """An input that acts through expressions: ``throttle.symbol`` in a wrench or a motor.
+
+    Attributes:
+        limit: Largest magnitude, or (lower, upper), in ``unit``.
+        unit: SI unit as text, empty for a pure number.
+    """
+
+    _: KW_ONLY
+    limit: Limit
+    unit: str = ""
+
+
+Input: TypeAlias = Torque | Force | Pull | Rate | Drive | Control
+
+
+class Limited(Protocol):
+    """What has limits: an input, or a reference of a feedback law."""
+
+    @property
+    def name(self) -> str:
+        """What scenarios and files call it."""
+
+    @property
+    def limit(self) -> Limit:
+        """Largest magnitude, or (lower, upper)."""
+
+
+def bounds_of(entry: Limited, kind: str = "input") -> tuple[float, float]:
+    """Return the limits of an input, or of what else has some, as (lower, upper).
+
+    Raises:
+        InputError: If they are not finite, or the lower one is not below the upper one.
+    """
+    limit = entry.limit
+    lower, upper = limit if isinstance(limit, tuple) else (-limit, limit)
+    if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
+        remedy = "Give a positive magnitude, or (lower, upper), finite."
+        raise InputError([Mistake(f"{kind} {entry.name!r}", f"its limit is {limit!r}.", remedy)])
+    return float(lower), float(upper)

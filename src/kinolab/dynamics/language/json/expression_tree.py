@@ -1,0 +1,106 @@
+"""SymPy expressions as typed trees of plain data: ``["mul", "m", ["pow", "R", 2]]`` for m R^2.
+
+A string is a symbol, a number a number, a list an operation from a fixed table. Reading one calls
+nothing but constructors from that table.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import sympy
+
+from kinolab.dynamics.language.expressions import exact
+from kinolab.errors import InputError, Mistake
+
+OPERATIONS: dict[str, type] = {
+    "add": sympy.Add,
+    "mul": sympy.Mul,
+    "pow": sympy.Pow,
+    "sin": sympy.sin,
+    "cos": sympy.cos,
+    "tan": sympy.tan,
+    "exp": sympy.exp,
+    "log": sympy.log,
+    "tanh": sympy.tanh,
+    "atan": sympy.atan,
+    "abs": sympy.Abs,
+    "sign": sympy.sign,
+}
+CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
+DEEPEST = 200  # nesting; Python's own stack ends at about five times that
+MOST_DIGITS = 300  # of a power of numbers: more than a double can hold
+
+
+def expression_to_tree(expression: Any) -> Any:
+    """Return an expression as nested lists of names and numbers.
+
+    Raises:
+        InputError: If it has a function that is not in the table.
+    """
+    expression = exact(expression)
+    if expression.is_Symbol:
+        return expression.name
+    if expression.is_Integer:
+        return int(expression)
+    if expression.is_Float:
+        return float(expression)
+    if expression.is_Rational:
+        return ["ratio", int(expression.p), int(expression.q)]
+    for name, value in CONSTANTS.items():
+        if expression == value:
+            return [name]
+    for name, kind in OPERATIONS.items():
+        if expression.func is kind:
+            return [name, *(expression_to_tree(argument) for argument in expression.args)]
+    what = f"{expression.func.__name__} cannot be written to a machine file."
+    raise InputError([Mistake(str(expression), what)])
+
+
+def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: int = 0) -> Any:
+    """Return the expression of a tree.
+
+    Raises:
+        ValueError: If it has an unknown name or operation, or is nested too deeply.
+    """
+    if depth > DEEPEST:
+        raise ValueError("an expression is nested too deeply")
+    match tree:
+        case bool() | None:
+            raise ValueError(f"{tree!r} is no expression")
+        case int():
+            return sympy.Integer(tree)
+        case float():
+            return _real(sympy.Float(tree))
+        case str():
+            if tree not in symbols:
+                raise ValueError(f"unknown symbol {tree!r}")
+            return symbols[tree]
+        case ["ratio", int(p), int(q)] if q != 0:
+            return sympy.Rational(p, q)
+        case [str(name)] if name in CONSTANTS:
+            return CONSTANTS[name]
+        case [str(name), *rest] if name in OPERATIONS and rest:
+            arguments = [tree_to_expression(entry, symbols, depth + 1) for entry in rest]
+            _check_power(name, arguments)
+            return _real(OPERATIONS[name](*arguments))
+    raise ValueError(f"{str(tree)[:60]} is no expression")
+
+
+def _real(made: Any) -> Any:
+    """Refuse what is no real number, or none that a double can hold: 1/0, the root of -1, NaN."""
+    unreal = made is sympy.nan or made.is_finite is False or made.is_real is False
+    if made.is_number and (unreal or (made.is_Float and not math.isfinite(float(made)))):
+        raise ValueError(f"{made} is no finite real number")
+    return made
+
+
+def _check_power(name: str, arguments: list[Any]) -> None:
+    """Refuse towers such as 9**9**9, which SymPy would compute digit by digit."""
+    if name != "pow" or not all(argument.is_number for argument in arguments):
+        return
+    base, exponent = (abs(float(argument)) for argument in arguments)
+    if exponent * abs(math.log10(base or 1.0)) > MOST_DIGITS:
+        raise ValueError("a power is too large")

@@ -1,0 +1,354 @@
+"""A ``System`` as JSON and back: data in, data out, no code is run."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from kinolab.dynamics.language.auxiliary_states import State
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.cables import Cable, as_cables
+from kinolab.dynamics.language.constraints import (
+    PositionConstraint,
+    Requirement,
+    VelocityConstraint,
+)
+from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
+from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves, output_symbols
+from kinolab.dynamics.language.forces import (
+    Buoyancy,
+    Coulomb,
+    Gravity,
+    Potential,
+    Spring,
+    Viscous,
+    Wrench,
+)
+from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
+from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+from kinolab.dynamics.language.json.expression_tree import expression_to_tree, tree_to_expression
+from kinolab.dynamics.language.json.field_types import check_fields
+from kinolab.dynamics.language.json.size_limits import MOST_BYTES, size_mistakes
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.shapes import SHAPES
+from kinolab.dynamics.language.symbols import (
+    Attitude,
+    Coordinate,
+    ForceSymbol,
+    InputSymbol,
+    MachineSymbol,
+    Parameter,
+    ReferenceSymbol,
+    StateSymbol,
+    angle,
+    length,
+    rotation,
+)
+from kinolab.dynamics.language.symbols import Rate as RateSymbol
+from kinolab.errors import InputError, Mistake
+from kinolab.files import read_ordinary
+
+FORMAT, VERSION = "kinolab machine", 1
+MOST_MISTAKES = 20  # nobody reads more
+FEEDBACK_FILE = "feedback.json"  # beside a machine: its controller, where it has one
+DAMAGED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+
+RECORDS: dict[str, type] = {
+    kind.__name__: kind
+    for kind in (
+        *(Axis, Frame, Orientation, Rotation, Translation),
+        *(Buoyancy, Coulomb, Gravity, Potential, Spring, Viscous, Wrench),
+        *(Control, Drive, Force, Pull, Rate, Torque),
+        *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
+        *(FlatOutputs, PlaneCurves),
+        *(Feedback, Reference, Regulator),
+        *SHAPES,
+    )
+}
+CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
+BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
+
+
+def machine_to_json(system: System) -> str:
+    """Return a system as JSON text."""
+    velocities = system.velocities
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": system.name,
+        "coordinates": [_coordinate(c) for c in system.coordinates],
+        "parameters": [
+            {"name": p.name, "default": p.default, "unit": p.unit} for p in system.parameters
+        ],
+        "values": dict(system.values),
+        "velocities": velocities
+        if velocities is None or isinstance(velocities, str)
+        else [c.name for c in velocities],
+        "collisions": [list(pair) for pair in system.collisions],
+        "bodies": [_described(body) for body in system.bodies],
+        **{name: _encode(getattr(system, name)) for name in CONTENT},
+        **{
+            name: _encode(getattr(system, name))
+            for name in ("flat", "feedback")
+            if getattr(system, name) is not None
+        },
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def machine_from_json(text: str, *, where: str = "machine.json") -> System:
+    """Read a system from JSON text.
+
+    Raises:
+        InputError: If the text is no machine; the mistake says where.
+    """
+    try:
+        data = _plain(text)
+        if data.get("format") != FORMAT or data.get("version") != VERSION:
+            raise InputError([Mistake("", f"this is not a {FORMAT} of version {VERSION}.")])
+        return _Reader.of(data).system(data)
+    except InputError as error:
+        raise _found_in(where, error) from error
+    except DAMAGED as error:
+        what = f"the machine is damaged ({type(error).__name__}: {error})."
+        raise InputError([Mistake(where, what)]) from error
+
+
+def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
+    """Return a controller as plain data, as JSON has it."""
+    tree: dict[str, Any] = _encode(feedback)
+    return tree
+
+
+def feedback_to_json(feedback: Feedback | Regulator) -> str:
+    """Return a controller as JSON text."""
+    tree = feedback_to_tree(feedback)
+    return json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def feedback_from_tree(system: System, tree: Mapping[str, Any]) -> Feedback | Regulator:
+    """Read a controller of a machine from plain data.
+
+    Raises:
+        LookupError, TypeError, ValueError: If it is damaged.
+    """
+    feedback = _Reader.beside(system, tree).decode(tree)
+    if not isinstance(feedback, Feedback | Regulator):
+        raise TypeError("it is no controller")
+    return feedback
+
+
+def load_machine(path: Path) -> System:
+    """Read a system from a file, with its controller if that lies beside it in ``feedback.json``.
+
+    Raises:
+        InputError: If one cannot be read or is not what it should be.
+    """
+    system = machine_from_json(_text(path), where=str(path))
+    beside = path.with_name(FEEDBACK_FILE)
+    if not beside.is_file():
+        return system
+    try:
+        return system.with_feedback(feedback_from_tree(system, _plain(_text(beside))))
+    except InputError as error:
+        raise _found_in(str(beside), error) from error
+    except DAMAGED as error:
+        what = f"the controller is damaged ({type(error).__name__}: {error})."
+        raise InputError([Mistake(str(beside), what)]) from error
+
+
+def _text(path: Path) -> str:
+    """Read a file of text that is no larger than any machine, and an ordinary one."""
+    try:
+        return read_ordinary(path, MOST_BYTES).decode()
+    except UnicodeDecodeError as error:
+        what, remedy = "this is not UTF-8 text.", "Save the file as UTF-8."
+        raise InputError([Mistake(str(path), what, remedy)]) from error
+    except OSError as error:
+        what = f"it cannot be read: {error.strerror or error}."
+        raise InputError([Mistake(str(path), what)]) from error
+
+
+def _plain(text: str) -> Any:
+    """Return what JSON says, as far as it is worth building."""
+    data = json.loads(text)
+    mistakes = list(size_mistakes(data))
+    if mistakes:
+        raise InputError(mistakes[:MOST_MISTAKES])
+    return data
+
+
+def _found_in(where: str, error: InputError) -> InputError:
+    """Return mistakes with the file that they are in."""
+    return InputError(
+        Mistake(f"{where} {m.where}".rstrip(), m.what, m.remedy) for m in error.mistakes
+    )
+
+
+def _described(body: Body) -> dict[str, Any]:
+    facts = {name: _encode(getattr(body, name)) for name in BODY}
+    return facts | ({"whirl": body.whirl} if body.whirl else {})
+
+
+def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "name": coordinate.name,
+        "speed": _encode(coordinate.speed),
+        "scale": coordinate.scale,
+    }
+    if isinstance(coordinate, Attitude):
+        return facts | {"kind": "rotation"}
+    kind = "length" if coordinate.unit == "m" else "angle"
+    return facts | {"kind": kind, "limits": _encode((coordinate.lower, coordinate.upper))}
+
+
+def _encode(value: Any) -> Any:
+    """Return a value as plain data: records by their fields, expressions as trees."""
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, float | int):
+        return value if math.isfinite(value) else None
+    if isinstance(value, tuple):
+        return [_encode(entry) for entry in value]
+    if isinstance(value, Body):
+        return {"body": value.name}
+    if isinstance(value, Attitude):
+        return {"attitude": value.name}
+    if isinstance(value, sympy.Basic):
+        return {"expression": expression_to_tree(value)}
+    entries = {f.name: _encode(getattr(value, f.name)) for f in fields(value) if f.name != "_"}
+    return {"is": type(value).__name__, **entries}
+
+
+@dataclass
+class _Reader:
+    """What names mean in one machine file."""
+
+    coordinates: dict[str, Coordinate | Attitude]
+    symbols: dict[str, sympy.Symbol]
+    bodies: dict[str, Body] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> _Reader:
+        """Declare the symbols of a machine."""
+        coordinates = {entry["name"]: _read_coordinate(entry) for entry in data["coordinates"]}
+        if len(coordinates) < len(data["coordinates"]):
+            raise ValueError("two coordinates have the same name")
+        symbols: list[MachineSymbol] = [
+            Parameter(p["name"], p["default"], p["unit"]) for p in data["parameters"]
+        ]
+        symbols += _symbols_of(coordinates.values())
+        symbols += [InputSymbol(entry["name"]) for entry in data["inputs"]]
+        symbols += [StateSymbol(entry["name"]) for entry in data["states"]]
+        feedback = data.get("feedback") or {"references": ()}
+        symbols += [ReferenceSymbol(entry["name"]) for entry in feedback["references"]]
+        named = {symbol.name: symbol for symbol in symbols}
+        forces = {c["name"]: ForceSymbol(c["name"]) for c in data["constraints"]}
+        return cls(coordinates, forces | named)
+
+    @classmethod
+    def beside(cls, system: System, feedback: Mapping[str, Any]) -> _Reader:
+        """Take the symbols of a machine that is there, to read a controller for it."""
+        coordinates = {entry.name: entry for entry in system.coordinates}
+        symbols: list[MachineSymbol] = [
+            *system.parameters,
+            *_symbols_of(coordinates.values()),
+            *(entry.symbol for entry in (*system.inputs, *system.states)),
+            *(ReferenceSymbol(entry["name"]) for entry in feedback["references"]),
+        ]
+        return cls(coordinates, {symbol.name: symbol for symbol in symbols})
+
+    def system(self, data: Mapping[str, Any]) -> System:
+        """Return the machine."""
+        bodies = [self._body(entry) for entry in data["bodies"]]
+        self.bodies.update({body.name: body for body in bodies})
+        chosen = data["velocities"]
+        velocities: Any = (
+            [self.coordinates[name] for name in chosen] if isinstance(chosen, list) else chosen
+        )
+        content = {name: self.decode(data[name]) for name in CONTENT}
+        content["cables"] = as_cables(content["cables"])  # early files have pairs of frames
+        check_fields(System, content | {"name": data["name"]})
+        return System(
+            data["name"],
+            bodies=bodies,
+            collisions=[(a, b) for a, b in data["collisions"]],
+            velocities=velocities,
+            coordinates=list(self.coordinates.values()),
+            values=data["values"],
+            flat=self._flat(data.get("flat")),
+            feedback=self.decode(data.get("feedback")),
+            **content,
+        )
+
+    def _flat(self, data: Mapping[str, Any] | None) -> Any:
+        """Return how motions follow from curves; early files do not say it."""
+        if data is None:
+            return None
+        outputs = [str(name) for name, _ in data.get("outputs", ())]
+        named = {symbol.name: symbol for symbol in output_symbols(outputs)}
+        return _Reader(self.coordinates, named | self.symbols).decode(data)
+
+    def _body(self, data: Mapping[str, Any]) -> Body:
+        values = {name: self.decode(data[name]) for name in BODY}
+        values["whirl"] = data.get("whirl", 0.0)  # only rotors have it
+        check_fields(Body, values)
+        shapes = values.pop("shapes")
+        return Body(values.pop("name"), values.pop("frame"), shape=shapes, **values)
+
+    def decode(self, data: Any) -> Any:
+        """Return the value of plain data."""
+        if isinstance(data, list):
+            return tuple(self.decode(entry) for entry in data)
+        if not isinstance(data, dict):
+            return data
+        if "is" not in data:
+            return self._reference(data)
+        kind = RECORDS[data["is"]]
+        values = {name: self.decode(entry) for name, entry in data.items() if name != "is"}
+        if kind is State:
+            values["limits"] = _limits(values["limits"])
+        check_fields(kind, values)
+        return kind(**values)
+
+    def _reference(self, data: Mapping[str, Any]) -> Any:
+        """Return an expression, or what a name stands for."""
+        match data:
+            case {"expression": tree}:
+                return tree_to_expression(tree, self.symbols)
+            case {"body": name}:
+                return self.bodies[name]
+            case {"attitude": name}:
+                return self.coordinates[name]
+        raise ValueError(f"{str(data)[:60]} is no record")
+
+
+def _symbols_of(coordinates: Iterable[Coordinate | Attitude]) -> Iterator[MachineSymbol]:
+    """Yield the symbols of coordinates and of their rates."""
+    for coordinate in coordinates:
+        if isinstance(coordinate, Coordinate):
+            yield from (coordinate, RateSymbol(coordinate))
+        else:
+            yield from (*coordinate.quaternion, *coordinate.turn_rate)
+
+
+def _read_coordinate(data: Mapping[str, Any]) -> Coordinate | Attitude:
+    speed = math.inf if data["speed"] is None else data["speed"]
+    if data["kind"] == "rotation":
+        return rotation(data["name"], speed=speed, scale=data["scale"])
+    declare = {"length": length, "angle": angle}[data["kind"]]
+    return declare(data["name"], *_limits(data["limits"]), speed=speed, scale=data["scale"])
+
+
+def _limits(pair: Any) -> tuple[float, float]:
+    """Return limits, absent ones being infinite."""
+    lower, upper = pair
+    if any(isinstance(limit, str) for limit in pair):
+        raise ValueError(f"{pair} are no limits")
+    return (-math.inf if lower is None else lower, math.inf if upper is None else upper)

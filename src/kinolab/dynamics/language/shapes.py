@@ -1,0 +1,78 @@
+"""The solids that a body is drawn and collision-checked as.
+
+A shape is data. Its dimensions may contain parameters of the machine until ``System`` resolves
+them into numbers. Every shape is convex, sits at ``at`` in its body's frame, and has its axis of
+symmetry (where it has one) along a named axis of that frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import sympy
+
+from kinolab.arguments import checked
+
+Scalar: TypeAlias = float | sympy.Expr
+AxisName: TypeAlias = Literal["x", "y", "z"]
+Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
+
+ORIGIN: Point = (0.0, 0.0, 0.0)
+
+
+@checked
+@dataclass(frozen=True)
+class Box:
+    """A cuboid with full edge lengths ``x``, ``y`` and ``z`` in [m]."""
+
+    x: Scalar
+    y: Scalar
+    z: Scalar
+    at: Point = ORIGIN
+
+
+@checked
+@dataclass(frozen=True)
+class Sphere:
+    """A ball of the given radius in [m]."""
+
+    radius: Scalar
+    at: Point = ORIGIN
+
+
+@checked
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder: radius and full length in [m], symmetric about ``axis``."""
+
+    radius: Scalar
+    length: Scalar
+    axis: AxisName = "z"
+    at: Point = ORIGIN
+
+
+@checked
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder of ``length`` in [m] with a half ball of the same radius on both ends."""
+
+    radius: Scalar
+    length: Scalar
+    axis: AxisName = "z"
+    at: Point = ORIGIN
+
+
+@checked
+@dataclass(frozen=True)
+class Disk:
+    """A flat cylinder that is drawn with sectors, so that one sees it turn."""
+
+    radius: Scalar
+    thickness: Scalar
+    axis: AxisName = "z"
+    at: Point = ORIGIN
+
+
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Disk
+SHAPES: tuple[type, ...] = (Box, Sphere, Cylinder, Capsule, Disk)

@@ -1,0 +1,428 @@
+"""The symbols of a machine: coordinates, their rates, inputs, further states and parameters.
+
+They are SymPy symbols, so that a user calculates with them as on paper, and they carry what a
+planner must know: topology, unit, limits and scale.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, Self, TypeAlias
+
+import sympy
+
+from kinolab.arguments import checked
+from kinolab.errors import InputError, Mistake
+
+Topology: TypeAlias = Literal["line", "circle"]
+
+_serial = itertools.count()
+
+
+class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
+    """A symbol that carries facts; symbols of equal name and facts are equal, pickled ones too."""
+
+    __slots__ = ("facts",)
+
+    facts: tuple[Any, ...]
+
+    @classmethod
+    def _build(cls, name: str, facts: tuple[Any, ...]) -> Any:
+        self = sympy.Symbol.__xnew__(cls, name, real=True)
+        self.facts = facts
+        return self
+
+    def _hashable_content(self) -> tuple[Any, ...]:
+        return (*super()._hashable_content(), *self.facts)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._build, (self.name, self.facts)
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        return self.__reduce__()
+
+
+@checked
+class Coordinate(MachineSymbol):
+    """A generalised coordinate; two calls of ``length`` or ``angle`` never give the same one."""
+
+    __slots__ = ()
+
+    def __new__(
+        cls,
+        name: str,
+        topology: Topology,
+        unit: str,
+        limits: tuple[float, float],
+        speed: float,
+        scale: float,
+    ) -> Coordinate:
+        """Check and collect the facts of a coordinate; users call ``length`` or ``angle``."""
+        _check_coordinate(name, limits, speed, scale)
+        facts = (next(_serial), topology, unit, *limits, speed, scale)
+        made: Coordinate = cls._build(name, facts)
+        return made
+
+    @property
+    def serial(self) -> int:
+        """The order in which coordinates were made."""
+        return int(self.facts[0])
+
+    @property
+    def topology(self) -> Topology:
+        """``line``, or ``circle`` for an angle without limits, which wraps at +-pi."""
+        topology: Topology = self.facts[1]
+        return topology
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate, ``m`` or ``rad``."""
+        return str(self.facts[2])
+
+    @property
+    def lower(self) -> float:
+        """Lower limit in that unit, -inf where there is none."""
+        return float(self.facts[3])
+
+    @property
+    def upper(self) -> float:
+        """Upper limit in that unit, inf where there is none."""
+        return float(self.facts[4])
+
+    @property
+    def speed(self) -> float:
+        """Largest magnitude of the rate in unit/s, inf where there is none."""
+        return float(self.facts[5])
+
+    @property
+    def scale(self) -> float:
+        """What counts as a large difference, in that unit; distances are divided by it."""
+        return float(self.facts[6])
+
+
+class QuaternionEntry(MachineSymbol):
+    """One of the four numbers of an attitude's unit quaternion, in the order x, y, z, w."""
+
+    __slots__ = ()
+
+    def __new__(cls, attitude: Attitude, index: int) -> QuaternionEntry:
+        """Make an entry; users call ``rotation``."""
+        made: QuaternionEntry = cls._build(f"{attitude.name}_{'xyzw'[index]}", (attitude, index))
+        return made
+
+    @property
+    def attitude(self) -> Attitude:
+        """What the quaternion describes."""
+        attitude: Attitude = self.facts[0]
+        return attitude
+
+    @property
+    def index(self) -> int:
+        """Which entry: 0, 1, 2 of the vector part, 3 of the scalar part."""
+        return int(self.facts[1])
+
+
+class TurnRate(MachineSymbol):
+    """A component of an attitude's angular velocity, in the axes of the frame it turns."""
+
+    __slots__ = ()
+
+    def __new__(cls, attitude: Attitude, index: int) -> TurnRate:
+        """Make a component; users call ``turn_rate``."""
+        made: TurnRate = cls._build(f"{attitude.name}_w{'xyz'[index]}", (attitude, index))
+        return made
+
+    @property
+    def attitude(self) -> Attitude:
+        """What turns."""
+        attitude: Attitude = self.facts[0]
+        return attitude
+
+    @property
+    def index(self) -> int:
+        """Which component: 0, 1 or 2."""
+        return int(self.facts[1])
+
+    def _latex(self, _: Any) -> str:
+        return rf"\omega_{{{self.attitude.name},{'xyz'[self.index]}}}"
+
+
+class TurnAcceleration(MachineSymbol):
+    """The derivative of a turn rate; it occurs in equations only."""
+
+    __slots__ = ()
+
+    def __new__(cls, turn: TurnRate) -> TurnAcceleration:
+        """Make the derivative of a component."""
+        made: TurnAcceleration = cls._build(f"{turn.name}_dot", (turn,))
+        return made
+
+    @property
+    def turn(self) -> TurnRate:
+        """What is differentiated."""
+        turn: TurnRate = self.facts[0]
+        return turn
+
+    def _latex(self, printer: Any) -> str:
+        return rf"\dot{{{printer._print(self.turn)}}}"
+
+
+@checked
+@dataclass(frozen=True, order=True)
+class Attitude:
+    """A coordinate on SO(3): any rotation, without a singular one.
+
+    Its state is a unit quaternion x, y, z, w and the angular velocity in body axes. Attitudes have
+    an order because SymPy sorts symbols by what they carry.
+
+    Attributes:
+        name: What scenarios, files and equations call it.
+        speed: Largest magnitude of each component of the angular velocity, in [rad/s].
+        scale: What counts as a large turn, in [rad].
+        serial: The order in which coordinates were made.
+    """
+
+    name: str
+    speed: float
+    scale: float
+    serial: int
+
+    unit = "rad"
+
+    @property
+    def quaternion(
+        self,
+    ) -> tuple[QuaternionEntry, QuaternionEntry, QuaternionEntry, QuaternionEntry]:
+        """The symbols of the quaternion's entries x, y, z, w."""
+        x, y, z, w = (QuaternionEntry(self, index) for index in range(4))
+        return x, y, z, w
+
+    @property
+    def turn_rate(self) -> tuple[TurnRate, TurnRate, TurnRate]:
+        """The symbols of the angular velocity's components in body axes."""
+        x, y, z = (TurnRate(self, index) for index in range(3))
+        return x, y, z
+
+
+class TimeDerivative(MachineSymbol):
+    """A derivative of a coordinate, named after it and printed with dots."""
+
+    __slots__ = ()
+
+    order: int = 0
+
+    def __new__(cls, coordinate: Coordinate) -> Self:
+        """Make the derivative of a coordinate."""
+        made: Self = cls._build(f"{coordinate.name}_{'d' * cls.order}ot", (coordinate,))
+        return made
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """What is differentiated."""
+        coordinate: Coordinate = self.facts[0]
+        return coordinate
+
+    def _latex(self, printer: Any) -> str:
+        letter = printer._print(sympy.Symbol(self.coordinate.name))
+        return rf"\{'d' * self.order}ot{{{letter}}}"
+
+    def _pretty(self, printer: Any) -> Any:
+        # SymPy's pretty printer puts dots over a letter that ends in dot or ddot.
+        letter, _, index = self.coordinate.name.partition("_")
+        dotted = f"{letter}{'d' * self.order}ot" + (f"_{index}" if index else "")
+        return printer._print(sympy.Symbol(dotted))
+
+
+class Rate(TimeDerivative):
+    """The time derivative of a coordinate: ``psi_dot`` for ``psi``."""
+
+    __slots__ = ()
+
+    order = 1
+
+
+class Acceleration(TimeDerivative):
+    """The second time derivative of a coordinate, ``psi_ddot``; it occurs in equations only."""
+
+    __slots__ = ()
+
+    order = 2
+
+
+@checked
+class Parameter(MachineSymbol):
+    """A constant of the machine with a default; a new value never recompiles anything."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str, default: float, unit: str = "") -> Parameter:
+        """Check and collect the facts of a parameter."""
+        _check_name("parameter", name)
+        if not math.isfinite(default):
+            raise InputError([Mistake(f"parameter {name!r}", f"its value is {default}.")])
+        made: Parameter = cls._build(name, (float(default), unit))
+        return made
+
+    @property
+    def default(self) -> float:
+        """Value in ``unit``."""
+        return float(self.facts[0])
+
+    @property
+    def unit(self) -> str:
+        """SI unit as text, empty for a pure number."""
+        return str(self.facts[1])
+
+
+class StateSymbol(MachineSymbol):
+    """A state beyond positions and velocities, such as a motor's current."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> StateSymbol:
+        """Make the symbol; users call ``state``."""
+        _check_name("state", name)
+        made: StateSymbol = cls._build(name, ())
+        return made
+
+
+class ForceSymbol(MachineSymbol):
+    """The force that holds a constraint, named after it; it occurs in requirements only."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> ForceSymbol:
+        """Make the symbol; users call ``force_of``."""
+        made: ForceSymbol = cls._build(name, ())
+        return made
+
+
+class InputSymbol(MachineSymbol):
+    """The value of an input of the machine, in the input's unit."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> InputSymbol:
+        """Make the symbol of an input."""
+        made: InputSymbol = cls._build(name, ())
+        return made
+
+    def _latex(self, printer: Any) -> str:
+        symbol = str(printer._print(sympy.Symbol(self.name)))
+        return rf"\mathrm{{{symbol}}}" if len(symbol) > 1 and symbol == self.name else symbol
+
+
+class ReferenceSymbol(MachineSymbol):
+    """The value of a reference of a feedback law, in the reference's unit."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> ReferenceSymbol:
+        """Make the symbol of a reference."""
+        _check_name("reference", name)
+        made: ReferenceSymbol = cls._build(name, ())
+        return made
+
+
+@checked
+def length(
+    name: str,
+    lower: float = -math.inf,
+    upper: float = math.inf,
+    *,
+    speed: float = math.inf,
+    scale: float = 1.0,
+) -> Coordinate:
+    """Declare a coordinate on the line, in [m].
+
+    Args:
+        name: What scenarios, files and equations call it.
+        lower: Lower limit in [m].
+        upper: Upper limit in [m].
+        speed: Largest magnitude of its rate in [m/s].
+        scale: What counts as a large difference, in [m]; distances are divided by it.
+    """
+    return Coordinate(name, "line", "m", (float(lower), float(upper)), float(speed), float(scale))
+
+
+@checked
+def angle(
+    name: str,
+    lower: float = -math.inf,
+    upper: float = math.inf,
+    *,
+    speed: float = math.inf,
+    scale: float = 1.0,
+) -> Coordinate:
+    """Declare an angle in [rad]: on the circle, or on the line where it has limits.
+
+    Args:
+        name: What scenarios, files and equations call it.
+        lower: Lower limit in [rad]; an angle with a limit does not wrap.
+        upper: Upper limit in [rad].
+        speed: Largest magnitude of its rate in [rad/s].
+        scale: What counts as a large difference, in [rad]; distances are divided by it.
+    """
+    limits = (float(lower), float(upper))
+    topology: Topology = "circle" if all(map(math.isinf, limits)) else "line"
+    return Coordinate(name, topology, "rad", limits, float(speed), float(scale))
+
+
+@checked
+def rotation(name: str, *, speed: float = math.inf, scale: float = 1.0) -> Attitude:
+    """Declare a coordinate on SO(3), to be used as a frame by ``orient``.
+
+    Args:
+        name: What scenarios, files and equations call it.
+        speed: Largest magnitude of each component of its angular velocity, in [rad/s].
+        scale: What counts as a large turn, in [rad]; distances are divided by it.
+    """
+    _check_coordinate(name, (-math.inf, math.inf), speed, scale)
+    return Attitude(name, float(speed), float(scale), next(_serial))
+
+
+@checked
+def turn_rate(attitude: Attitude) -> tuple[TurnRate, TurnRate, TurnRate]:
+    """Return the components of an attitude's angular velocity, in body axes, in [rad/s]."""
+    return attitude.turn_rate
+
+
+@checked
+def parameter(name: str, default: float, unit: str = "") -> Parameter:
+    """Declare a constant of the machine, such as a mass, with its default value and unit."""
+    return Parameter(name, default, unit)
+
+
+@checked
+def rate(coordinate: Coordinate) -> Rate:
+    """Return the symbol of the coordinate's time derivative."""
+    return Rate(coordinate)
+
+
+@checked
+def acceleration(coordinate: Coordinate) -> Acceleration:
+    """Return the symbol of the coordinate's second time derivative, for equations by hand."""
+    return Acceleration(coordinate)
+
+
+def _check_name(kind: str, name: str) -> None:
+    if not name.isidentifier():
+        remedy = "Use letters, digits and underscores, beginning with a letter."
+        raise InputError([Mistake(f"{kind} {name!r}", "this is not a usable name.", remedy)])
+
+
+def _check_coordinate(name: str, limits: tuple[float, float], speed: float, scale: float) -> None:
+    _check_name("coordinate", name)
+    where = f"coordinate {name!r}"
+    mistakes = []
+    if not limits[0] < limits[1]:
+        what = f"its limits are {limits[0]:g} to {limits[1]:g}."
+        mistakes.append(Mistake(where, what, "The lower limit must be below the upper one."))
+    if not speed > 0:
+        mistakes.append(Mistake(where, f"its speed limit is {speed:g}.", "It must be positive."))
+    if not 0 < scale < math.inf:
+        mistakes.append(Mistake(where, f"its scale is {scale:g}.", "It must be positive."))
+    if mistakes:
+        raise InputError(mistakes)

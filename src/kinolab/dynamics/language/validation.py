@@ -1,0 +1,319 @@
+"""What can be wrong with a machine before anything is derived, in sentences."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy
+
+from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.flatness import output_symbols, symbols_used
+from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.mechanism import atoms_of
+from kinolab.dynamics.language.symbols import (
+    Attitude,
+    Coordinate,
+    ForceSymbol,
+    InputSymbol,
+    Parameter,
+    QuaternionEntry,
+    ReferenceSymbol,
+    StateSymbol,
+)
+from kinolab.errors import InputError, Mistake, is_broken, printable, unknown_name
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import AnyCoordinate, System
+
+HIGHEST_DEGREE = 8  # of polynomials through equilibria
+TRIANGLE = 1e-9  # relative rounding that an inertia may show
+
+
+def mistakes_of(
+    system: System, atoms: set[sympy.Symbol | Attitude], used: set[AnyCoordinate]
+) -> Iterator[Mistake]:
+    """Yield everything that is wrong with a description.
+
+    Args:
+        system: The machine.
+        atoms: Every symbol and attitude in it.
+        used: Every coordinate in it.
+    """
+    if not system.bodies:
+        yield Mistake(_where(system), "it has no bodies.")
+    yield from _naming(system)
+    yield from _values(system)
+    if not all(_is_number(value) for _, value in system.values):
+        return  # nothing that rests on parameters can be judged
+    yield from _symbols(system, atoms)
+    yield from _coordinates(system, used)
+    yield from _references(system)
+    yield from _places(system)
+    yield from _flatness(system)
+    yield from _feedback(system)
+    for body in system.bodies:
+        yield from _body(system, body)
+        for shape in body.shapes:
+            yield from _shape(system, body, shape)
+    for cable in system.cables:
+        yield from _cable(system, cable)
+    for entry in system.inputs:
+        try:
+            bounds_of(entry)
+        except InputError as error:
+            yield from error.mistakes
+
+
+def _where(system: System) -> str:
+    return f"system {system.name!r}"
+
+
+def _naming(system: System) -> Iterator[Mistake]:
+    symbols = (*configuration_symbols(system), *tangent_symbols(system), *system.parameters)
+    references = () if system.feedback is None else system.feedback.references
+    named = (*system.inputs, *system.states, *references)
+    groups = {
+        "name": [entry.name for entry in (*symbols, *named)],
+        "body": [body.name for body in system.bodies],
+        "cable": [*(cable.name for cable in system.cables), *{body.name for body in system.bodies}],
+        "constraint": [constraint.name for constraint in system.constraints],
+    }
+    for kind, names in groups.items():
+        for name, count in Counter(names).items():
+            if count > 1:
+                bearers = "coordinates, rates, inputs, states, references or parameters "
+                what = f"{count} {bearers if kind == 'name' else ''}have this name."
+                yield Mistake(f"{kind} {name!r}", what, "Give each a name of its own.")
+    texts = [system.name, *(parameter.unit for parameter in system.parameters)]
+    for text in dict.fromkeys([*texts, *(name for names in groups.values() for name in names)]):
+        if isinstance(text, str) and is_broken(text):
+            yield Mistake(f"{printable(text)!r}", "this is no Unicode text.", "Write it in UTF-8.")
+    for entry in named:
+        if not entry.name.isidentifier():
+            remedy = "Use letters, digits and underscores, beginning with a letter."
+            yield Mistake(f"{entry.name!r}", "this is not a usable name.", remedy)
+
+
+def _values(system: System) -> Iterator[Mistake]:
+    known = [parameter.name for parameter in system.parameters]
+    for name, value in system.values:
+        if name not in known:
+            yield unknown_name("parameter", name, known=known, where=_where(system))
+        elif not _is_number(value):
+            yield Mistake(f"parameter {name!r}", f"its value is {value!r}.", "Give a number.")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _symbols(system: System, atoms: set[sympy.Symbol | Attitude]) -> Iterator[Mistake]:
+    """Name symbols that are no part of the machine's vocabulary, or not of this machine."""
+    known: dict[type, set[str]] = {
+        InputSymbol: {entry.name for entry in system.inputs},
+        StateSymbol: {entry.name for entry in system.states},
+        ForceSymbol: {constraint.name for constraint in system.constraints},
+        ReferenceSymbol: set() if system.feedback is None else _names(system.feedback.references),
+    }
+    declared = {*configuration_symbols(system), *tangent_symbols(system)}
+    for atom in sorted(atoms, key=str):
+        kind = type(atom)
+        if kind in known and atom.name not in known[kind]:
+            what = f"the symbol {atom} belongs to an input, state, reference or constraint it "
+            what += "does not list."
+            yield Mistake(_where(system), what, "List it, or take the symbol out.")
+        elif not isinstance(atom, (Attitude, Coordinate, Parameter, *known)) and not any(
+            type(symbol) is kind for symbol in declared
+        ):
+            remedy = "Make it with length, angle, rotation, parameter, rate or state."
+            yield Mistake(_where(system), f"the symbol {atom} is not declared.", remedy)
+
+
+def _names(entries: Sequence[Any]) -> set[str]:
+    return {entry.name for entry in entries}
+
+
+def _coordinates(system: System, used: set[AnyCoordinate]) -> Iterator[Mistake]:
+    listed = set(system.coordinates)
+    for coordinate in sorted(used - listed, key=lambda c: c.serial):
+        what = f"the coordinate {coordinate.name} is used but not listed in coordinates."
+        yield Mistake(_where(system), what)
+    for coordinate in system.coordinates:
+        if coordinate not in used:
+            what = f"the coordinate {coordinate.name} moves nothing."
+            yield Mistake(_where(system), what, "Use it in a frame, or leave it out.")
+    if isinstance(system.velocities, str):
+        if system.velocities != "all":
+            what = f"velocities is {system.velocities!r}."
+            yield Mistake(_where(system), what, 'Give a list of coordinates, or "all".')
+        return
+    for coordinate, count in Counter(system.velocities or ()).items():
+        if count > 1:
+            yield Mistake(_where(system), f"{coordinate.name} is named twice in velocities.")
+        if coordinate not in listed:
+            what = f"{coordinate.name} is named in velocities but is no coordinate of the machine."
+            yield Mistake(_where(system), what)
+
+
+def _references(system: System) -> Iterator[Mistake]:
+    """Name bodies that are acted on but are not part of the machine."""
+    names = [body.name for body in system.bodies]
+    for part in (*system.inputs, *system.efforts):
+        for role in ("on", "reacts_on"):
+            body = getattr(part, role, None)
+            if isinstance(body, Body) and body not in system.bodies:
+                label = getattr(part, "name", type(part).__name__)
+                what = f"it acts on the body {body.name!r}, which the system does not list."
+                yield Mistake(f"{type(part).__name__.lower()} {label!r}", what)
+    names += [cable.name for cable in system.cables if cable.collides]
+    kind = "body or cable that collides" if system.cables else "body"
+    for pair in system.collisions:
+        for name in pair:
+            if name not in names:
+                yield unknown_name(kind, name, known=names, where=f"{_where(system)} collisions")
+
+
+def _places(system: System) -> Iterator[Mistake]:
+    """Frames are functions of position, and gravity is the same everywhere."""
+    for body in system.bodies:
+        for symbol in sorted(set(atoms_of(body.frame)), key=str):
+            if not isinstance(symbol, Attitude | Coordinate | QuaternionEntry | Parameter):
+                what = f"its frame depends on {symbol}; a frame is a function of coordinates alone."
+                yield Mistake(f"body {body.name!r}", what)
+    if system.gravity is None:
+        return
+    if not all(isinstance(s, Parameter) for s in system.gravity.strength.free_symbols):
+        what = f"its strength is {system.gravity.strength}."
+        yield Mistake("gravity", what, "Give a number or a parameter; Potential takes the rest.")
+    if not math.isclose(math.hypot(*system.gravity.down), 1.0, rel_tol=1e-9):
+        yield Mistake("gravity", f"{system.gravity.down} is not a unit vector.")
+
+
+def _flatness(system: System) -> Iterator[Mistake]:
+    """A flat map speaks of the machine's own coordinates and parameters."""
+    if system.flat is None:
+        return
+    where = f"{_where(system)} flat"
+    for coordinate in system.flat.coordinates:
+        if coordinate not in system.coordinates:
+            yield Mistake(where, f"{coordinate} is no coordinate of the machine.")
+    outputs = getattr(system.flat, "outputs", ())
+    known = {*system.coordinates, *system.parameters, *output_symbols(n for n, _ in outputs)}
+    for symbol in sorted(symbols_used(system.flat) - known, key=str):
+        remedy = "Use output(name, order) up to order 2, coordinates and parameters."
+        yield Mistake(where, f"the symbol {symbol} means nothing here.", remedy)
+
+
+def _feedback(system: System) -> Iterator[Mistake]:
+    """A controller gives every input of the machine, and nothing else."""
+    feedback, where = system.feedback, f"{_where(system)} feedback"
+    if feedback is None:
+        return
+    if not feedback.references:
+        yield Mistake(where, "it has no references.", "Give one at least; planners choose them.")
+    for entry in feedback.references:
+        try:
+            bounds_of(entry, "reference")
+        except InputError as error:
+            yield from error.mistakes
+    inputs = [entry.name for entry in system.inputs]
+    if isinstance(feedback, Feedback):
+        given = Counter(name for name, _ in feedback.law)
+        for name in given:
+            if name not in inputs:
+                yield unknown_name("input", name, known=inputs, where=where)
+        for name in inputs:
+            if given[name] != 1:
+                yield Mistake(where, f"its law gives {name} {given[name]} times.", "Give it once.")
+    else:
+        yield from _regulator(system, feedback, where)
+
+
+def _regulator(system: System, regulator: Regulator, where: str) -> Iterator[Mistake]:
+    """What is to be designed must be a question that has an answer."""
+    inputs, tracked = [entry.name for entry in system.inputs], [z for z, _ in regulator.tracked]
+    for z, _ in regulator.about:
+        if z not in tracked:
+            yield Mistake(where, f"{z} has a value in equilibrium but is not tracked.", "Track it.")
+    for kind, known, pairs in (
+        ("input", inputs, regulator.efforts),
+        ("reference", [entry.name for entry in regulator.references], regulator.schedule),
+    ):
+        for name, _ in pairs:
+            if name not in known:
+                yield unknown_name(kind, name, known=known, where=where)
+    large = [(str(z), size) for z, size in regulator.tracked] + list(regulator.efforts)
+    for what, size in large:
+        if not (size > 0 and math.isfinite(size)):
+            remedy = "It must be positive."
+            yield Mistake(where, f"what counts as large for {what} is {size:g}.", remedy)
+    for name, degree in regulator.schedule:
+        if not 0 <= degree <= HIGHEST_DEGREE:
+            remedy = f"Take 0 to {HIGHEST_DEGREE}."
+            yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
+
+
+def _shape(system: System, body: Body, shape: Any) -> Iterator[Mistake]:
+    """The dimensions of a shape are positive numbers."""
+    where = f"body {body.name!r} {type(shape).__name__.lower()}"
+    for name, value in vars(shape).items():
+        if name == "axis":
+            if value not in ("x", "y", "z"):
+                yield unknown_name("axis", str(value), known=("x", "y", "z"), where=where)
+            continue
+        try:
+            entries = value if isinstance(value, tuple) else (value,)
+            numbers = [system.number(exact(entry)) for entry in entries]
+        except (InputError, TypeError):
+            what = f"{name} is {value!r}."
+            yield Mistake(where, what, "Give numbers, or expressions of parameters.")
+            continue
+        if name != "at" and not numbers[0] > 0:
+            stated = "" if isinstance(value, float | int) else f"{value} = "
+            yield Mistake(where, f"{name} is {stated}{numbers[0]:g} m.", "It must be positive.")
+
+
+def _cable(system: System, cable: Cable) -> Iterator[Mistake]:
+    """The radius of a cable is a positive number."""
+    where = f"cable {cable.name!r}"
+    try:
+        radius = system.number(exact(cable.radius))
+    except (InputError, TypeError):
+        what = f"its radius is {cable.radius!r}."
+        yield Mistake(where, what, "Give a number, or an expression of parameters.")
+        return
+    if not radius > 0:
+        remedy = "It must be positive; collides=False is for cables that are only drawn."
+        yield Mistake(where, f"its radius is {radius:g} m.", remedy)
+
+
+def _body(system: System, body: Body) -> Iterator[Mistake]:
+    where = f"body {body.name!r}"
+    try:
+        mass = system.number(body.mass)
+        entries = [system.number(entry) for entry in body.inertia_matrix]
+        added = [system.number(entry) for row in body.added_mass for entry in row]
+    except TypeError:
+        yield Mistake(where, "its mass or inertia depends on more than numbers and parameters.")
+        return
+    if not np.isfinite([mass, *entries, *added]).all():
+        yield Mistake(where, "its mass or inertia is not finite.")
+        return
+    if mass < 0:
+        yield Mistake(where, f"its mass is {mass:g} kg.", "A mass is 0 or positive.")
+    a, b, c = np.linalg.eigvalsh(np.reshape(entries, (3, 3)))
+    if a < -TRIANGLE * max(c, 1e-300) or a + b < c * (1 - TRIANGLE):
+        what = f"no rigid body has the principal moments {a:g}, {b:g}, {c:g} kg m^2."
+        remedy = "Each must be at least 0 and at most the sum of the other two."
+        yield Mistake(where, what, remedy)
+    if added and np.linalg.eigvalsh(np.reshape(added, (6, 6)))[0] < -TRIANGLE * max(added):
+        yield Mistake(where, "its added mass is not positive semidefinite.")

@@ -1,0 +1,1 @@
+"""Numbers without machines: compiled loops, trees of points, linear algebra."""

@@ -1,0 +1,279 @@
+"""Nearest neighbours of points that keep coming: a forest of trees.
+
+The newest points wait in a list. When it is full it becomes a tree, together with all trees that
+are no larger, as bits carry in a binary number; so every point is sorted into a larger tree only
+a few times. A tree is halved across its widest side down to leaves; every eight of its parts have
+their boxes side by side, and a leaf its points, so that the processor looks at several at once.
+Coordinates may go round: distances take the short way.
+
+Source: Bentley, Saxe, Decomposable searching problems, Journal of Algorithms 1(4), 1980; Friedman,
+Bentley, Finkel, An algorithm for finding best matches in logarithmic expected time, ACM TOMS 3(3),
+1977; for the slack, Arya, Mount et al., Journal of the ACM 45(6), 1998.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.quickselect import part
+
+Array: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+Singles: TypeAlias = NDArray[np.float32]
+
+LEAF = 64  # points of a leaf, and of the list of the newest ones
+WIDTH = 8  # boxes that are looked at together
+WAITING = 512  # parts of a tree that wait at most: WIDTH for every layer
+SLACK = np.float32(1.0 / 1.1**2)  # a point is nearest where none is nearer by more than a tenth
+NOTHING, FAR = np.float32(0.0), np.float32(np.inf)
+
+
+class Forest(NamedTuple):
+    """Points and trees in flat arrays, for compiled code.
+
+    Level k holds no tree or one of 2^k leaves, which begin at block 2^k; block 0 is the list of the
+    newest points. Above the leaves of a level are layers of boxes, the lowest first.
+    """
+
+    points: Singles  # (capacity, d) scaled coordinates, by name
+    blocks: Singles  # (blocks, d, LEAF)
+    names: NDArray[np.int32]  # (blocks * LEAF,)
+    boxes: Singles  # (groups, 2, d, WIDTH) lowest and highest coordinates
+    begin: Integers  # (levels,) the first group of boxes of a level
+    full: NDArray[np.uint8]  # (levels,) whether there is a tree
+    counts: Integers  # (2,) of all points, and of those in the list
+    period: Singles  # (d,) after how much a coordinate comes round; infinite where it does not
+    squares: Singles  # (LEAF,) scratch
+    bounds: Singles  # (WIDTH,) scratch
+    queue: Integers  # (WAITING, 2) scratch: layer and group
+    gaps: Singles  # (WAITING,) scratch
+
+
+def forest(capacity: int, period: Array) -> Forest:
+    """Return an empty forest for so many points; ``period`` (d,) is infinite on lines."""
+    levels, d = max(1, (capacity // LEAF).bit_length()), len(period)
+    groups = [sum(_layers(1 << level)) for level in range(levels)]
+    return Forest(
+        points=np.zeros((capacity, d), np.float32),
+        blocks=np.zeros((1 << levels, d, LEAF), np.float32),
+        names=np.zeros(LEAF << levels, np.int32),
+        boxes=np.zeros((sum(groups), 2, d, WIDTH), np.float32),
+        begin=np.cumsum([0, *groups[:-1]]).astype(np.int64),
+        full=np.zeros(levels, np.uint8),
+        counts=np.zeros(2, np.int64),
+        period=np.asarray(period, np.float32),
+        squares=np.zeros(LEAF, np.float32),
+        bounds=np.zeros(WIDTH, np.float32),
+        queue=np.zeros((WAITING, 2), np.int64),
+        gaps=np.zeros(WAITING, np.float32),
+    )
+
+
+def _layers(leaves: int) -> list[int]:
+    """Return how many groups of boxes there are above some leaves, layer by layer."""
+    found: list[int] = []
+    while leaves > 1:
+        leaves = -(-leaves // WIDTH)
+        found.append(leaves)
+    return found
+
+
+@kernel
+def clear(forest):  # type: ignore[no-untyped-def]
+    """Forget all points."""
+    forest.full[:] = 0
+    forest.counts[:] = 0
+
+
+@kernel
+def add(forest, point):  # type: ignore[no-untyped-def]
+    """Add a point (d,); its name is how many there were before."""
+    name, at = forest.counts[0], forest.counts[1]
+    for i in range(point.shape[0]):
+        forest.points[name, i] = point[i]
+        forest.blocks[0, i, at] = point[i]
+    forest.names[at] = name
+    forest.counts[0] += 1
+    forest.counts[1] += 1
+    if forest.counts[1] == LEAF:
+        carry(forest)
+        forest.counts[1] = 0
+
+
+@kernel
+def carry(forest):  # type: ignore[no-untyped-def]
+    """Make one tree of the list and of all trees below the first level without one."""
+    points, names, blocks, d = forest.points, forest.names, forest.blocks, forest.points.shape[1]
+    level = 0
+    while forest.full[level]:
+        forest.full[level] = 0
+        level += 1
+    forest.full[level] = 1
+    leaves = 1 << level
+    begin = LEAF * leaves
+    for k in range(begin):  # the list and the levels below lie right before, and are as many
+        names[begin + k] = names[k]
+    for depth in range(level):
+        length = begin >> depth
+        for first in range(begin, 2 * begin, length):
+            widest, extent = 0, -FAR
+            for i in range(d):
+                low, high = FAR, -FAR
+                for k in range(first, first + length):
+                    value = points[names[k], i]
+                    low, high = min(low, value), max(high, value)
+                if high - low > extent:
+                    widest, extent = i, high - low
+            part(points, widest, names, first, first + length - 1, first + length // 2)
+    for leaf in range(leaves, 2 * leaves):
+        for k in range(LEAF):
+            for i in range(d):
+                blocks[leaf, i, k] = points[names[leaf * LEAF + k], i]
+    enclose(forest, level)
+
+
+@kernel
+def enclose(forest, level):  # type: ignore[no-untyped-def]
+    """Write the boxes of a level's tree, layer by layer."""
+    blocks, boxes, d = forest.blocks, forest.boxes, forest.points.shape[1]
+    count, group, below = 1 << level, forest.begin[level], -1
+    first_leaf = count
+    while count > 1:
+        first_group, groups = group, -(-count // WIDTH)
+        for part_of in range(groups * WIDTH):
+            group, c = first_group + part_of // WIDTH, part_of % WIDTH
+            for i in range(d):
+                low, high = FAR, -FAR  # of no part: farther than anything
+                if part_of < count and below < 0:
+                    for k in range(LEAF):
+                        value = blocks[first_leaf + part_of, i, k]
+                        low, high = min(low, value), max(high, value)
+                elif part_of < count:
+                    for k in range(WIDTH):
+                        low = min(low, boxes[below + part_of, 0, i, k])
+                        high = max(high, boxes[below + part_of, 1, i, k])
+                boxes[group, 0, i, c], boxes[group, 1, i, c] = low, high
+        below, count, group = first_group, groups, first_group + groups
+
+
+@kernel
+def measure(block, query, period, squares):  # type: ignore[no-untyped-def]
+    """Write the squared distances (LEAF,) of a block's points from a query."""
+    for k in range(LEAF):
+        squares[k] = NOTHING
+    for i in range(period.shape[0]):
+        value, turn = np.float32(query[i]), period[i]
+        if turn == FAR:
+            for k in range(LEAF):  # the processor takes several at once
+                gap = block[i, k] - value
+                squares[k] += gap * gap
+        else:
+            for k in range(LEAF):
+                gap = abs(block[i, k] - value)
+                gap = min(gap, turn - gap)
+                squares[k] += gap * gap
+
+
+@kernel
+def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
+    """Write lower bounds (WIDTH,) on the squared distances of a query from what boxes hold."""
+    for c in range(WIDTH):
+        bounds[c] = NOTHING
+    for i in range(period.shape[0]):
+        value, turn = np.float32(query[i]), period[i]
+        for c in range(WIDTH):
+            under, over = boxes[0, i, c] - value, value - boxes[1, i, c]
+            gap = max(under, over, NOTHING)
+            # The other end may be nearer, the other way round.
+            gap = min(gap, max(turn + min(under, over), NOTHING))
+            bounds[c] += gap * gap
+
+
+@kernel
+def nearest(forest, query, start, best, slack=SLACK):  # type: ignore[no-untyped-def]
+    """Return the name of a point near a query (d,), and its squared distance.
+
+    No point is nearer by more than a tenth, unless ``slack`` says otherwise.
+
+    Args:
+        forest: With points.
+        query: Scaled coordinates.
+        start: The name that is returned where no point is nearer than ``best``.
+        best: A squared distance.
+        slack: No point has less than this share of the squared distance that is found.
+    """
+    found, least, period = start, np.float32(best), forest.period
+    squares, blocks, names, full = forest.squares, forest.blocks, forest.names, forest.full
+    count = forest.counts[1]
+    if count > 0:
+        found, least = look(blocks[0], names, count, query, period, squares, found, least)
+    for level in range(full.shape[0] - 1, -1, -1):  # large trees first: they are likelier right
+        if full[level] and level > 0:
+            found, least = descend(forest, level, query, found, least, slack)
+        elif full[level]:
+            own = names[LEAF:]
+            found, least = look(
+                blocks[1], own, np.int64(LEAF), query, period, squares, found, least
+            )
+    return found, least
+
+
+@kernel
+def look(block, names, count, query, period, squares, found, least):  # type: ignore[no-untyped-def]
+    """Look at the first points of a block; return the nearest so far, and its squared distance."""
+    measure(block, query, period, squares)
+    for k in range(count):
+        if squares[k] < least:
+            least, found = squares[k], names[k]
+    return found, least
+
+
+@kernel
+def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyped-def]
+    """Look through the tree of a level; return the nearest so far, and its squared distance."""
+    # Names of their own: a field of a tuple that is asked for in a loop costs time.
+    blocks, names, squares = forest.blocks, forest.names, forest.squares
+    boxes, bounds, queue, gaps = forest.boxes, forest.bounds, forest.queue, forest.gaps
+    period, leaves, begin = forest.period, 1 << level, forest.begin[level]
+    queue[0, 0], queue[0, 1], gaps[0], left = (level - 1) // 3, 0, NOTHING, 1  # WIDTH is 2^3
+    while left > 0:
+        left -= 1
+        if not gaps[left] < least * slack:
+            continue
+        layer, group = queue[left, 0], queue[left, 1]
+        first, count = begin, leaves
+        for _ in range(layer):
+            count = -(-count // WIDTH)
+            first += count
+        bound(boxes[first + group], query, period, bounds)
+        if layer > 0:
+            bottom = left
+            for c in range(WIDTH):
+                if not bounds[c] < least * slack:
+                    continue
+                k = left
+                while k > bottom and gaps[k - 1] < bounds[c]:  # the nearest one goes on top
+                    gaps[k] = gaps[k - 1]
+                    queue[k, 0], queue[k, 1] = queue[k - 1, 0], queue[k - 1, 1]
+                    k -= 1
+                gaps[k], queue[k, 0], queue[k, 1] = bounds[c], layer - 1, group * WIDTH + c
+                left += 1
+            continue
+        for _ in range(WIDTH):
+            nearer = 0
+            for c in range(1, WIDTH):
+                if bounds[c] < bounds[nearer]:
+                    nearer = c
+            if not bounds[nearer] < least * slack:
+                break
+            bounds[nearer] = FAR
+            leaf = leaves + group * WIDTH + nearer
+            own = names[leaf * LEAF :]
+            found, least = look(
+                blocks[leaf], own, np.int64(LEAF), query, period, squares, found, least
+            )
+    return found, least

@@ -1,5 +1,0 @@
-"""Artificial potentials: what pulls a machine to its goal, what keeps it off obstacles."""
-
-from kinolab.potential.solve import FieldSettings, solve
-
-__all__ = ["FieldSettings", "solve"]

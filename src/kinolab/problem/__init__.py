@@ -1,0 +1,5 @@
+"""A machine in a world with a start and a goal: all that a planner needs to know."""
+
+from kinolab.problem.task import Problem
+
+__all__ = ["Problem"]

@@ -1,0 +1,100 @@
+"""What a goal asks for, entry by entry, each in its own unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.dynamics.units import state_units
+from kinolab.problem.task import Problem
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class GoalEntry:
+    """One thing that the goal asks for, and what became of it.
+
+    Attributes:
+        name: Of a coordinate or rate, or what is measured, such as ``distance of hook``.
+        value: What was reached, in its SI unit.
+        target: What was wanted; 0 for distances and angles from a target.
+        error: How far the value is from the target, on the circle for angles that wrap.
+        tolerance: Largest error inside the goal.
+        unit: Of all these; empty for pure numbers.
+    """
+
+    name: str
+    value: float
+    target: float
+    error: float
+    tolerance: float
+    unit: str
+
+    @property
+    def reached(self) -> bool:
+        """Whether the error is within the tolerance."""
+        return self.error <= self.tolerance
+
+    def __str__(self) -> str:
+        wanted = f"{self.target:.4g} ± {self.tolerance:.3g}"
+        return f"{self.name} = {self.value:.4g} (wanted {wanted})"
+
+
+def goal_entries(problem: Problem, x: Array) -> tuple[GoalEntry, ...]:
+    """Return every entry of the goal at a state, those missed by most tolerances first."""
+    entries = _entries(problem, x)
+    return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
+
+
+def _entries(problem: Problem, x: Array) -> Iterator[GoalEntry]:
+    goal, model, bodies = problem.goal, problem.model, problem.bodies
+    units = state_units(model)
+    rows = zip(goal.indices, goal.targets, goal.deviations(x), goal.tolerances, strict=True)
+    for i, target, deviation, tolerance in rows:
+        value = float(x[i])
+        if problem.circular[i]:
+            value = float(wrapped(value))
+        error = abs(float(deviation))
+        name, unit = model.state_names[i], units[i]
+        yield GoalEntry(name, value, float(target), error, float(tolerance), unit)
+    for attitude in goal.attitudes:
+        turn = attitude.turn(x)
+        yield GoalEntry(f"turn of {attitude.name}", turn, 0.0, turn, attitude.tolerance, "rad")
+    frames = problem.frames(x) if goal.needs_frames else np.zeros((len(bodies), 12))
+    for point in goal.points:
+        away = point.distance(frames)
+        yield GoalEntry(
+            f"distance of {bodies[point.body].name}", away, 0.0, away, point.tolerance, "m"
+        )
+    for target in goal.directions:
+        turn = target.angle(frames)
+        yield GoalEntry(
+            f"angle of {bodies[target.body].name}", turn, 0.0, turn, target.tolerance, "rad"
+        )
+
+
+def apart_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
+    """Return the norm of the errors of each unit; the norm of all is the goal's distance.
+
+    Metres and radians have no sum: what is to be read is told in each unit for itself.
+    """
+    squares: dict[str, float] = {}
+    for entry in entries:
+        squares[entry.unit] = squares.get(entry.unit, 0.0) + entry.error**2
+    places_first = sorted(squares, key=lambda unit: (unit.endswith("/s"), unit))
+    return {unit: math.sqrt(squares[unit]) for unit in places_first}
+
+
+def distance_text(problem: Problem, x: Array) -> str:
+    """Word how far a state is from the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
+    norms = apart_by_unit(_entries(problem, x))
+    parts = [f"{norm:.3g} {unit}".rstrip() for unit, norm in norms.items()]
+    head, last = ", ".join(parts[:-1]), parts[-1]
+    return f"{head} and {last}" if head else last

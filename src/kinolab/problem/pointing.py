@@ -1,0 +1,64 @@
+"""States whose bodies point where a goal says, by the least turn of an attitude."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model
+from kinolab.problem.goal import DirectionTarget, Goal
+
+Array: TypeAlias = NDArray[np.float64]
+
+OPPOSITE = 1e-9  # of 1 + cosine: below, the turn may be about any axis across
+
+
+def pointed(model: Model, goal: Goal, x: Array) -> Array:
+    """Return states (n, nx) with attitudes turned so that axes point along their targets.
+
+    Attitudes that have a target of their own stay. Where no turn of an attitude brings an axis
+    nearer to its target, as where the body hangs on hinges, the state stays.
+    """
+    taken = {attitude.index for attitude in goal.attitudes}
+    free = [first for first in model.attitudes.values() if first not in taken]
+    for target in goal.directions:
+        for first in free:
+            x = _turned(model, target, x, first)
+    return x
+
+
+def _turned(model: Model, target: DirectionTarget, x: Array, first: int) -> Array:
+    before, wanted = _axis(model, target, x), np.asarray(target.target)
+    turned = x.copy()
+    own = slice(first, first + 4)
+    turned[:, own] = _product(_least_turn(before, wanted), x[:, own])
+    nearer = _axis(model, target, turned) @ wanted > before @ wanted
+    return np.where(nearer[:, None], turned, x)
+
+
+def _axis(model: Model, target: DirectionTarget, x: Array) -> Array:
+    """Return the axis in the world at states (n, nx), shape (n, 3)."""
+    poses = model.frames(x).reshape(len(x), -1, 3, 4)
+    axes: Array = poses[:, target.body, :, :3] @ np.asarray(target.axis)
+    return axes
+
+
+def _least_turn(begin: Array, end: Array) -> Array:
+    """Return the quaternions (n, 4) of the least turns from unit vectors (n, 3) to one (3,)."""
+    cosine = begin @ end
+    aside = np.cross(begin, np.eye(3)[np.abs(begin).argmin(axis=1)])
+    opposite = (1.0 + cosine < OPPOSITE)[:, None]
+    vector = np.where(opposite, aside, np.cross(begin, end))
+    scalar = np.where(opposite, 0.0, (1.0 + cosine)[:, None])
+    turn = np.hstack([vector, scalar])
+    quaternions: Array = turn / np.linalg.norm(turn, axis=1, keepdims=True)
+    return quaternions
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Return the attitudes b (n, 4) turned by a (n, 4) in the axes of the world."""
+    v, w, s, t = a[:, :3], b[:, :3], a[:, 3:], b[:, 3:]
+    scalar = s * t - (v * w).sum(axis=1, keepdims=True)
+    return np.hstack([s * w + t * v + np.cross(v, w), scalar])

@@ -1,0 +1,433 @@
+"""A machine in a world with a start and a goal: all that a planner needs to know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model, System
+from kinolab.dynamics.analysis.consistent_states import breaches, nearest_consistent
+from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
+from kinolab.errors import EndpointError, Mistake
+from kinolab.numerics.quaternions import (
+    random_attitude,
+    random_attitudes,
+    turned_at_random,
+    turned_by_at_most,
+)
+from kinolab.problem.goal import Goal, KeepOutCone, Norm
+from kinolab.problem.pointing import pointed
+from kinolab.scenario import Scenario
+from kinolab.world import (
+    NO_ENDS,
+    BodyGeometry,
+    CableGeometry,
+    CollisionChecker,
+    World,
+)
+
+if TYPE_CHECKING:
+    from kinolab.search.ompl import Bridge
+    from kinolab.solve import Plan
+
+Array: TypeAlias = NDArray[np.float64]
+
+GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
+ROUNDING = 1e-9  # by how much a value may pass a limit, in its own unit
+SAME = 1e-12  # what differs by less is not written
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A planning problem.
+
+    Attributes:
+        scenario: What was asked for, every default filled in.
+        system: The machine as data.
+        model: The machine, compiled, with what [bounds] leave of its inputs' limits.
+        world: Obstacles, ground, and the limits of the workspace.
+        start: State at time zero, shape (nx,).
+        goal: Where to end.
+        bounds: Lower and upper limit of each entry of the state, shape (nx, 2).
+        rate_bounds: Limits of all rates q_dot, the dependent ones included, shape (nt, 2).
+        scales: What counts as a large difference, per entry of the state, shape (nx,).
+        weights: What a planner multiplies differences by, shape (nx,).
+        circular: Which entries of the state are angles on the circle, shape (nx,).
+        keep_outs: Cones that axes of bodies must stay out of.
+        whole: The machine with all that its inputs can do; ``model`` where it is left out.
+    """
+
+    scenario: Scenario
+    system: System
+    model: Model
+    world: World
+    start: Array
+    goal: Goal
+    bounds: Array
+    rate_bounds: Array
+    scales: Array
+    weights: Array
+    circular: NDArray[np.bool_]
+    keep_outs: tuple[KeepOutCone, ...] = ()
+    whole: Model | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what travels to another process; checkers are built anew there."""
+        return {key: value for key, value in vars(self).items() if key not in ("_checker", "space")}
+
+    @property
+    def name(self) -> str:
+        """The scenario's name."""
+        return self.scenario.name
+
+    @property
+    def step(self) -> float:
+        """Length of one propagation step in [s]."""
+        return self.scenario.integration.step
+
+    @cached_property
+    def bodies(self) -> tuple[BodyGeometry, ...]:
+        """The bodies' shapes in numbers."""
+        return tuple(
+            BodyGeometry(
+                body.name,
+                self.system.resolved_shapes(body),
+                body.touches_ground,
+                body.color,
+                body.whirl,
+            )
+            for body in self.system.bodies
+        )
+
+    @cached_property
+    def cables(self) -> tuple[CableGeometry, ...]:
+        """The cables in numbers."""
+        return tuple(
+            CableGeometry(cable.name, self.system.number(cable.radius), cable.collides)
+            for cable in self.system.cables
+        )
+
+    def checker(self, margin: float = 0.0) -> CollisionChecker:
+        """Return a new collision checker, bodies and cables inflated by a margin in [m].
+
+        It judges a state x by ``checker.collides(*problem.placement(x))``.
+        """
+        return self._checker.inflated(margin, ground=self.world.ground)
+
+    @cached_property
+    def _checker(self) -> CollisionChecker:
+        """What all checkers share: building the search trees of large meshes takes a while."""
+        pairs = self.system.collisions
+        return CollisionChecker(self.bodies, self.world, cables=self.cables, self_pairs=pairs)
+
+    def frames(self, x: Array) -> Array:
+        """Return the bodies' poses at a state, shape (bodies, 12)."""
+        return self.model.frames(x)
+
+    def placement(self, x: Array) -> tuple[Array, Array]:
+        """Return the bodies' poses, shape (bodies, 12), and the cables' ends, (cables, 2, 3)."""
+        return self.model.frames(x), self.model.cables(x) if self.cables else NO_ENDS
+
+    def goal_excess(self, x: Array) -> float:
+        """Return how far outside the goal a state is: at most 1 inside."""
+        return self.goal.excess(x, self.frames(x) if self.goal.needs_frames else None)
+
+    def goal_distance(self, x: Array) -> float:
+        """Return the norm of all goal errors in SI units."""
+        return self.goal.distance(x, self.frames(x) if self.goal.needs_frames else None)
+
+    def limit_violations(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
+        """Yield (name, value, lower, upper) of every limit that a state passes."""
+        named = [(self.model.state_names, x, self.bounds)]
+        if np.isfinite(self.rate_bounds).any():
+            named.append((self.model.rate_names, self.model.velocity(x), self.rate_bounds))
+        for names, values, bounds in named:
+            for name, value, (lower, upper) in zip(names, values, bounds, strict=True):
+                if not lower - ROUNDING <= value <= upper + ROUNDING:
+                    yield name, float(value), float(lower), float(upper)
+        yield from self.outside_world(self.frames(x))
+
+    def outside_limits(self, x: Array) -> NDArray[np.bool_]:
+        """Say of several states (m, nx) which have ``limit_violations``, shape (m,)."""
+        outside: NDArray[np.bool_] = _outside(x, self.bounds)
+        if np.isfinite(self.rate_bounds).any():
+            outside = np.logical_or(outside, _outside(self.model.velocity(x), self.rate_bounds))
+        if self.world.bounds or self.keep_outs:
+            frames = self.model.frames(x).reshape(len(x), -1, 3, 4)
+            for axis, limits in self.world.bounds.items():
+                outside = outside | _outside(frames[:, :, "xyz".index(axis), 3], np.array([limits]))
+            for k in np.flatnonzero(~outside) if self.keep_outs else ():
+                outside[k] = any(True for _ in self.outside_world(frames[k].reshape(-1, 12)))
+        return outside
+
+    def outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
+        """Yield what is outside the workspace or in a forbidden cone: (name, value, lower, upper).
+
+        Args:
+            frames: Poses of the bodies, shape (bodies, 12).
+        """
+        for cone in self.keep_outs:
+            angle = cone.angle(frames)
+            if not angle >= cone.half_angle - ROUNDING:
+                yield f"the axis of {self.bodies[cone.body].name}", angle, cone.half_angle, np.pi
+        for body, pose in zip(self.bodies, frames, strict=True):
+            for axis, (lower, upper) in self.world.bounds.items():
+                value = float(pose["xyz".index(axis) * 4 + 3])
+                if not lower - ROUNDING <= value <= upper + ROUNDING:
+                    yield f"{axis} of {body.name}", value, lower, upper
+
+    def check_endpoints(self) -> None:
+        """Raise if the start breaks a constraint, or it or every goal a limit, or collides.
+
+        Raises:
+            EndpointError: Naming the constraints, the limits, and the pairs that collide.
+        """
+        mistakes = [
+            *self.start_breaches(),
+            *(Mistake(f"{self._file} [start]", what) for what in self._faults(self.start)),
+            *self._goal_mistakes(),
+        ]
+        if mistakes:
+            raise EndpointError(mistakes)
+
+    def start_breaches(self) -> Iterator[Mistake]:
+        """Yield what is wrong with a start that breaks constraints, and the nearest that holds."""
+        broken = breaches(self.model, self.start)
+        if broken:
+            sizes = ", ".join(f"{one.name!r} by {one.size:.3g} {one.unit}" for one in broken)
+            near = nearest_consistent(self.model, self.start, self.bounds)
+            remedy = "Move it to where they hold; no such state was found nearby."
+            if near is not None:
+                remedy = f"The nearest start that holds has {self._changed_entries(near)}."
+            yield Mistake(f"{self._file} [start]", f"it breaks {sizes}.", remedy)
+
+    def _changed_entries(self, near: Array) -> str:
+        """Write the entries that differ from the start's, with the digits that it takes to hold."""
+        near = np.where(np.abs(near) < SAME, 0.0, near)
+        short = np.array([float(f"{value:.12g}") for value in near.tolist()])
+        values = near if breaches(self.model, short) else short
+        differs = np.abs(values - self.start) > SAME
+        first_of = {first: name for name, first in self.model.attitudes.items()}
+        quaternions = {first + k for first in first_of for k in range(4)}
+        changed = []
+        for i, name in enumerate(self.model.state_names):
+            if i in first_of and differs[i : i + 4].any():
+                changed.append(f"{first_of[i]} = {values[i : i + 4].tolist()}")
+            elif i not in quaternions and differs[i]:
+                changed.append(f"{name} = {float(values[i])}")
+        return ", ".join(changed)
+
+    @property
+    def _file(self) -> str:
+        return self.scenario.origin.file.name
+
+    def _faults(self, x: Array) -> Iterator[str]:
+        for name, value, lower, upper in self.limit_violations(x):
+            yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+        yield from self._unmet(x)
+        for contact in self.checker().contacts(*self.placement(x)):
+            yield _contact_sentence(contact)
+
+    def _unmet(self, x: Array) -> Iterator[str]:
+        """Name the requirements that no input can keep at a state."""
+        decided = (InputSymbol, ForceSymbol)
+        margins = self.model.requirements(x).tolist()
+        for requirement, margin in zip(self.system.requirements, margins, strict=True):
+            open_yet = any(isinstance(s, decided) for s in requirement.margin.free_symbols)
+            if not (open_yet or margin >= -ROUNDING):
+                yield f"it breaks a requirement ({requirement.name}) by {-margin:g}."
+
+    def _goal_mistakes(self) -> Iterator[Mistake]:
+        where = f"{self._file} [goal]"
+        outside = list(self._goal_limits())
+        if outside:
+            yield from (Mistake(where, what) for what in outside)
+            return
+        generator, reasons = np.random.default_rng(0), []
+        for _ in range(GOAL_SAMPLES):
+            x = self.sample_goal(generator)
+            faults = list(self._faults(x))
+            if not faults:
+                return
+            reasons += faults
+        blocked = max(set(reasons), key=reasons.count)
+        what = f"none of {GOAL_SAMPLES} states in the goal region is free: {blocked}"
+        yield Mistake(where, what)
+
+    def _goal_limits(self) -> Iterator[str]:
+        """Yield the states whose limits the goal's tolerance does not reach."""
+        for i, lowest, highest in zip(self.goal.indices, *self._goal_box(), strict=True):
+            if not lowest <= highest:
+                name, (lower, upper) = self.model.state_names[i], self.bounds[i]
+                value = self.goal.targets[self.goal.indices.index(i)]
+                yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+
+    def _goal_box(self, spread: float | Array = 1.0) -> tuple[Array, Array]:
+        """Return the lowest and highest values of the goal's states, within tolerance and limits.
+
+        The limits give way by rounding, as they do wherever they are checked.
+        """
+        reach = spread * self.goal.tolerances
+        entries, goal = list(self.goal.indices), self.goal
+        lower, upper = self.bounds[entries].T if entries else np.zeros((2, 0))
+        return (
+            np.maximum(goal.targets - reach, lower - ROUNDING),
+            np.minimum(goal.targets + reach, upper + ROUNDING),
+        )
+
+    def sample(self, generator: np.random.Generator) -> Array:
+        """Return a state drawn uniformly within ``sampling_bounds``, attitudes on SO(3)."""
+        x: Array = np.asarray(generator.uniform(*self.sampling_bounds.T))
+        for own in self.model.space.quaternions:
+            x[own] = random_attitude(generator)
+        return x
+
+    def sample_goal(self, generator: np.random.Generator, spread: float = 1.0) -> Array:
+        """Return a state within the goal's tolerances, everything else drawn at random.
+
+        Axes that have a target are turned to point along it where an attitude can.
+
+        Args:
+            generator: Of the random numbers.
+            spread: Factor on the tolerances, for states around the goal.
+        """
+        x, goal = self.sample(generator), self.goal
+        entries = list(goal.indices)
+        shares = np.full(len(entries) + len(goal.attitudes), spread)
+        if goal.together:
+            shares *= _near_the_centre(goal.norm, (1, len(shares)), generator)[0]
+        for share, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
+            reach = min(abs(share) * attitude.tolerance, np.pi)
+            near = turned_at_random(np.array(attitude.target), reach, generator)
+            x[attitude.entries] = near
+        if goal.together:
+            near = goal.targets + shares[: len(entries)] * goal.tolerances
+            x[entries] = np.clip(near, *self._goal_box(spread))
+        else:
+            x[entries] = generator.uniform(*self._goal_box(spread))
+        return pointed(self.model, goal, x[None])[0] if goal.directions else x
+
+    def sample_goals(self, generator: np.random.Generator, spreads: Array) -> Array:
+        """Return one state for each factor on the tolerances (n,), shape (n, nx).
+
+        They are drawn at once, from where ``sample_goal`` draws one.
+        """
+        count, (lower, upper) = len(spreads), self.sampling_bounds.T
+        x: Array = generator.uniform(lower, upper, (count, len(lower)))
+        for own in self.model.space.quaternions:
+            x[:, own] = random_attitudes(count, generator)
+        goal, entries = self.goal, list(self.goal.indices)
+        shares = np.repeat(spreads[:, None], len(entries) + len(goal.attitudes), axis=1)
+        if goal.together:
+            shares *= _near_the_centre(goal.norm, shares.shape, generator)
+        reaches = np.abs(shares[:, len(entries) :]).T
+        for share, attitude in zip(reaches, goal.attitudes, strict=True):
+            angles = np.minimum(share * attitude.tolerance, np.pi)
+            near = turned_by_at_most(np.array(attitude.target), angles, generator)
+            x[:, attitude.entries] = near
+        box = self._goal_box(spreads[:, None])
+        if goal.together:
+            near = goal.targets + shares[:, : len(entries)] * goal.tolerances
+            x[:, entries] = np.clip(near, *box)
+        else:
+            x[:, entries] = generator.uniform(*box)
+        return pointed(self.model, goal, x)
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """The machine's state space; angles that the scenario limits do not come round."""
+        return self.model.space.limited(self.circular)
+
+    @cached_property
+    def sampling_bounds(self) -> Array:
+        """Finite limits of each entry of the state, shape (nx, 2); the full turn for circles."""
+        bounds = self.bounds.copy()
+        bounds[self.circular] = -np.pi, np.pi
+        for own in self.model.space.quaternions:
+            bounds[own] = -1.0, 1.0
+        return bounds
+
+    def solve(
+        self,
+        planner: str | None = None,
+        seed: int | None = None,
+        time_limit: float | None = None,
+        **options: Any,
+    ) -> Plan:
+        """Search for a plan, re-simulate it and verify it.
+
+        Args:
+            planner: Name of the planner, or ``file.py:Class`` with a path from the working folder;
+                the scenario's when left out.
+            seed: Seed of the random numbers; the scenario's when left out.
+            time_limit: Of the search, in [s]; the scenario's when left out.
+            options: ``max_iterations``, and settings of the planner.
+
+        Raises:
+            EndpointError: If the start or the goal is impossible.
+            InputError: If the planner or a setting does not exist.
+        """
+        from kinolab.solve import solve
+
+        return replace(solve(self, planner, seed, time_limit, **options), problem=self)
+
+    def _repr_html_(self) -> str:
+        """Show world, start and goal in a notebook, in three dimensions."""
+        from kinolab.show.view import notebook_frame
+
+        return notebook_frame(self, None)
+
+    def to_ompl(self) -> Bridge:
+        """Return the problem as OMPL objects, for any OMPL control planner.
+
+        ``.space_information`` and ``.problem_definition`` are ready to use.
+        """
+        from kinolab.search.ompl import Bridge
+
+        return Bridge(self)
+
+
+def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
+    """Say which rows of values (m, n) are not within limits (n, 2), NaN included, shape (m,)."""
+    within = (values >= limits[:, 0] - ROUNDING) & (values <= limits[:, 1] + ROUNDING)
+    return np.asarray(np.logical_not(within).any(axis=1))
+
+
+def _contact_sentence(contact: Any) -> str:
+    phrase = {
+        "touches": f"{contact.body} touches {contact.obstacle}.",
+        "inside": f"{contact.body} is inside {contact.obstacle}.",
+        "sinks": f"{contact.body} sinks into {contact.obstacle}.",
+        "near": f"{contact.body} is nearer to {contact.obstacle} than [world] clearance allows.",
+    }
+    return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")
+
+
+def _near_the_centre(norm: Norm, shape: tuple[int, int], generator: np.random.Generator) -> Array:
+    """Return points (n, d) at most 1 from the origin by a norm, all places alike."""
+    return _with_a_sum(shape, generator) if norm == "sum" else _in_a_ball(shape, generator)
+
+
+def _with_a_sum(shape: tuple[int, int], generator: np.random.Generator) -> Array:
+    """Return points (n, d) whose entries' magnitudes sum to at most 1, all places alike.
+
+    Source: Devroye, Non-Uniform Random Variate Generation, 1986, section V.2.1.
+    """
+    parts = generator.exponential(size=(shape[0], shape[1] + 1))
+    signs = generator.choice([-1.0, 1.0], size=shape)
+    points: Array = signs * parts[:, :-1] / parts.sum(axis=1, keepdims=True)
+    return points
+
+
+def _in_a_ball(shape: tuple[int, int], generator: np.random.Generator) -> Array:
+    """Return points of the unit ball (n, d), all places alike."""
+    ways, d = generator.normal(size=shape), max(shape[1], 1)
+    lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-300)
+    points: Array = generator.uniform(size=(shape[0], 1)) ** (1 / d) * ways / lengths
+    return points

@@ -1,5 +1,0 @@
-"""Many runs on one page, each with its own interactive page behind it."""
-
-from kinolab.render.gallery.html import Card, gallery_html
-
-__all__ = ["Card", "gallery_html"]

@@ -1,0 +1,50 @@
+"""A plan in the benchmark's own format, for its checker and its tables."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+
+UNEVEN = 1e-9  # [s] by which a step may differ from the benchmark's, rounding of times
+
+
+def has_its_steps(problem: Problem, trajectory: Trajectory) -> bool:
+    """Whether every step of a trajectory is as long as the benchmark's, which knows no others."""
+    steps = np.diff(trajectory.t)
+    return bool(np.abs(steps - problem.step).max(initial=0.0) <= UNEVEN)
+
+
+def result_text(problem: Problem, trajectory: Trajectory) -> str:
+    """Return a trajectory as YAML: states (N+1 rows), actions (N rows), times and the cost in [s].
+
+    Angles on circles lie in [-pi, pi), as the benchmark has them; 17 digits are written.
+    Its steps must be the benchmark's: ``has_its_steps``.
+    """
+    states = np.where(problem.model.circular, wrapped(trajectory.x), trajectory.x)
+    goal = problem.start.copy()
+    goal[list(problem.goal.indices)] = problem.goal.targets
+    for attitude in problem.goal.attitudes:
+        goal[attitude.entries] = attitude.target
+    lines = [
+        f"cost: {trajectory.duration!r}",
+        f"start: {_row(problem.start)}",
+        f"goal: {_row(goal)}",
+        f"num_states: {len(states)}",
+        "states:",
+        *(f"  - {_row(x)}" for x in states),
+        f"num_actions: {len(trajectory.u)}",
+        "actions:" if len(trajectory.u) else "actions: []",
+        *(f"  - {_row(u)}" for u in trajectory.u),
+        f"num_times: {len(states)}",
+        "times:",
+        *(f"  - {float(t)!r}" for t in trajectory.t),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _row(values: ArrayLike) -> str:
+    return f"[{', '.join(repr(float(value)) for value in np.asarray(values))}]"

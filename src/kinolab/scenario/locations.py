@@ -1,0 +1,137 @@
+"""How a place in a scenario is worded, and what the schema wants there."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+
+from kinolab.errors import Mistake
+from kinolab.scenario.issues import Finding, KeyPath, Origin
+from kinolab.scenario.schema import Scenario, Section
+from kinolab.scenario.toml_text import key_text, shortened, value_text
+from kinolab.scenario.values import Wanted
+
+TABLE_LISTS: tuple[KeyPath, ...] = (
+    ("world", "obstacle"),
+    ("goal", "point"),
+    ("goal", "direction"),
+    ("keep_out",),
+)
+
+NAME_TABLES: tuple[KeyPath, ...] = (
+    ("bounds",),
+    ("metric",),
+    ("start",),
+    ("system", "parameters"),
+    ("world", "bounds"),
+)
+
+
+def mistake_at(finding: Finding, origin: Origin) -> Mistake:
+    """Give a finding its address: the override that caused it, or else the file."""
+    culprits = [override for override in origin.overrides if override.touches(finding.path)]
+    place = f"{origin.file.name} {place_text(finding.path)}".rstrip()
+    where = culprits[-1].where if culprits else place
+    return Mistake(where, finding.what, finding.remedy)
+
+
+def place_text(path: KeyPath) -> str:
+    """Word a path as ``[section] key`` or ``[[section.list]] 2 key``; lists count from 1."""
+    for prefix in TABLE_LISTS:
+        if is_table_entry(path[: len(prefix) + 1]) and path[: len(prefix)] == prefix:
+            header = f"[[{'.'.join(map(str, prefix))}]] {int(path[len(prefix)]) + 1}"
+            return f"{header} {_dotted(path[len(prefix) + 1 :])}".rstrip()
+    if len(path) > 1 or (path and path[0] in _SECTIONS):
+        return f"[{_dotted(path[:1])}] {_dotted(path[1:])}".rstrip()
+    return _dotted(path)
+
+
+def is_table_entry(path: KeyPath) -> bool:
+    """Whether a path leads to one table of a list of tables."""
+    return path[:-1] in TABLE_LISTS and isinstance(path[-1], int)
+
+
+def has_keys(path: KeyPath) -> bool:
+    """Whether the schema has a table at ``path`` and nothing else."""
+    return section_at(path) is not None or path in NAME_TABLES
+
+
+def section_at(path: KeyPath) -> type[Section] | None:
+    """The model of the table at ``path``, if the schema has one there."""
+    section: type[Section] | None = Scenario
+    for key in path:
+        if section is not None and not isinstance(key, int):
+            section = _model_in(_fields(section).get(key))
+    return section
+
+
+def keys_of(section: type[Section]) -> list[str]:
+    """The keys of a table as TOML spells them."""
+    return list(_fields(section))
+
+
+def wanted_at(path: KeyPath) -> str:
+    """Say what the schema wants at ``path``, its unit and its default; empty where it is silent."""
+    keys = [key for key in path if not isinstance(key, int)]
+    for length in range(len(keys), 0, -1):
+        section, key = section_at(tuple(keys[: length - 1])), keys[length - 1]
+        if section is not None:
+            return _wanted(section, key)
+    return ""
+
+
+def _wanted(section: type[Section], key: str) -> str:
+    if key not in _fields(section):
+        return section.free.phrase if section.free else ""
+    phrase = _phrase(_fields(section)[key]) or _fallback(_fields(section)[key])
+    name = "schema_version" if key == "schema" else key
+    default = section.model_fields[name].default
+    plain = isinstance(default, bool | int | float | str | tuple) and default not in ("", ())
+    return f"{phrase} (default {value_text(default)})" if plain else phrase
+
+
+def _fields(section: type[Section]) -> dict[str, Any]:
+    """The annotation of every key, by its name in TOML."""
+    return {
+        field.alias or name: Annotated[(field.annotation, *field.metadata)]
+        if field.metadata
+        else field.annotation
+        for name, field in section.model_fields.items()
+    }
+
+
+def _phrase(annotation: Any) -> str:
+    """Find the outermost and latest :class:`Wanted` in an annotation."""
+    if get_origin(annotation) is Annotated:
+        phrases = [item.phrase for item in get_args(annotation)[1:] if isinstance(item, Wanted)]
+        return phrases[-1] if phrases else _phrase(get_args(annotation)[0])
+    if get_origin(annotation) is Literal:
+        return _choices(get_args(annotation))
+    inner = (_phrase(argument) for argument in get_args(annotation)[::-1])
+    return next(filter(None, inner), "")
+
+
+def _choices(options: tuple[object, ...]) -> str:
+    *others, last = (value_text(option) for option in options)
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _fallback(annotation: Any) -> str:
+    return "true or false" if bool in (annotation, *get_args(annotation)) else "a table"
+
+
+def _model_in(annotation: Any) -> type[Section] | None:
+    if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
+        return annotation  # type: ignore[return-value]
+    models = (_model_in(argument) for argument in get_args(annotation))
+    return next((model for model in models if model is not None), None)
+
+
+def _dotted(path: KeyPath) -> str:
+    """Join keys with dots; an index into a list of numbers is told by the message instead."""
+    return ".".join(shortened(key_text(key)) for key in path if isinstance(key, str))
+
+
+_SECTIONS = tuple(key for key in keys_of(Scenario) if has_keys((key,)))

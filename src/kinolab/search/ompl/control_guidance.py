@@ -1,0 +1,176 @@
+"""Which input a motion holds, and where it ends.
+
+OMPL draws an input and how long to hold it, whatever comes of it. Its way to direct that draw is
+closed to Python: no sampler of inputs can be subclassed in the wheel, and the one that tries
+several cannot be constructed. What OMPL hands to the propagation is the input itself and no copy,
+though: what is written there is what it keeps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.problem import Problem
+from kinolab.search.ompl.goal_errors import Nearness
+from kinolab.search.ompl.goal_region import INSIDE
+from kinolab.search.ompl.goal_samples import GoalSamples
+from kinolab.simulation import Rollouts
+
+Array: TypeAlias = NDArray[np.float64]
+
+HORIZON = 50  # steps that are looked ahead at most
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guidance:
+    """How motions are guided.
+
+    Attributes:
+        inputs_tried: How many inputs are compared at most before one is held.
+        goal_bias: Probability of growing to the goal from a state near it.
+    """
+
+    inputs_tried: int = 32
+    goal_bias: float = 0.5
+
+
+class Guide:
+    """Chooses the input of every motion by where it would lead, obstacles apart.
+
+    Far from the goal the first input is held that breaks no limit for long, OMPL's own before all
+    others. Near it, with a given probability, it is the one that leads nearest to a state of the
+    goal region, for as long as it comes nearer. No motion goes on from the goal region.
+
+    Args:
+        problem: What to plan.
+        samples: States around the goal.
+        guidance: How motions are guided.
+        min_steps: Propagation steps of a motion at least.
+        max_steps: Propagation steps of a motion at most.
+        zoom: What counts as near the goal, in its tolerances.
+        seed: Of the inputs that are compared.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        samples: GoalSamples,
+        guidance: Guidance,
+        *,
+        min_steps: int,
+        max_steps: int,
+        zoom: float,
+        seed: int,
+    ) -> None:
+        horizon = min(max_steps, HORIZON)
+        self._rollouts = Rollouts(problem, guidance.inputs_tried, horizon)
+        self._shortest, self._horizon, self._longest = min(min_steps, horizon), horizon, max_steps
+        # Points and axes of bodies would need the poses of every state that is compared.
+        self._goal_bias = 0.0 if problem.goal.needs_frames else guidance.goal_bias
+        self._near, self._inside = Nearness(problem, zoom), Nearness(problem, INSIDE)
+        self._problem, self._samples = problem, samples
+        self._low, self._high = problem.bounds.T
+        lowest, highest = problem.model.control_bounds.T
+        self._input_limits = lowest, highest
+        self._generator = np.random.default_rng(seed)
+        self._begin: list[float] = []
+        self._here: list[float] = []
+        self._held: list[float] = []
+        self._stopped: list[float] = []
+        self._steps = self._left = 0
+
+    def hold(self, state: list[float], drawn: list[float], control: Any) -> list[float]:
+        """Return the input to hold from a state; that of a new motion is written to ``control``."""
+        if state == self._here and drawn == self._held:
+            return drawn
+        self._begin, self._steps = state, 0
+        self._held, self._left = self._choose(state, drawn)
+        for i, value in enumerate(self._held):
+            control[i] = value
+        return self._held
+
+    def ends(self) -> bool:
+        """Say whether the motion must not go on."""
+        self._stopped = []
+        return self._left <= 0
+
+    def reached(self, before: list[float], after: list[float], *, free: bool) -> None:
+        """Take note of a step."""
+        if not free:
+            self._here, self._stopped = [], before
+            return
+        self._here, self._left, self._steps = after, self._left - 1, self._steps + 1
+        if self._steps >= self._shortest and self._inside.shares(after):
+            self._left = 0
+
+    def counted(self, state: list[float]) -> list[float]:
+        """Return the state in whose cell a state counts.
+
+        What was stopped by an obstacle or a limit counts where its motion began: few ways lead on
+        from it, and where it lies in a cell of its own it would be chosen again and again.
+        """
+        return self._begin if self.stopped(state) else state
+
+    def stopped(self, state: list[float]) -> bool:
+        """Say whether the last motion ended in a state because of an obstacle or a limit."""
+        return state == self._stopped
+
+    def ended_in(self, state: list[float]) -> bool:
+        """Say whether a state is where the last motion ended, of its own accord or not."""
+        return state in (self._here, self._stopped)
+
+    def _choose(self, start: list[float], drawn: list[float]) -> tuple[list[float], int]:
+        """Return the input for a motion, and for how many steps it may be held."""
+        inputs = self._rollouts.inputs
+        inputs[0] = drawn
+        inputs[1:] = self._generator.uniform(*self._input_limits, size=inputs[1:].shape)
+        if self._generator.uniform() < self._goal_bias and self._near.shares(start):
+            k, steps = self._nearest_to_goal(start)
+        else:
+            k, steps = self._lasting(start), self._longest
+        held: list[float] = inputs[k].tolist()
+        return held, steps
+
+    def _lasting(self, start: Sequence[float]) -> int:
+        """Return the first input under which no limit is broken, or which breaks one last."""
+        lasted = []
+        for k in range(len(self._rollouts.inputs)):
+            kept = self._keeps_limits(self._rollouts.follow(start, k))
+            if kept.all():
+                return k
+            lasted.append(int(kept.argmin()))
+        return int(np.argmax(lasted))
+
+    def _nearest_to_goal(self, start: Sequence[float]) -> tuple[int, int]:
+        """Return the input that leads nearest to a state of the goal region, and its steps."""
+        for k in range(len(self._rollouts.inputs)):
+            self._rollouts.follow(start, k)
+        states = self._rollouts.states
+        kept = np.logical_and.accumulate(self._keeps_limits(states), axis=1)
+        distances = np.where(kept, self._distances(states, self._samples.draw()), np.inf)
+        first = self._shortest - 1
+        k, j = divmod(int(distances[:, first:].argmin()), self._horizon - first)
+        return k, first + j + 1
+
+    def _keeps_limits(self, states: Array) -> Any:
+        return ((states >= self._low) & (states <= self._high)).all(axis=-1)
+
+    def _distances(self, states: Array, target: list[float]) -> Array:
+        """Return squared distances from a state near the goal, counted in its tolerances."""
+        goal, aim = self._problem.goal, np.array(target)
+        entries = list(goal.indices)
+        with np.errstate(all="ignore"):  # states beyond all bounds are left out afterwards
+            apart = states[..., entries] - aim[entries]
+            shares = np.where(goal.circular, wrapped(apart), apart) / goal.tolerances
+            total: Array = (shares**2).sum(axis=-1)
+            for attitude in goal.attitudes:
+                part = attitude.entries
+                along = np.minimum(1.0, np.abs(states[..., part] @ aim[part]))
+                total += (2 * np.arccos(along) / attitude.tolerance) ** 2
+        return total

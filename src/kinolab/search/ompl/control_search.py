@@ -1,0 +1,184 @@
+"""Run a control planner of OMPL on a problem and read its path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from ompl import base as ob
+from ompl import util as ou
+
+from kinolab.problem import Problem
+from kinolab.search.graph import SearchGraph
+from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.planner import Budget, Outcome, SearchResult
+from kinolab.simulation.resimulated_goal import TrueEnds
+
+MOST = 3000  # states that are copied out of OMPL, at 40 us each
+GROWTH = 1.5  # of the length of a round over the one before
+
+
+def search(
+    bridge: Bridge,
+    begin: Callable[[Bridge], Any],
+    again: Callable[[Bridge, Any], Any],
+    seed: int,
+    budget: Budget,
+    restart_after: int = 0,
+) -> SearchResult:
+    """Search with a planner of OMPL's.
+
+    The random numbers are seeded before the planner exists, which is what makes OMPL's paths
+    repeatable.
+
+    Args:
+        bridge: What to plan.
+        begin: Returns a planner that is ready to solve.
+        again: Returns one that has no tree, given one that has solved.
+        seed: Of the random numbers.
+        budget: When to stop.
+        restart_after: Iterations of the first round; then the planner begins anew, with a longer
+            round each time. 0 for a single round.
+
+    Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
+    trees, AAAI 2008.
+    """
+    problem, definition = bridge.problem, bridge.problem_definition
+    ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
+    planner = begin(bridge)
+    budget.restart()  # code for this machine was compiled and loaded until here
+    rounds = _Rounds(budget, restart_after, lambda: _graph(bridge, planner))
+    condition = ob.PlannerTerminationCondition(rounds.ended)
+    nearest, truth = _Path(math.inf, [], []), TrueEnds(problem)
+    while not rounds.all_over:
+        begun = budget.iterations
+        planner.solve(condition)
+        path = _path(definition)
+        if definition.hasExactSolution():
+            path = _with_last_step(path, bridge)
+            difference = budget.breaking(partial(truth.excess, _rows(problem, path)[1]))
+            if difference is None:
+                rounds.all_over, nearest = True, path  # the user does not wait for the truth
+                break
+            path = replace(path, difference=difference)
+            if path.difference <= 1.0:
+                nearest = path
+                break  # else the tree stays, and the next solve goes on with it
+        if path.difference < nearest.difference:
+            nearest = path
+        definition.clearSolutionPaths()
+        if rounds.over:
+            bridge.forget()
+            planner = again(bridge, planner)
+            rounds.begin_next()
+        elif budget.iterations == begun:
+            rounds.all_over = True  # OMPL refuses the start, which is free but for its margins
+    t, u = _rows(problem, nearest)
+    statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.counts.items()}
+    statistics |= {**truth.statistics, "restarts": float(rounds.restarts)}
+    shares = bridge.rejections.shares()
+    graph = None if rounds.all_over else _graph(bridge, planner)  # it takes more time than is left
+    outcome = _outcome(rounds, len(u))
+    return SearchResult(outcome, t, u, budget.iterations, statistics, shares, graph)
+
+
+def _graph(bridge: Bridge, planner: Any) -> SearchGraph:
+    """Copy a planner's tree out of OMPL."""
+    data = ob.PlannerData(bridge.problem_definition.getSpaceInformation())
+    planner.getPlannerData(data)
+    size = data.numVertices()
+    parents = np.full(size, -1)
+    for k in range(size):
+        parents[list(data.getEdges(k))] = k
+
+    def states(kept: Any) -> Any:
+        return np.array([bridge.read(data.getVertex(int(k)).getState()) for k in kept])
+
+    return SearchGraph.of_tree(states, parents, most=MOST)
+
+
+class _Rounds:
+    """When a planner's round is over, and when all are; and who looks on meanwhile.
+
+    Attributes:
+        over: Whether the round's iterations are used up.
+        all_over: Whether the budget is spent.
+        restarts: How many rounds are over.
+    """
+
+    def __init__(self, budget: Budget, first: int, explored: Callable[[], SearchGraph]) -> None:
+        self._explored = explored
+        self._budget, self._length, self._end = budget, float(first), float(first or math.inf)
+        self.over = self.all_over = False
+        self.restarts = 0
+
+    def ended(self) -> bool:
+        """Say whether the planner must end, and count one more iteration if not."""
+        self.over = self._budget.iterations >= self._end
+        self.all_over = not self.over and self._budget.spent()
+        self._budget.show(self._explored)  # the planner asks between two changes of its tree
+        return self.over or self.all_over
+
+    def begin_next(self) -> None:
+        """Begin a longer round."""
+        self._length *= GROWTH
+        self._end = self._budget.iterations + self._length
+        self.over, self.restarts = False, self.restarts + 1
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the budget was ended from outside."""
+        return self._budget.interrupted
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Inputs that an OMPL planner found, with how long each is held, in [s]."""
+
+    difference: float  # how far outside the goal it ends
+    durations: list[float]
+    controls: list[list[float]]
+
+
+def ompl_seed(seed: int) -> int:
+    """Return a seed for OMPL, which takes 32 bits and ignores 0."""
+    mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
+    return mixed or 1
+
+
+def _outcome(rounds: _Rounds, steps: int) -> Outcome:
+    if not rounds.all_over:
+        return Outcome.SOLVED
+    if rounds.interrupted:
+        return Outcome.INTERRUPTED
+    return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND
+
+
+def _path(definition: Any) -> _Path:
+    """Copy the path out of OMPL, whose states and controls go when it is cleared."""
+    if not definition.hasSolution():
+        return _Path(math.inf, [], [])
+    path, size = definition.getSolutionPath(), definition.getSpaceInformation().getControlSpace()
+    count = path.getControlCount()
+    controls = [[path.getControl(k)[i] for i in range(size.getDimension())] for k in range(count)]
+    return _Path(definition.getSolutionDifference(), list(path.getControlDurations()), controls)
+
+
+def _with_last_step(path: _Path, bridge: Bridge) -> _Path:
+    """Append the motion into the goal, where one was found from the end of OMPL's path."""
+    inputs = bridge.last_step.inputs if bridge.last_step else []
+    steps = [bridge.problem.step] * len(inputs)
+    return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
+
+
+def _rows(problem: Problem, path: _Path) -> tuple[Any, Any]:
+    """Return times and inputs with one row per propagation step."""
+    held: list[list[float]] = []
+    for duration, values in zip(path.durations, path.controls, strict=True):
+        held += [values] * round(duration / problem.step)
+    u = np.array(held, dtype=float).reshape(len(held), problem.model.nu)
+    return problem.step * np.arange(len(held) + 1), u

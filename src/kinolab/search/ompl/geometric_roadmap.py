@@ -1,0 +1,157 @@
+"""OMPL's PRM over the configurations of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from ompl import base as ob
+from ompl import geometric as og
+from ompl import util as ou
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from kinolab.cancel import Stop, look
+from kinolab.search.ompl.configuration_space import Configurations, Ways
+from kinolab.search.ompl.control_search import ompl_seed
+from kinolab.search.planner import Budget
+
+Array: TypeAlias = NDArray[np.float64]
+
+TINY = 1e-12  # what SciPy takes for an edge of no length
+
+
+class GeometricRoadmap:
+    """OMPL's probabilistic roadmap between a start and a goal.
+
+    OMPL answers questions in a thread of its own, beside the one in which its roadmap grows, so
+    that equal seeds would give different paths. Here it only grows: start and goal are made part of
+    it by a question that ends at once, and the shortest path is read off its graph.
+
+    Args:
+        configurations: Where the machine can stay.
+        start: Where to begin, shape (nx,).
+        goal: Where to end, shape (nx,).
+        seed: Of OMPL's random numbers.
+        neighbours: Configurations that each is joined to.
+    """
+
+    def __init__(
+        self, configurations: Configurations, start: Array, goal: Array, seed: int, neighbours: int
+    ) -> None:
+        self._configurations = configurations
+        information = ob.SpaceInformation(configurations.space)
+        information.setStateValidityChecker(configurations.is_valid)
+        information.setMotionValidator(Ways(information, configurations))
+        information.setup()
+        definition = ob.ProblemDefinition(information)
+        begin, end = configurations.space.allocState(), configurations.space.allocState()
+        configurations.write(begin, start)
+        configurations.write(end, goal)
+        definition.setStartAndGoalStates(begin, end)
+        ou.RNG.setSeed(ompl_seed(seed))
+        self._information, self._planner = information, og.PRM(information)
+        self._planner.setMaxNearestNeighbors(neighbours)
+        self._planner.setProblemDefinition(definition)
+        self._planner.setup()
+        self._planner.solve(ob.timedPlannerTerminationCondition(0.0))
+
+    @property
+    def size(self) -> int:
+        """Number of configurations in the roadmap."""
+        return int(self._planner.milestoneCount())
+
+    def grow(self, count: int, budget: Budget) -> None:
+        """Add some configurations."""
+        end = self.size + count
+        condition = ob.PlannerTerminationCondition(lambda: self.size >= end or budget.spent())
+        self._planner.growRoadmapPtc(condition)
+
+    def path(self) -> list[Array] | None:
+        """Return states at rest from start to goal; None where the roadmap does not lead there.
+
+        Raises:
+            StoppedError: If looking for it took too long.
+        """
+        graph = self._graph()
+        way = graph.way_to(graph.goal) if graph.goal in graph.distances else []
+        return self._states(graph, way) or None
+
+    def approach(self, distance: Callable[[Array], float]) -> list[Array]:
+        """Return states at rest from the start to the nearest one that the roadmap leads to.
+
+        Args:
+            distance: Of a state from where it should be.
+
+        Raises:
+            StoppedError: If looking for it took too long.
+        """
+        graph = self._graph()
+        apart = dict[int, float]()
+        for k in graph.distances:
+            look(self._configurations.stop)
+            x = self._configurations.read(graph.state(k))
+            apart |= {} if x is None else {k: distance(x)}
+        way = graph.way_to(min(apart, key=lambda k: apart[k])) if apart else []
+        return self._states(graph, way)
+
+    def _graph(self) -> _Graph:
+        return _Graph(self._information, self._planner, self._configurations.stop)
+
+    def _states(self, graph: _Graph, way: list[int]) -> list[Array]:
+        states = (self._configurations.read(graph.state(k)) for k in way)
+        return [x for x in states if x is not None]
+
+
+class _Graph:
+    """What OMPL's roadmap is at a moment; it must not outlive its planner.
+
+    Args:
+        information: Of the space.
+        planner: OMPL's.
+        stop: Says that looking must end, by a StoppedError.
+
+    Attributes:
+        distances: From the start to every configuration that edges lead to.
+        goal: Number of the goal; -1 where it is not part of the roadmap.
+    """
+
+    def __init__(self, information: Any, planner: Any, stop: Stop) -> None:
+        self._data = ob.PlannerData(information)
+        planner.getPlannerData(self._data)
+        self._begin = self._data.getStartIndex(0) if self._data.numStartVertices() else -1
+        self.goal = self._data.getGoalIndex(0) if self._data.numGoalVertices() else -1
+        edges, lengths = list[tuple[int, int]](), list[float]()
+        for a in range(self._data.numVertices()):
+            look(stop)
+            new = [(a, b) for b in self._data.getEdges(a)]
+            lengths += [information.distance(self.state(a), self.state(b)) for _, b in new]
+            edges += new
+        self.distances, self._before = self._shortest(edges, lengths)
+
+    def _shortest(
+        self, edges: list[tuple[int, int]], lengths: list[float]
+    ) -> tuple[dict[int, float], Any]:
+        if self._begin < 0:
+            return {}, []
+        rows = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        size = self._data.numVertices()
+        table = csr_array((np.maximum(lengths, TINY), (rows[:, 0], rows[:, 1])), (size, size))
+        found, before = dijkstra(
+            table, directed=False, indices=self._begin, return_predecessors=True
+        )
+        reached = np.flatnonzero(np.isfinite(found))
+        return {int(k): float(found[k]) for k in reached}, before
+
+    def state(self, vertex: int) -> Any:
+        """Return OMPL's state of a configuration."""
+        return self._data.getVertex(vertex).getState()
+
+    def way_to(self, vertex: int) -> list[int]:
+        """Return the configurations from the start to one that is reached."""
+        way = [vertex]
+        while way[-1] != self._begin:
+            way.append(int(self._before[way[-1]]))
+        return way[::-1]

@@ -1,0 +1,60 @@
+"""How near the goal a state is, in plain numbers: it is asked at every step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.problem import Problem
+
+
+class Nearness:
+    """The deviations of a state from the goal as shares of its tolerances.
+
+    Args:
+        problem: Whose goal it is.
+        reach: The largest share of interest, 1 for the goal region itself.
+    """
+
+    def __init__(self, problem: Problem, reach: float) -> None:
+        self._problem, self._reach, goal = problem, reach, problem.goal
+        rows = zip(
+            goal.indices,
+            goal.targets.tolist(),
+            goal.tolerances.tolist(),
+            goal.circular.tolist(),
+            strict=True,
+        )
+        self._box = list(rows)
+        self._attitudes = [(a.index, a.target, a.tolerance) for a in goal.attitudes]
+        self.size = len(self._box) + len(self._attitudes) + goal.needs_frames
+
+    def shares(self, values: Sequence[float]) -> list[float] | None:
+        """Return one number per tolerance; None where one of them is out of reach.
+
+        Those of lengths, angles and rates are signed. All points and axes count as one.
+        """
+        found = []
+        for index, target, tolerance, circular in self._box:
+            deviation = values[index] - target
+            if circular:
+                deviation = wrapped(deviation)
+            share = deviation / tolerance
+            if not -self._reach <= share <= self._reach:
+                return None
+            found.append(share)
+        for first, target, tolerance in self._attitudes:
+            along = sum(a * b for a, b in zip(values[first : first + 4], target, strict=True))
+            share = 2 * math.acos(min(1.0, abs(along))) / tolerance
+            if not share <= self._reach:
+                return None
+            found.append(share)
+        if self._problem.goal.needs_frames:
+            share = self._problem.goal_excess(np.array(values))
+            if not share <= self._reach:
+                return None
+            found.append(share)
+        return found

@@ -1,0 +1,81 @@
+"""A planner of kinolab as one of OMPL's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ompl import base as ob
+from ompl import control as oc
+
+from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.planner import AbstractPlanner, Budget, Outcome, SearchResult
+from kinolab.simulation.reference import resimulate
+
+
+class OmplPlanner(ob.Planner):  # type: ignore[misc]
+    """Runs wherever OMPL expects a control planner, on the problem that a bridge was made of.
+
+    Args:
+        bridge: The problem in OMPL's terms; its problem definition is used unless another is set.
+        planner: What searches.
+        seed: Of its random numbers.
+    """
+
+    def __init__(self, bridge: Bridge, planner: AbstractPlanner, seed: int = 1) -> None:
+        super().__init__(bridge.space_information, planner.name)
+        self._bridge, self._planner, self._seed = bridge, planner, seed
+        self.setProblemDefinition(bridge.problem_definition)
+
+    def setup(self) -> None:
+        """Do nothing: a search sets itself up."""
+
+    def clear(self) -> None:
+        """Do nothing: a search leaves nothing behind."""
+
+    def solve(self, ended: Callable[[], bool]) -> Any:
+        """Search until the termination condition says so, and add what was found."""
+        result = self._planner.solve(
+            self._bridge.problem, self._seed, _Until(math.inf, ended=ended)
+        )
+        if not len(result.u):
+            return ob.PlannerStatus(ob.PlannerStatus.TIMEOUT)
+        self._add(result)
+        exact = result.outcome is Outcome.SOLVED
+        kind = "EXACT_SOLUTION" if exact else "APPROXIMATE_SOLUTION"
+        return ob.PlannerStatus(getattr(ob.PlannerStatus, kind))
+
+    def _add(self, result: SearchResult) -> None:
+        """Write a motion as a path of OMPL's, one row per propagation step."""
+        bridge, problem = self._bridge, self._bridge.problem
+        motion, path = (
+            resimulate(problem, result.t, result.u),
+            oc.PathControl(bridge.space_information),
+        )
+        state = bridge.space.allocState()
+        control = bridge.space_information.getControlSpace().allocControl()
+        for k, x in enumerate(motion.x):
+            bridge.write(state, x.tolist())
+            if k == 0:
+                path.append(state)
+                continue
+            for i, value in enumerate(motion.u[k - 1]):
+                control[i] = float(value)
+            path.append(state, control, float(motion.t[k] - motion.t[k - 1]))
+        excess = problem.goal_excess(motion.x[-1])
+        approximate = result.outcome is not Outcome.SOLVED
+        self.getProblemDefinition().addSolutionPath(path, approximate, excess, self._planner.name)
+
+
+@dataclass
+class _Until(Budget):
+    """A budget that ends when OMPL says so."""
+
+    ended: Callable[[], bool] = lambda: False
+
+    @property
+    def late(self) -> bool:
+        """Whether OMPL's condition holds."""
+        return super().late or bool(self.ended())

@@ -1,0 +1,100 @@
+"""A problem as OMPL objects, ready for any control planner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from ompl import base as ob
+from ompl import control as oc
+from ompl import util as ou
+
+from kinolab.problem import Problem
+from kinolab.search.ompl.control_guidance import Guidance, Guide
+from kinolab.search.ompl.goal_region import GoalRegion
+from kinolab.search.ompl.goal_samples import GoalSamples
+from kinolab.search.ompl.projection import Grid, Projection
+from kinolab.search.ompl.spaces import States, control_space
+from kinolab.search.ompl.state_propagator import Propagation
+from kinolab.steering.steered_goal_connection import LastStep
+
+ou.setLogLevel(ou.LogLevel.LOG_NONE)
+
+
+class Bridge:
+    """A problem in OMPL's terms.
+
+    Args:
+        problem: What to plan.
+        min_steps: Propagation steps for which an input is held at least.
+        max_steps: Propagation steps for which an input is held at most.
+        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn, the
+            default projection is finer, and motions are guided to the goal.
+        seed: Of samples of the goal, and of inputs that guide motions.
+        grid: Of the default projection.
+        guidance: How motions are guided; None leaves it to OMPL.
+        last_step: Steers into the goal; without it OMPL's path has to end there.
+        given_up: Says when no state counts as valid any more, so that OMPL comes to an end.
+
+    Attributes:
+        problem: What it was made of.
+        seed: As given.
+        states: The way into and out of OMPL's states.
+        guide: Of motions; None where OMPL leads them.
+        last_step: Into the goal; None where OMPL finds it.
+        space: The compound state space.
+        space_information: Ready for any control planner.
+        problem_definition: With start and goal.
+        rejections: How many motions were refused, by cause and culprit.
+        forget: Call it before a planner begins anew.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        min_steps: int = 1,
+        max_steps: int = 20,
+        goal_zoom: float = 1.0,
+        seed: int = 0,
+        grid: Grid | None = None,
+        guidance: Guidance | None = None,
+        last_step: LastStep | None = None,
+        given_up: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self.problem, self.states, self.last_step = problem, States(problem), last_step
+        samples = GoalSamples(problem, goal_zoom, seed)
+        self.seed, self.guide = seed, None
+        if guidance:
+            held = {"min_steps": min_steps, "max_steps": max_steps}
+            self.guide = Guide(problem, samples, guidance, zoom=goal_zoom, seed=seed, **held)
+        propagation = Propagation(problem, self.states, self.guide, given_up)
+        self.forget = propagation.forget
+        self.space = self.states.space
+        self.rejections = propagation.rejections
+        information = oc.SpaceInformation(self.space, control_space(problem, self.states))
+        information.setStatePropagator(propagation.propagate)
+        information.setStateValidityChecker(propagation.is_valid)
+        information.setPropagationStepSize(problem.step)
+        information.setMinMaxControlDuration(min_steps, max_steps)
+        information.setup()
+        self.space_information = information
+        self.projection = Projection(problem, self.space, grid or Grid(), goal_zoom, self.guide)
+        self.projection.set_cells()
+        self.space.registerDefaultProjection(self.projection)
+        self.problem_definition = ob.ProblemDefinition(information)
+        start = self.space.allocState()
+        # A start may pass a limit by rounding; OMPL would refuse it.
+        self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
+        self.problem_definition.addStartState(start)
+        goal = GoalRegion(problem, self.states, information, samples, last_step)
+        self.problem_definition.setGoal(goal)
+
+    def read(self, state: Any) -> list[float]:
+        """Return the entries of an OMPL state in the machine's order."""
+        return self.states.read(state)
+
+    def write(self, state: Any, values: Sequence[float]) -> None:
+        """Set an OMPL state from entries in the machine's order; angles are wrapped."""
+        self.states.write(state, values)

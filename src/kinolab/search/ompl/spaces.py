@@ -1,0 +1,141 @@
+"""State and control spaces from topologies, limits and weights."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from itertools import groupby
+from typing import Any
+
+from ompl import base as ob
+from ompl import control as oc
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.problem import Problem
+
+
+class Kind(Enum):
+    """What a subspace is."""
+
+    LINE = auto()
+    CIRCLE = auto()
+    ATTITUDE = auto()
+
+
+@dataclass(frozen=True)
+class Part:
+    """A subspace, and the entries of the state that live in it."""
+
+    kind: Kind
+    entries: tuple[int, ...]
+
+
+class Layout:
+    """Which subspace holds which entries of the state; it does not refer to the space itself.
+
+    Args:
+        problem: Whose states they are.
+        entries: Those that the space holds, in increasing order; the others stay as at the start.
+            All of them when left out.
+    """
+
+    def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
+        self._start = problem.start.tolist()
+        self._parts = _parts(problem, range(problem.model.nx) if entries is None else entries)
+
+    def read(self, state: Any) -> list[float]:
+        """Return the entries of an OMPL state in the machine's order."""
+        values: list[float] = self._start.copy()
+        for k, part in enumerate(self._parts):
+            substate, first = state[k], part.entries[0]
+            if part.kind is Kind.CIRCLE:
+                values[first] = substate.value
+            elif part.kind is Kind.ATTITUDE:
+                values[first : first + 4] = substate.x, substate.y, substate.z, substate.w
+            else:
+                for i, entry in enumerate(part.entries):
+                    values[entry] = substate[i]
+        return values
+
+
+class States(Layout):
+    """The compound state space of a problem, and the way into and out of its states.
+
+    Attributes:
+        space: One subspace per circle, one per attitude, and one per run of neighbours on the line
+            of one weight.
+    """
+
+    def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
+        super().__init__(problem, entries)
+        self._order = [entry for part in self._parts for entry in part.entries]
+        self._circles = [p.entries[0] for p in self._parts if p.kind is Kind.CIRCLE]
+        self._attitudes = [p.entries[0] for p in self._parts if p.kind is Kind.ATTITUDE]
+        self.space = ob.CompoundStateSpace()
+        for part in self._parts:
+            self.space.addSubspace(_subspace(problem, part), _weight(problem, part))
+        self.space.lock()
+        self.space.setup()
+
+    def write(self, state: Any, values: Sequence[float]) -> None:
+        """Set an OMPL state from entries in the machine's order.
+
+        Angles are wrapped and quaternions made unit.
+        """
+        whole = list(values)
+        for entry in self._circles:
+            whole[entry] = float(wrapped(whole[entry]))
+        for first in self._attitudes:
+            quaternion = whole[first : first + 4]
+            length = math.sqrt(sum(q * q for q in quaternion))
+            whole[first : first + 4] = [q / length for q in quaternion]
+        self.space.copyFromReals(state, [whole[entry] for entry in self._order])
+
+
+def control_space(problem: Problem, states: States) -> Any:
+    """Return the box of inputs within their limits."""
+    bounds = ob.RealVectorBounds(problem.model.nu)
+    for i, (lower, upper) in enumerate(problem.model.control_bounds):
+        bounds.setLow(i, float(lower))
+        bounds.setHigh(i, float(upper))
+    space = oc.RealVectorControlSpace(states.space, problem.model.nu)
+    space.setBounds(bounds)
+    return space
+
+
+def _parts(problem: Problem, chosen: Sequence[int]) -> list[Part]:
+    """Group neighbouring entries of the state: circles alone, lines by equal weight."""
+    owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
+
+    def key(i: int) -> tuple[Kind, object]:
+        if i in owner:
+            return Kind.ATTITUDE, owner[i]
+        return (Kind.CIRCLE, i) if problem.circular[i] else (Kind.LINE, float(problem.weights[i]))
+
+    groups = groupby(chosen, key)
+    return [Part(kind, tuple(entries)) for (kind, _), entries in groups]
+
+
+def _weight(problem: Problem, part: Part) -> float:
+    """Return what OMPL multiplies distances in a subspace by.
+
+    OMPL's distance of two attitudes is half of the angle between them.
+    """
+    weight = float(problem.weights[part.entries[0]])
+    return 2 * weight if part.kind is Kind.ATTITUDE else weight
+
+
+def _subspace(problem: Problem, part: Part) -> Any:
+    if part.kind is Kind.CIRCLE:
+        return ob.SO2StateSpace()
+    if part.kind is Kind.ATTITUDE:
+        return ob.SO3StateSpace()
+    bounds = ob.RealVectorBounds(len(part.entries))
+    for k, entry in enumerate(part.entries):
+        bounds.setLow(k, float(problem.bounds[entry, 0]))
+        bounds.setHigh(k, float(problem.bounds[entry, 1]))
+    space = ob.RealVectorStateSpace(len(part.entries))
+    space.setBounds(bounds)
+    return space

@@ -1,0 +1,1 @@
+"""OMPL's planners that follow leads through a grid of regions."""

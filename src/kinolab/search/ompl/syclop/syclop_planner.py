@@ -1,0 +1,60 @@
+"""What the planners have in common that follow leads through a grid of regions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ompl import base as ob
+
+from kinolab.search.ompl.grid_planner import AbstractGridPlanner
+from kinolab.search.ompl.guided_planner import AbstractGuidedPlanner
+from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.ompl.syclop.decomposition import LOOKS, Decomposition
+from kinolab.search.ompl.syclop.regions import Regions
+from kinolab.search.planner import setting, with_default
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbstractSyclopPlanner(AbstractGuidedPlanner):
+    """A planner that looks for a lead through regions, and grows its tree along that.
+
+    The wheel has none of Syclop's settings: how many extensions it makes before another lead, when
+    it abandons one early, how often that is the shortest, further costs of its edges. It asks for
+    the time about three times per extension, so that an extension takes as many iterations.
+    """
+
+    restart_after: int = with_default(100_000, AbstractGuidedPlanner, "restart_after")
+    regions: int = setting(
+        1000, 1, 10_000, meaning="About how many regions there are, equally many along each axis."
+    )
+    angles: bool = with_default(False, AbstractGridPlanner, "angles")
+    free_volume_samples: int = setting(
+        5000, 0, LOOKS // 4, meaning="How many random states tell how free the regions are."
+    )
+    most_in_cell: int = setting(
+        20,
+        1,
+        unit="states",
+        meaning="How many states of a cell leads go through; cells are finer than regions.",
+    )
+
+    def decomposition(self, bridge: Bridge) -> Decomposition:
+        """Return the grid of regions."""
+        return Decomposition(
+            bridge,
+            Regions(bridge.problem, self.regions, self.goal_zoom, angles=self.angles),
+            looks=self.free_volume_samples,
+            most_in_cell=self.most_in_cell,
+            seed=bridge.seed,
+        )
+
+    def begin(self, bridge: Bridge) -> Any:
+        """Return OMPL's planner, which has estimated the free volumes: that can not be ended."""
+        planner = super().begin(bridge)
+        planner.solve(ob.PlannerTerminationCondition(lambda: True))
+        return planner
+
+    def again(self, bridge: Bridge, planner: Any) -> Any:  # noqa: ARG002
+        """Return a new planner: the graph of regions grows when OMPL clears one."""
+        return self.begin(bridge)

@@ -1,0 +1,110 @@
+"""The points of the bodies that the field pulls at, and where it wants them.
+
+Source: Barraquand, Latombe, Robot motion planning: a distributed representation approach,
+IJRR 10(6), 1991.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.search.potential.leading_bodies import Carrier, carriers, sample_states
+
+Array: TypeAlias = NDArray[np.float64]
+
+SLENDER = 1.2  # length over width from which a body's two ends are led apart
+TURNS = 1.0  # [rad] that its axis turns by where it is free to turn
+KNOWN = 1e-6  # [m] by which a point of the goal may differ and still be the same one
+SAMPLES = 12
+
+
+@dataclass(frozen=True, eq=False)
+class ControlPoint:
+    """A point of a body with a goal of its own.
+
+    Attributes:
+        carrier: The body that it belongs to.
+        at: Where it is in the body's frame, in [m], shape (3,).
+        goal: Where it should come, in the world, in [m], shape (3,).
+        name: For reports.
+    """
+
+    carrier: Carrier
+    at: Array
+    goal: Array
+    name: str
+
+
+def control_points(problem: Problem) -> list[ControlPoint]:
+    """Return the points whose place in the goal is known; none where the goal names no place.
+
+    A slender body that is free to turn is led by both its ends, and so to the goal's attitude;
+    any other one by its centre, or by the origin of its frame. A point that nothing moves, such as
+    a pivot, leads nowhere.
+    """
+    generator = np.random.default_rng(0)
+    goals = np.array([problem.sample_goal(generator, spread=0.0) for _ in range(SAMPLES)])
+    goals = problem.model.project(goals)
+    leaders = carriers(problem)
+    named = [_of_point(problem, leaders, k) for k in range(len(problem.goal.points))]
+    frames = problem.frames(sample_states(problem, SAMPLES))
+    points = (p for c in leaders for p in _points_of(problem, c, goals))
+    moved = (p for p in points if not _known(place(p.at, frames[:, p.carrier.body])))
+    return [*named, *moved]
+
+
+def place(at: Array, poses: Array) -> Array:
+    """Return a point of a body in the world, shape (n, 3), at the body's poses (n, 12)."""
+    frame = poses.reshape(-1, 3, 4)
+    where: Array = frame[:, :, :3] @ at + frame[:, :, 3]
+    return where
+
+
+def _of_point(problem: Problem, leaders: list[Carrier], k: int) -> ControlPoint:
+    target = problem.goal.points[k]
+    owner = next((c for c in leaders if c.body == target.body), None)
+    zero = np.zeros(3)
+    carrier = owner or Carrier(target.body, (), zero, zero)
+    name = f"{problem.bodies[target.body].name}"
+    return ControlPoint(carrier, np.array(target.at), np.array(target.position), name)
+
+
+def _points_of(problem: Problem, carrier: Carrier, goals: Array) -> Iterator[ControlPoint]:
+    poses = problem.frames(goals)[:, carrier.body]
+    name = problem.bodies[carrier.body].name
+    ends = _ends(problem, carrier)
+    if all(_known(place(at, poses)) for at in ends.values()) and ends:
+        for end, at in ends.items():
+            yield ControlPoint(carrier, at, place(at, poses)[0], f"{end} of {name}")
+        return
+    for at in (carrier.centre, np.zeros(3)):
+        # Where the goal leaves the attitude free, the frame's origin may still have its place.
+        if _known(place(at, poses)):
+            yield ControlPoint(carrier, at, place(at, poses)[0], name)
+            return
+
+
+def _known(places: Array) -> bool:
+    return bool(np.ptp(places, axis=0).max() < KNOWN)
+
+
+def _ends(problem: Problem, carrier: Carrier) -> dict[str, Array]:
+    """Return the front and back end of a slender body that is free to turn, in its frame."""
+    along = int(carrier.reach.argmax())
+    width = float(np.sort(carrier.reach)[1])
+    if carrier.reach[along] < SLENDER * width:
+        return {}
+    axes = problem.frames(sample_states(problem, SAMPLES))[:, carrier.body].reshape(-1, 3, 4)
+    axes = axes[:, :, along]
+    if np.arccos(np.clip(axes @ axes.T, -1.0, 1.0)).max() < TURNS:
+        return {}
+    step = np.zeros(3)
+    # A ball of the body's width fits around an end, unless that leaves no lever to turn with.
+    step[along] = max(carrier.reach[along] - width, carrier.reach[along] / 2)
+    return {"front": carrier.centre + step, "back": carrier.centre - step}

@@ -1,0 +1,125 @@
+"""Down the potential through the full dynamics, until the goal, a minimum or the budget's end."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.cancel import StoppedError, look
+from kinolab.search.planner import Budget
+from kinolab.search.potential.field import Field
+from kinolab.search.potential.lookahead import Lookahead
+from kinolab.search.potential.partial_motion import Trail
+from kinolab.simulation import Propagator
+from kinolab.steering import Arrival
+
+Array: TypeAlias = NDArray[np.float64]
+
+PROGRESS = 0.01  # [m] by which the potential must fall within the patience
+EVERY = 4  # steps between two looks for the last motion into the goal
+
+
+class Ending(Enum):
+    """Why a descent ended."""
+
+    GOAL = auto()
+    MINIMUM = auto()
+    BUDGET = auto()
+
+
+class Descent:
+    """Follows the field.
+
+    Args:
+        field: The potential.
+        lookahead: Proposes inputs.
+        arrival: Looks for the last motion into the goal.
+        propagator: Makes and judges every step.
+        near: Potential in [m] below which the last motion is looked for.
+        patience: Steps without progress after which a place counts as a minimum.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        lookahead: Lookahead,
+        arrival: Arrival,
+        propagator: Propagator,
+        near: float,
+        patience: int,
+    ) -> None:
+        self._field, self._lookahead, self._arrival = field, lookahead, arrival
+        self._propagator, self._near, self._patience = propagator, near, patience
+        self._problem = field.problem
+
+    def follow(self, trail: Trail, generator: np.random.Generator, budget: Budget) -> Ending:
+        """Go on from the end of a trail, and add what was gone."""
+        u = self._idle()
+        lowest, waited, count = self._height(trail.end), 0, 0
+        while self._problem.goal_excess(trail.end) > 1.0:
+            if budget.spent():
+                return Ending.BUDGET
+            height = self._height(trail.end)
+            if height < lowest - PROGRESS:
+                lowest, waited = height, 0
+            if height < self._near and count % EVERY == 0 and self._arrive(trail):
+                return Ending.GOAL
+            count, waited = count + 1, waited + 1
+            try:
+                chosen = self._choose(trail.end, u, generator, budget)
+            except StoppedError:
+                budget.take_back()
+                return Ending.BUDGET
+            if chosen is None or waited > self._patience:
+                return Ending.MINIMUM
+            u, reached = chosen
+            trail.add(u, reached)
+        return Ending.GOAL
+
+    def _idle(self) -> Array:
+        """Return the inputs of a machine that is left alone: 0, or the nearest that it may have."""
+        return np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
+
+    def _height(self, x: Array) -> float:
+        return float(self._field.potential(x[None])[0])
+
+    def _arrive(self, trail: Trail) -> bool:
+        motion = self._arrival.inputs(trail.end)
+        for u, x in motion or ():
+            trail.add(u, x)
+        return motion is not None
+
+    def _choose(
+        self, x: Array, u: Array, generator: np.random.Generator, budget: Budget
+    ) -> tuple[Array, Array] | None:
+        """Return inputs and the state after one step of them.
+
+        The best proposal that is free up to the horizon is taken, else the one that is free for
+        longest; None where not even one step is.
+
+        Raises:
+            StoppedError: If the budget's time was over before all were looked at.
+        """
+        longest, best = 0, None
+        for proposal in self._lookahead.proposals(x, u, generator):
+            look(lambda: budget.late)
+            free, first = self._free_steps(x, proposal.u)
+            if free > longest and first is not None:
+                longest, best = free, (proposal.u, first)
+            if free == self._lookahead.steps:
+                break
+        return best
+
+    def _free_steps(self, x: Array, u: Array) -> tuple[int, Array | None]:
+        """Return for how many steps the way is free, and the state after the first."""
+        first, held = None, u.tolist()
+        for k in range(self._lookahead.steps):
+            reached, free = self._propagator.step(x.tolist(), held, self._problem.step)
+            if not free:
+                return k, first
+            x = np.array(reached)
+            first = x if first is None else first
+        return self._lookahead.steps, first

@@ -1,0 +1,185 @@
+"""A navigation function: how long the way to a goal is for a point among blocked cells.
+
+It solves |grad N| = 1/speed by fast sweeping (fteikpy). Every node's value comes from a smaller one
+beside it, so that going down never ends but at the goal.
+
+Source: Noble, Gesret, Belayouni, Accurate 3-D finite difference computation of traveltimes in
+strongly heterogeneous media, Geophysical J. Int. 199, 2014; Barraquand, Latombe, IJRR 10(6), 1991.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from kinolab.numerics.jit_cache import sealed_caches
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+BLOCKED = 1e-3  # speed in blocked cells, as a share of that in the open
+SLOWEST = 0.2  # the same beside an obstacle
+SWEEPS = 6  # over the grid before it is seen whether anything still changes
+MOST_SWEEPS = 256
+SETTLED = 1e-9  # share of a value by which sweeping may still lower it
+CONE = 2.0  # cells around the goal in which the way is straight
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Equal cells along some axes of the world.
+
+    Attributes:
+        axes: Which axes of the world: 0, 1 and 2 for x, y and z; two or three of them.
+        origin: Lowest corner in [m], shape (axes,).
+        size: Edge of a cell in [m].
+        shape: How many cells there are along each axis.
+    """
+
+    axes: tuple[int, ...]
+    origin: Array
+    size: float
+    shape: tuple[int, ...]
+
+    def centre(self, cell: tuple[int, ...]) -> Array:
+        """Return the middle of a cell, shape (axes,)."""
+        middle: Array = self.origin + self.size * (np.array(cell) + 0.5)
+        return middle
+
+    def cell_of(self, point: Array) -> tuple[int, ...]:
+        """Return the cell that holds a point of the world (3,), or the nearest one."""
+        place = (point[list(self.axes)] - self.origin) / self.size
+        nearest = np.clip(np.floor(place).astype(int), 0, np.array(self.shape) - 1)
+        return tuple(int(entry) for entry in nearest)
+
+
+def cropped(grid: Grid, free: Mask, goal: Array) -> tuple[Grid, Mask]:
+    """Return the part of a grid that holds all free cells and the goal, with a cell around it."""
+    found = np.argwhere(free)
+    corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
+    lowest, highest = (np.vstack([found, corner - k]) for k in (0, 1))
+    first = np.maximum(lowest.min(axis=0) - 1, 0)
+    last = np.minimum(highest.max(axis=0) + 2, grid.shape)
+    part = free[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
+    return Grid(grid.axes, grid.origin + grid.size * first, grid.size, part.shape), part
+
+
+@dataclass(frozen=True, eq=False)
+class Navigation:
+    """The length of the way to a goal, in [m] of open space, for points of the world.
+
+    Attributes:
+        grid: Where it is known; elsewhere the nearest value holds.
+        values: At the corners of the cells, each size one more than the grid's.
+        goal: Where it is 0, in the world, shape (3,).
+        slowness: Beside the goal: 1 in the open, more where room is short.
+    """
+
+    grid: Grid
+    values: Array
+    goal: Array
+    slowness: float
+
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        """Return values (n,) and gradients (n, 3) at points (n, 3)."""
+        grid, axes = self.grid, list(self.grid.axes)
+        place = (points[:, axes] - grid.origin) / grid.size
+        top = np.array(grid.shape)
+        inside = np.clip(place, 0.0, top)
+        corner = np.minimum(inside.astype(int), top - 1)
+        value, slope = self._interpolate(corner, inside - corner)
+        gradient = np.zeros_like(points)
+        gradient[:, axes] = slope / grid.size
+        return self._near_goal(points, value, gradient)
+
+    def _interpolate(self, corner: NDArray[Any], share: Array) -> tuple[Array, Array]:
+        """Interpolate between the corners of cells; slopes are per cell."""
+        count, dims = share.shape
+        value, slope = np.zeros(count), np.zeros((count, dims))
+        for bits in np.ndindex(*(2,) * dims):
+            up = np.array(bits)
+            factors = np.where(up, share, 1.0 - share)
+            at = self.values[tuple((corner + up).T)]
+            value += at * factors.prod(axis=1)
+            for k in range(dims):
+                others = np.delete(factors, k, axis=1).prod(axis=1)
+                slope[:, k] += at * others * (1.0 if up[k] else -1.0)
+        return value, slope
+
+    def _near_goal(self, points: Array, value: Array, gradient: Array) -> tuple[Array, Array]:
+        """Take the straight way where it is shorter, within some cells of the goal."""
+        away = np.zeros_like(points)
+        axes = list(self.grid.axes)
+        away[:, axes] = (points - self.goal)[:, axes]
+        distance = np.linalg.norm(away, axis=1)
+        straight = self.slowness * distance
+        near = (distance < CONE * self.grid.size) & (straight < value)
+        far = np.where(distance > 0, distance, 1.0)
+        value = np.where(near, straight, value)
+        return value, np.where(near[:, None], self.slowness * away / far[:, None], gradient)
+
+
+def navigation(free: Mask, grid: Grid, goal: Array, berth: float) -> Navigation:
+    """Solve for the way to a goal through free cells.
+
+    Args:
+        free: Which cells may be crossed, of the grid's shape.
+        grid: The cells.
+        goal: Point of the world at a corner of cells, shape (3,): between corners the solver fails
+            where the speed jumps.
+        berth: Distance from blocked cells in [m] below which a way counts as longer, up to five
+            times, so that ways keep to the middle; 0 for shortest ways.
+    """
+    speed = _speed(free, grid, berth)
+    corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size)
+    values = grid.size * _sweep(speed, corner, _corners_of(free))
+    return Navigation(grid, values, goal, float(1.0 / speed[grid.cell_of(goal)]))
+
+
+def _speed(free: Mask, grid: Grid, berth: float) -> Array:
+    if berth <= 0:
+        return np.where(free, 1.0, BLOCKED)
+    walled = np.pad(free, 1, constant_values=False)
+    room = distance_transform_edt(walled, sampling=grid.size)[(slice(1, -1),) * free.ndim]
+    return np.where(free, np.clip(room / berth, SLOWEST, 1.0), BLOCKED)
+
+
+def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
+    """Sweep over cells of size 1 until nothing changes at the corners that count.
+
+    Mazes need as many sweeps as their ways have turns.
+    """
+    sweeps = SWEEPS
+    values = shortest(speed, source, sweeps)
+    while sweeps < MOST_SWEEPS:
+        sweeps *= 2
+        before, values = values, shortest(speed, source, sweeps)
+        if (before - values <= SETTLED * values)[counts].all():
+            break
+    return values
+
+
+def shortest(speed: Array, source: Array, sweeps: int) -> Array:
+    """Return the times of arrival at the corners of cells of size 1 after some sweeps.
+
+    The solver wants a source whose coordinates are whole numbers to the last bit: it takes anything
+    else for a point between corners.
+    """
+    with sealed_caches():  # its import compiles what is not cached yet
+        from fteikpy import Eikonal2D, Eikonal3D
+
+    solver = (Eikonal2D if speed.ndim == 2 else Eikonal3D)(speed, gridsize=(1.0,) * speed.ndim)
+    values: Array = solver.solve(source, nsweep=sweeps).grid
+    return values
+
+
+def _corners_of(cells: Mask) -> Mask:
+    """Return which corners belong to one of some cells."""
+    corners = np.zeros(tuple(n + 1 for n in cells.shape), dtype=bool)
+    for step in np.ndindex(*(2,) * cells.ndim):
+        corners[tuple(slice(k, k + n) for k, n in zip(step, cells.shape, strict=True))] |= cells
+    return corners

@@ -1,0 +1,113 @@
+"""The whole potential of a machine: its control points' ways to go, and its gaps to obstacles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.search.potential.control_points import ControlPoint, place
+from kinolab.search.potential.repulsion import Repulsion
+from kinolab.world.collision.closest_points import GapFinder
+
+Array: TypeAlias = NDArray[np.float64]
+PointPotential: TypeAlias = Callable[[Array], tuple[Array, Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """A control point with its potential and how much it counts."""
+
+    point: ControlPoint
+    potential: PointPotential
+    weight: float
+
+
+@dataclass(frozen=True, eq=False)
+class PointForce:
+    """A force on a point of a body: minus the slope of the potential, without a unit.
+
+    Attributes:
+        body: Index of the body.
+        at: The point in the world, in [m], shape (3,).
+        force: Shape (3,).
+    """
+
+    body: int
+    at: Array
+    force: Array
+
+
+class Field:
+    """The sum of all potentials, in [m], as a function of the state.
+
+    Args:
+        problem: The machine and its world.
+        pulls: What attracts; where there are none, the norm of the goal errors does.
+        repulsion: What keeps off obstacles.
+    """
+
+    def __init__(self, problem: Problem, pulls: Sequence[Pull], repulsion: Repulsion) -> None:
+        self.problem, self.pulls, self.repulsion = problem, tuple(pulls), repulsion
+        self._gaps = GapFinder(problem.bodies, problem.world, repulsion.reach)
+        self._near = problem.checker(margin=repulsion.reach) if repulsion.gain > 0 else None
+
+    def potential(self, states: Array) -> Array:
+        """Return the potential at states (n, nx), shape (n,); infinite where bodies touch."""
+        poses = self.problem.frames(states)
+        return self.attraction(states, poses) + [
+            self._repelled(x, p) for x, p in zip(states, poses, strict=True)
+        ]
+
+    def attraction(self, states: Array, poses: Array) -> Array:
+        """Return what pulls at states (n, nx) with poses (n, bodies, 12), shape (n,)."""
+        if not self.pulls:
+            return np.array([self.problem.goal_distance(x) for x in states])
+        total = np.zeros(len(states))
+        for pull in self.pulls:
+            at = place(pull.point.at, poses[:, pull.point.carrier.body])
+            total += pull.weight * pull.potential(at)[0]
+        return total
+
+    def points(self, states: Array) -> Array:
+        """Return the control points at states (n, nx), shape (n, points, 3)."""
+        poses = self.problem.frames(states)
+        found = [place(p.point.at, poses[:, p.point.carrier.body]) for p in self.pulls]
+        return np.stack(found, axis=1) if found else np.zeros((len(states), 0, 3))
+
+    def forces(self, x: Array) -> list[PointForce]:
+        """Return the forces on the bodies at a state, the pulls first, then the pushes."""
+        poses = self.problem.frames(x)
+        found = []
+        for pull in self.pulls:
+            body = pull.point.carrier.body
+            at = place(pull.point.at, poses[body][None])
+            slope = pull.potential(at)[1][0]
+            found.append(PointForce(body, at[0], -pull.weight * slope))
+        if self._is_near(x, poses):
+            for gap in self._gaps.gaps(poses):
+                found.append(PointForce(gap.body, gap.on_body, self.repulsion.force(gap)))
+        return found
+
+    def pushed(self, x: Array, direction: Array) -> list[PointForce]:
+        """Return forces that push all control points the same way, along a vector (3,)."""
+        poses = self.problem.frames(x)
+        bodies = [(pull.point.carrier.body, pull.point.at) for pull in self.pulls]
+        return [PointForce(b, place(at, poses[b][None])[0], direction) for b, at in bodies]
+
+    def _repelled(self, x: Array, poses: Array) -> float:
+        if not self._is_near(x, poses):
+            return 0.0
+        gaps = self._gaps.gaps(poses)
+        return sum(self.repulsion.potential(gap.distance) for gap in gaps)
+
+    def _is_near(self, x: Array, poses: Array) -> bool:
+        """Say whether anything may be within reach; much faster than to measure gaps."""
+        if self._near is None:
+            return False
+        ends = self.problem.placement(x)[1] if self.problem.cables else np.zeros((0, 6))
+        return self._near.collides(poses, ends)

@@ -1,0 +1,113 @@
+"""Makes the field of a problem: what pulls each control point, and how much it counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.search.potential.attraction import Straight
+from kinolab.search.potential.control_points import ControlPoint, control_points, place
+from kinolab.search.potential.eikonal import Navigation, cropped, navigation
+from kinolab.search.potential.field import Field, PointPotential, Pull
+from kinolab.search.potential.interruptible import unless_stopped
+from kinolab.search.potential.repulsion import Repulsion
+from kinolab.search.potential.workspace import grid_of, is_open, open_cells
+from kinolab.simulation import Propagator
+
+Array: TypeAlias = NDArray[np.float64]
+
+FOLLOWS = 0.3  # weight of the end of a body that follows, against 1 for the one that leads
+CELL = 0.7  # of half the body's width: edge of a cell where the user gives none
+HALVINGS = 3  # of a cell's edge, where the start is cut off from the goal
+SHRINKS = 0.9  # share of its edge below which a smaller cell may open a gap
+FINEST = 200.0  # cells along a workspace, where the user gives no edge
+
+
+def plain_field(problem: Problem, repulsion: Repulsion) -> Field:
+    """Return the field that knows the way to the goal only as the crow flies."""
+    points = control_points(problem)
+    return Field(problem, _weighed(problem, points, [Straight(p.goal) for p in points]), repulsion)
+
+
+def navigation_field(
+    propagator: Propagator,
+    repulsion: Repulsion,
+    *,
+    resolution: float,
+    memory: float,
+    berth: float,
+    stop: Callable[[], bool],
+) -> Field | None:
+    """Return the field of navigation functions; None where ``stop`` said to end.
+
+    Args:
+        propagator: Judges where the machine of its problem can be.
+        repulsion: Besides.
+        resolution: Edge of a cell in [m]; 0 to take it from the body's width.
+        memory: For the cells of one point, in [MB].
+        berth: See ``navigation``.
+        stop: Asked now and then.
+    """
+    problem = propagator.problem
+    points = control_points(problem)
+    found: list[PointPotential] = []
+    for point in points:
+        edge = resolution or _edge(problem, point)
+        way = _navigation(propagator, point, edge, memory, berth, stop)
+        if way is None:
+            return None
+        found.append(way)
+    return Field(problem, _weighed(problem, points, found), repulsion)
+
+
+def _navigation(
+    propagator: Propagator,
+    point: ControlPoint,
+    edge: float,
+    memory: float,
+    berth: float,
+    stop: Callable[[], bool],
+) -> Navigation | None:
+    """Return the way to a point's goal; cells are halved while they cut the start off."""
+    problem = propagator.problem
+    grid = grid_of(problem, point, edge, memory)
+    free = open_cells(propagator, point, grid, stop)
+    for _ in range(HALVINGS):
+        finer = grid_of(problem, point, grid.size / 2, memory)
+        if free is None or is_open(problem, point, grid, free) or finer.size > SHRINKS * grid.size:
+            break
+        grid, free = finer, open_cells(propagator, point, finer, stop)
+    if free is None:
+        return None
+    part, cells = cropped(grid, free, point.goal)
+    return unless_stopped(lambda: navigation(cells, part, point.goal, berth), stop)
+
+
+def _edge(problem: Problem, point: ControlPoint) -> float:
+    spans = [high - low for low, high in problem.world.bounds.values()]
+    finest = max(spans, default=1.0) / FINEST
+    return max(CELL * float(np.sort(point.carrier.reach)[1]), finest, 1e-3)
+
+
+def _weighed(
+    problem: Problem, points: list[ControlPoint], potentials: list[PointPotential]
+) -> list[Pull]:
+    """Let the end of a body that must go farther lead: the machine then arrives that way round.
+
+    Pulled equally at both ends a body that cannot move sideways would find no reason to turn.
+    """
+    start = problem.frames(problem.start)
+    heights = []
+    for point, potential in zip(points, potentials, strict=True):
+        centre = place(point.carrier.centre, start[point.carrier.body][None])
+        heights.append(float(potential(centre)[0][0]))
+    pulls = []
+    for k, (point, potential) in enumerate(zip(points, potentials, strict=True)):
+        rivals = [j for j, other in enumerate(points) if other.carrier is point.carrier]
+        leads = k == max(rivals, key=lambda j: heights[j])
+        pulls.append(Pull(point, potential, 1.0 if leads else FOLLOWS))
+    return pulls

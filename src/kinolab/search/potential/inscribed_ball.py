@@ -1,0 +1,37 @@
+"""The largest ball about a point that fits into a body."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.language.shapes import Shape
+from kinolab.world.geometry import BodyGeometry, Kind, placement, sizes
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def inscribed_radius(body: BodyGeometry, at: Array) -> float:
+    """Return the radius in [m] of the ball about a point of the body's frame; 0 outside.
+
+    Shapes that overlap might hold a larger one together: this is that of the best single shape.
+    """
+    return max((_depth(shape, at) for shape in body.shapes), default=0.0)
+
+
+def _depth(shape: Shape, at: Array) -> float:
+    kind, half = sizes(shape)
+    own = placement(shape)
+    p = np.abs(own[:, :3].T @ (at - own[:, 3]))
+    across = float(np.hypot(p[0], p[1]))
+    if kind is Kind.BOX:
+        depth = float((half - p).min())
+    elif kind is Kind.SPHERE:
+        depth = half[0] - float(np.linalg.norm(p))
+    elif kind is Kind.CYLINDER:
+        depth = min(half[0] - across, half[2] - p[2])
+    else:
+        depth = half[0] - float(np.hypot(across, max(p[2] - half[2], 0.0)))
+    return max(float(depth), 0.0)

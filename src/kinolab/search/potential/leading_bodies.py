@@ -1,0 +1,94 @@
+"""Which bodies are led to the goal, and which lengths of the machine carry them there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Coordinate
+from kinolab.numerics.quaternions import random_attitude
+from kinolab.problem import Problem
+from kinolab.world import BodyGeometry, triangles
+
+Array: TypeAlias = NDArray[np.float64]
+
+SAMPLES = 24  # configurations at which the machine is looked at
+MOVES = 1e-6  # [m] that a point moves by where it moves at all
+
+
+@dataclass(frozen=True, eq=False)
+class Carrier:
+    """A body that others follow, or that follows no other.
+
+    Attributes:
+        body: Its index.
+        lengths: Entries of the state, each a coordinate in [m], that move it.
+        centre: Of its shapes, in its own frame, shape (3,).
+        reach: Half of its size along its axes, in [m], shape (3,).
+    """
+
+    body: int
+    lengths: tuple[int, ...]
+    centre: Array
+    reach: Array
+
+
+def carriers(problem: Problem) -> list[Carrier]:
+    """Return the bodies that lead: no other body's lengths contain all of theirs.
+
+    A crane's load leads its trolley and its bridge. Of bodies moved by the same lengths the
+    first that the system names leads. Where no length moves any body, as in an arm, all lead.
+    """
+    states = sample_states(problem, SAMPLES)
+    found = [
+        Carrier(k, _lengths_of(problem, k, states[:3]), *_extent(body))
+        for k, body in enumerate(problem.bodies)
+        if body.shapes
+    ]
+    found.sort(key=lambda c: -len(c.lengths))  # keeps the system's order
+    kept: list[Carrier] = []
+    for carrier in found:
+        if not any(set(carrier.lengths) <= set(other.lengths) for other in kept if other.lengths):
+            kept.append(carrier)
+    return kept
+
+
+def sample_states(problem: Problem, count: int) -> Array:
+    """Return states whose configurations are drawn from the limits, shape (count, nx)."""
+    generator, nq = np.random.default_rng(0), problem.model.nq
+    states = np.tile(problem.start, (count, 1))
+    lower, upper = problem.sampling_bounds[:nq].T
+    states[:, :nq] = generator.uniform(lower, upper, size=(count, nq))
+    for own in problem.space.quaternions:
+        states[:, own] = [random_attitude(generator) for _ in range(count)]
+    return problem.model.project(states)
+
+
+def length_entries(problem: Problem) -> list[int]:
+    """Return the entries of the state that are coordinates in [m]."""
+    names = problem.model.state_names
+    return [
+        names.index(c.name)
+        for c in problem.system.coordinates
+        if isinstance(c, Coordinate) and c.unit == "m"
+    ]
+
+
+def _lengths_of(problem: Problem, body: int, states: Array) -> tuple[int, ...]:
+    found = []
+    for entry in length_entries(problem):
+        moved = states.copy()
+        moved[:, entry] += 1.0
+        shift = (problem.frames(moved) - problem.frames(states))[:, body]
+        if np.abs(shift[:, [3, 7, 11]]).max() > MOVES:
+            found.append(entry)
+    return tuple(found)
+
+
+def _extent(body: BodyGeometry) -> tuple[Array, Array]:
+    corners = np.concatenate([triangles(shape)[0] for shape in body.shapes])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return (low + high) / 2, (high - low) / 2

@@ -1,0 +1,127 @@
+"""Which inputs to take: several proposals, each simulated for a while, the lowest potential first.
+
+A force on a crane's load asks nothing of its trolley at once, and one across a car nothing of its
+steering; what they ask for shows only some time later. So the inputs are also chosen by least
+squares on where the control points will be at a horizon, as far as that is linear in the inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.cancel import Stop, look, never
+from kinolab.errors import KinolabError
+from kinolab.numerics.bounded_lsq import bounded_least_squares
+from kinolab.search.potential.field import Field
+from kinolab.search.potential.pullback import Projection, independent_entries
+from kinolab.simulation import HeldInputs
+
+Array: TypeAlias = NDArray[np.float64]
+
+STRIDES = (0.3, 1.0, 3.0)  # [m] that the control points are asked to go within the horizon
+NUDGE = 0.05  # of an input's range, to see what it changes
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """Inputs, and the potential that they lead to at the horizon, in [m]."""
+
+    potential: float
+    u: Array
+
+
+class Lookahead:
+    """Proposes inputs for a state.
+
+    Args:
+        field: The potential.
+        projection: Turns its forces into inputs.
+        steps: Of the problem's length, up to the horizon.
+        draws: Proposals drawn at random besides.
+        stop: Says that what is being done must end, by a StoppedError.
+    """
+
+    def __init__(
+        self, field: Field, projection: Projection, steps: int, draws: int, stop: Stop = never
+    ) -> None:
+        self._field, self._projection, self._stop = field, projection, stop
+        self.steps, self._draws = steps, draws
+        self._rollout = HeldInputs(field.problem)
+        self._lower, self._upper = field.problem.model.control_bounds.T
+
+    def proposals(self, x: Array, u: Array, generator: np.random.Generator) -> list[Proposal]:
+        """Return proposals for a state, the best first; those whose simulation fails are left out.
+
+        Args:
+            x: State, shape (nx,).
+            u: Inputs that were held until now, shape (nu,).
+            generator: Of the random ones.
+        """
+        found, ends = [], []
+        for proposed in self._ideas(x, u, generator):
+            look(self._stop)
+            end = self._rollout.end(x, proposed, self.steps)
+            if end is not None:
+                found.append(proposed)
+                ends.append(end)
+        if not found:
+            return []
+        values = self._field.potential(np.array(ends))
+        ranked = sorted(zip(values.tolist(), range(len(found)), strict=True))
+        return [Proposal(value, found[k]) for value, k in ranked]
+
+    def _ideas(self, x: Array, u: Array, generator: np.random.Generator) -> Iterator[Array]:
+        yield u
+        yield from self._pulled_back(x)
+        yield from self._by_linear_response(x, u)
+        for k in range(self._draws):
+            drawn = generator.uniform(self._lower, self._upper)
+            # Half of them lie around what is held, so that a good choice is refined.
+            yield drawn if k % 2 else np.clip(u + 0.2 * (drawn - u), self._lower, self._upper)
+
+    def _pulled_back(self, x: Array) -> Iterator[Array]:
+        try:
+            yield self._projection.inputs(x, self._field.forces(x), len(self._field.pulls))
+        except KinolabError:
+            return  # kinematic, or singular here: the other proposals remain
+
+    def _by_linear_response(self, x: Array, u: Array) -> Iterator[Array]:
+        """Yield inputs that bring the control points down the field, and some that brake."""
+        base = self._rollout.end(x, u, self.steps)
+        nudges = np.where(u > (self._lower + self._upper) / 2, -NUDGE, NUDGE)
+        nudges *= self._upper - self._lower
+        ends = []
+        for step in np.diag(nudges):
+            look(self._stop)
+            ends.append(self._rollout.end(x, u + step, self.steps))
+        if base is None or any(end is None for end in ends):
+            return
+        states = np.array([base, *ends])
+        bounds = self._lower - u, self._upper - u
+        points = self._field.points(np.vstack([states, x]))
+        response = ((points[1:-1] - points[0]).reshape(len(u), -1) / nudges[:, None]).T
+        way = self._way_down(points[-1])
+        weights = np.repeat(np.sqrt([pull.weight for pull in self._field.pulls]), 3)
+        for stride in STRIDES if len(way) else ():
+            short = points[-1] + stride * way - points[0]
+            target = weights * short.reshape(-1)
+            yield u + bounded_least_squares(weights[:, None] * response, target, *bounds)
+        entries = independent_entries(self._field.problem.model)
+        scales = self._field.problem.scales[entries]
+        slowing = ((states[1:, entries] - base[entries]) / nudges[:, None] / scales).T
+        if slowing.size:
+            yield u + bounded_least_squares(slowing, -base[entries] / scales, *bounds)
+
+    def _way_down(self, points: Array) -> Array:
+        """Return directions in which the control points (n, 3) go down, at most of length 1."""
+        found = []
+        for pull, at in zip(self._field.pulls, points, strict=True):
+            value, slope = pull.potential(at[None])
+            length = float(np.linalg.norm(slope))
+            found.append(-slope[0] / max(length, 1e-12) * min(1.0, float(value[0])))
+        return np.array(found).reshape(-1, 3)

@@ -1,0 +1,141 @@
+"""From forces on points to generalised forces, and from those to inputs.
+
+Source: Khatib, A unified approach for motion and force control of robot manipulators: the
+operational space formulation, IEEE J. Robotics and Automation 3(1), 1987; the least squares are
+Gauss's principle of least constraint, as in Udwadia, Kalaba, Analytical Dynamics, 1996.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model
+from kinolab.numerics.bounded_lsq import bounded_least_squares
+from kinolab.search.potential.field import PointForce
+
+Array: TypeAlias = NDArray[np.float64]
+
+NUDGE = 1e-5  # along a velocity; central differences are then exact to about 1e-10 m per m/s
+
+
+def independent_entries(model: Model) -> slice:
+    """Return which entries of the state are independent velocities."""
+    return slice(model.nq, model.nq + len(model.independent))
+
+
+def velocity_columns(model: Model, x: Array) -> tuple[Array, Array]:
+    """Return how configuration and velocities follow from the independent velocities.
+
+    Returns:
+        d(q_dot)/dv in the entries of the configuration, shape (nq, nv), and d(nu)/dv among all
+        velocities, shape (nt, nv). Both are exact: the relation is linear.
+    """
+    entries = independent_entries(model)
+    count = entries.stop - entries.start
+    states = np.tile(x, (count + 1, 1))
+    states[:, entries] = np.eye(count + 1, count)  # the last one is at rest
+    rates, all_velocities = model.f(states)[:, : model.nq], model.velocity(states)
+    return (rates[:-1] - rates[-1]).T, (all_velocities[:-1] - all_velocities[-1]).T
+
+
+def point_jacobians(model: Model, x: Array, points: Sequence[tuple[int, Array]]) -> Array:
+    """Return the velocities of points of bodies per independent velocity.
+
+    Args:
+        model: The machine.
+        x: State, shape (nx,).
+        points: Index of a body, and a point of the world that moves with it, shape (3,).
+
+    Returns:
+        Shape (points, 3, nv).
+    """
+    columns = velocity_columns(model, x)[0]
+    nudged = np.tile(x, (2 * columns.shape[1], 1))
+    nudged[0::2, : model.nq] += NUDGE * columns.T
+    nudged[1::2, : model.nq] -= NUDGE * columns.T
+    poses = model.frames(np.vstack([nudged, x])).reshape(len(nudged) + 1, -1, 3, 4)
+    slopes = (poses[0:-1:2] - poses[1:-1:2]) / (2 * NUDGE)
+    found = np.zeros((len(points), 3, columns.shape[1]))
+    for k, (body, at) in enumerate(points):
+        here = poses[-1, body]
+        local = here[:, :3].T @ (at - here[:, 3])
+        found[k] = (slopes[:, body, :, :3] @ local + slopes[:, body, :, 3]).T
+    return found
+
+
+def generalised_force(jacobians: Array, forces: Sequence[PointForce]) -> Array:
+    """Return the sum of J^T f, a covector on the independent velocities, shape (nv,)."""
+    stacked = np.array([force.force for force in forces]).reshape(-1, 3)
+    force: Array = np.einsum("kij,ki->j", jacobians, stacked)
+    return force
+
+
+def reduced_mass(model: Model, x: Array) -> Array:
+    """Return the mass matrix on the independent velocities, shape (nv, nv).
+
+    Raises:
+        NoDynamicsError: If the machine is kinematic.
+    """
+    columns = velocity_columns(model, x)[1]
+    reduced: Array = columns.T @ model.mass_matrix(x) @ columns
+    return reduced
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Chooses the inputs under which the machine moves most nearly as a force asks.
+
+    Attributes:
+        model: The machine.
+        pull: Acceleration in [m/s^2] of the control points where the potential's slope is 1.
+        damping: Rate in [1/s] at which the velocities that a force leaves alone fade.
+    """
+
+    model: Model
+    pull: float
+    damping: float
+
+    def inputs(self, x: Array, forces: Sequence[PointForce], pulls: int) -> Array:
+        """Return inputs within their limits, shape (nu,).
+
+        A machine that could move every way would accelerate by M^-1 F - damping v. This one gets
+        the inputs that bring its accelerations nearest to that, in the metric of M.
+
+        Args:
+            x: State, shape (nx,).
+            forces: On points of the bodies.
+            pulls: How many of them, the first ones, attract; these set the scale of the force.
+
+        Raises:
+            NoDynamicsError: If the machine is kinematic.
+            SingularError: Where the equations of motion have no unique solution.
+        """
+        model, entries = self.model, independent_entries(self.model)
+        jacobians = point_jacobians(model, x, [(force.body, force.at) for force in forces])
+        mass = reduced_mass(model, x)
+        attracted = generalised_force(jacobians[:pulls], forces[:pulls])
+        force = generalised_force(jacobians, forces)
+        mobility = float(attracted @ np.linalg.solve(mass, attracted))
+        steepness = sum(float(f.force @ f.force) for f in forces[:pulls])
+        scale = self.pull * steepness / mobility if mobility > 1e-12 else 0.0
+        wanted = np.linalg.solve(mass, scale * force) - self.damping * x[entries]
+        return self.nearest_inputs(x, mass, wanted)
+
+    def nearest_inputs(self, x: Array, mass: Array, wanted: Array) -> Array:
+        """Return the inputs whose accelerations are nearest to those wanted (nv,)."""
+        model, entries = self.model, independent_entries(self.model)
+        lower, upper = model.control_bounds.T
+        middle = (lower + upper) / 2
+        drift = model.f(x, middle)[entries]
+        slopes = model.jacobian(x, middle)[1][entries]
+        root = np.linalg.cholesky(mass).T
+        change = bounded_least_squares(
+            root @ slopes, root @ (wanted - drift), lower - middle, upper - middle
+        )
+        inputs: Array = middle + change
+        return inputs

@@ -1,0 +1,169 @@
+"""Out of local minima: random motions through the full dynamics, over a tree of minima.
+
+Source: Barraquand, Latombe, Robot motion planning: a distributed representation approach,
+IJRR 10(6), 1991, section 6 (the randomized path planner).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.errors import KinolabError
+from kinolab.problem import Problem
+from kinolab.search.planner import Budget
+from kinolab.search.potential.descent import Descent, Ending
+from kinolab.search.potential.field import Field
+from kinolab.search.potential.partial_motion import Trail
+from kinolab.search.potential.pullback import Projection
+from kinolab.simulation import Propagator
+
+Array: TypeAlias = NDArray[np.float64]
+
+TRIES = 8  # random motions that begin at the lowest minimum before the search goes back
+SHORTEST, LONGEST = 4.0, 60.0  # [s] that a random motion lasts, short and long ones alike
+HELD = 2.0  # [s] for which it goes one way, in the mean
+REFUSED = 20  # draws in a row that lead nowhere, after which it ends
+LOWER = 0.05  # [m] by which a minimum is lower that counts as progress
+
+
+@dataclass(eq=False)
+class Minimum:
+    """A place where a descent ended.
+
+    Attributes:
+        trail: How it was reached.
+        height: Of the potential there, in [m].
+    """
+
+    trail: Trail
+    height: float
+
+
+class Escapes:
+    """The search over minima.
+
+    Args:
+        field: The potential.
+        descent: Goes down it.
+        projection: Turns random pushes into inputs.
+        propagator: Makes and judges the random motions.
+        most: How many random motions there may be.
+        reached: Says of a trail into the goal whether the true motion ends there too.
+
+    Attributes:
+        minima: Those found, the first one first.
+        made: How many random motions were made.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        descent: Descent,
+        projection: Projection,
+        propagator: Propagator,
+        most: int,
+        reached: Callable[[Trail], bool],
+    ) -> None:
+        self._field, self._descent, self._propagator, self._most = field, descent, propagator, most
+        self._projection, self._reached = projection, reached
+        self.minima: list[Minimum] = []
+        self.made = self._since_progress = 0
+
+    def search(
+        self, problem: Problem, generator: np.random.Generator, budget: Budget
+    ) -> tuple[Ending, Trail]:
+        """Return how the search ended, and the trail to the goal or to the nearest approach."""
+        trail = Trail([problem.start])
+        nearest = trail.until(0)
+        while True:
+            ending = self._descend(trail, generator, budget)
+            nearest = _nearest(problem, trail, nearest)
+            if ending is Ending.GOAL:
+                return ending, trail
+            if ending is Ending.BUDGET or self.made >= self._most:
+                return ending, nearest
+            trail = self._origin(generator)
+            self.made += 1
+            if not self._wander(problem, trail, generator, budget):
+                return Ending.BUDGET, _nearest(problem, trail, nearest)
+
+    def _descend(self, trail: Trail, generator: np.random.Generator, budget: Budget) -> Ending:
+        """Go down; a goal that is missed in truth counts as a minimum."""
+        ending = self._descent.follow(trail, generator, budget)
+        if ending is Ending.GOAL and not self._reached(trail):
+            ending = Ending.MINIMUM
+        if ending is Ending.MINIMUM:
+            self._note(trail)
+        return ending
+
+    def _note(self, trail: Trail) -> None:
+        height = float(self._field.potential(trail.end[None])[0])
+        if all(height < minimum.height - LOWER for minimum in self.minima):
+            self._since_progress = 0
+        self.minima.append(Minimum(trail, height))
+
+    def _origin(self, generator: np.random.Generator) -> Trail:
+        """Return a trail from whose end a random motion begins.
+
+        That is the lowest minimum until it was tried too often, then a place on the way to any of
+        them, so that the search goes back as far as it must.
+        """
+        self._since_progress += 1
+        if self._since_progress <= TRIES:
+            trail = min(self.minima, key=lambda minimum: minimum.height).trail
+            return trail.until(len(trail.inputs))
+        trail = self.minima[int(generator.integers(len(self.minima)))].trail
+        return trail.until(int(generator.integers(len(trail.inputs) + 1)))
+
+    def _wander(
+        self, problem: Problem, trail: Trail, generator: np.random.Generator, budget: Budget
+    ) -> bool:
+        """Add a random motion of random duration to a trail; False where the budget is spent."""
+        h, refused = problem.step, 0
+        duration = SHORTEST * (LONGEST / SHORTEST) ** generator.random()
+        left = 1 + int(duration / h)
+        while left > 0 and refused < REFUSED:
+            drive = self._drive(problem, generator)
+            for _ in range(min(left, 1 + int(generator.exponential(HELD) / h))):
+                if budget.spent():
+                    return False
+                u = drive(trail.end)
+                reached, free = self._propagator.step(trail.end.tolist(), u.tolist(), h)
+                if not free:
+                    refused += 1
+                    break
+                trail.add(u, np.array(reached))
+                left, refused = left - 1, 0
+        return True
+
+    def _drive(self, problem: Problem, generator: np.random.Generator) -> Callable[[Array], Array]:
+        """Draw what moves the machine: inputs, or a push on all control points in one direction.
+
+        Inputs held on their own make most machines go round in circles.
+        """
+        lower, upper = problem.model.control_bounds.T
+        u: Array = generator.uniform(lower, upper)
+        push = generator.normal(size=3)
+        if generator.random() < 0.5 or not self._field.pulls:
+            return lambda _: u
+
+        def pushed(x: Array) -> Array:
+            forces = self._field.pushed(x, push)
+            try:
+                return self._projection.inputs(x, forces, len(forces))
+            except KinolabError:
+                return u  # kinematic, or singular here
+
+        return pushed
+
+
+def _nearest(problem: Problem, trail: Trail, best: Trail) -> Trail:
+    """Return the part of a trail that ends nearest to the goal, if that is nearer than the best."""
+    distances = [problem.goal_distance(x) for x in trail.states]
+    k = int(np.argmin(distances))
+    return trail.until(k) if distances[k] < problem.goal_distance(best.end) else best

@@ -1,0 +1,72 @@
+"""Milestones: states in which a machine can stay, drawn at random."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.cancel import Stop, look, never
+from kinolab.problem import Problem
+from kinolab.simulation import Propagator
+from kinolab.steering import Steering, ignorable, settle
+
+Array: TypeAlias = NDArray[np.float64]
+
+TRIES = 400  # draws before there is no milestone to be had
+PATIENCE = 50  # draws without an equilibrium before a moving state will do
+
+
+class Sampler:
+    """Draws free milestones: equilibria, and moving states where a configuration has none.
+
+    Args:
+        problem: Whose states.
+        steering: Of its machine.
+        judge: Says what is free.
+        seed: Of the random numbers.
+        stop: Says that drawing must end, by a StoppedError.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        steering: Steering,
+        judge: Propagator,
+        seed: int | tuple[int, ...],
+        stop: Stop = never,
+    ) -> None:
+        self._problem, self._steering, self._judge = problem, steering, judge
+        self._stop = stop
+        self._generator = np.random.default_rng(seed)
+
+    def draw(self) -> Array | None:
+        """Return a free state, shape (nx,); None where none was found."""
+        for k in range(TRIES):
+            look(self._stop)
+            x = self._problem.sample(self._generator)
+            rested = self._at_rest(x)
+            state = x if rested is None and k >= PATIENCE else rested
+            if state is not None and self._judge.is_free(state.tolist()):
+                return state
+        return None
+
+    def near_goal(self, count: int) -> list[Array]:
+        """Return free states within the goal, at rest where they can be; its middle comes first."""
+        found = []
+        for k in range(count):
+            look(self._stop)
+            x = self._problem.sample_goal(self._generator, 1.0 if k else 1e-9)
+            found += [s for s in (self._at_rest(x), x) if s is not None and self._ends_well(s)][:1]
+        return found
+
+    def _ends_well(self, state: Array) -> bool:
+        inside = self._problem.goal_excess(state) <= 1.0
+        return inside and self._judge.is_free(state.tolist())
+
+    def _at_rest(self, x: Array) -> Array | None:
+        """Return the equilibrium near a state, without what does not matter, if there is one."""
+        x = np.where(ignorable(self._problem), 0.0, x)
+        settled = settle(self._problem, self._steering.ways.straightened(x))
+        return None if settled is None else settled[0]

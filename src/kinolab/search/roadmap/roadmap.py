@@ -1,0 +1,75 @@
+"""Milestones, and motions from one to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from kinolab.search.graph import SearchGraph
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass
+class Roadmap:
+    """A directed graph: states, and the inputs that lead from one to another.
+
+    Attributes:
+        milestones: States, each of shape (nx,).
+        motions: Inputs of shape (steps, nu), one row per propagation step, by pairs of milestones.
+    """
+
+    milestones: list[Array] = field(default_factory=list)
+    motions: dict[tuple[int, int], Array] = field(default_factory=dict)
+
+    def add(self, state: Array) -> int:
+        """Add a milestone and return its number."""
+        self.milestones.append(state)
+        return len(self.milestones) - 1
+
+    def connect(self, begin: int, end: int, inputs: Array) -> None:
+        """Add a motion between two milestones; the quicker of two stays."""
+        known = self.motions.get((begin, end))
+        if known is None or len(inputs) < len(known):
+            self.motions[begin, end] = inputs
+
+    def graph(self, nx: int) -> SearchGraph:
+        """Return its states, of nx entries each, and which of them motions join."""
+        edges = np.array(list(self.motions), dtype=np.int32).reshape(-1, 2)
+        return SearchGraph(np.array(self.milestones).reshape(-1, nx), edges)
+
+    def copy(self) -> Roadmap:
+        """Return a roadmap to which milestones can be added without changing this one."""
+        return Roadmap(list(self.milestones), dict(self.motions))
+
+    def groups(self) -> NDArray[np.int32]:
+        """Return for each milestone which group it belongs to; each can be reached from each."""
+        _, labels = connected_components(self._steps(), directed=True, connection="strong")
+        return np.asarray(labels)
+
+    def quickest(self, begin: int, end: int) -> Array | None:
+        """Return the inputs of the quickest way, shape (steps, nu); None where there is none."""
+        lengths, before = dijkstra(self._steps(), indices=begin, return_predecessors=True)
+        if not np.isfinite(lengths[end]):
+            return None
+        way = [end]
+        while way[-1] != begin:
+            way.append(int(before[way[-1]]))
+        pairs = zip(way[:0:-1], way[-2::-1], strict=True)
+        return np.vstack([self.motions[pair] for pair in pairs])
+
+    def reached(self, begin: int) -> list[int]:
+        """Return the milestones to which motions lead from one, itself included."""
+        lengths = dijkstra(self._steps(), indices=begin)
+        return [int(k) for k in np.flatnonzero(np.isfinite(lengths))]
+
+    def _steps(self) -> csr_array:
+        size = len(self.milestones)
+        rows = np.array(list(self.motions), dtype=np.int64).reshape(-1, 2)
+        steps = np.array([len(inputs) for inputs in self.motions.values()], dtype=float)
+        return csr_array((steps, (rows[:, 0], rows[:, 1])), shape=(size, size))

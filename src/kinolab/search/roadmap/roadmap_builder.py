@@ -1,0 +1,182 @@
+"""Grows a roadmap and asks it for motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.cancel import StoppedError, look
+from kinolab.problem import Problem
+from kinolab.search.planner import Budget
+from kinolab.search.roadmap.milestones import Sampler
+from kinolab.search.roadmap.roadmap import Roadmap
+from kinolab.simulation import Propagator
+from kinolab.steering import Maneuver, Steering
+
+Array: TypeAlias = NDArray[np.float64]
+
+GLANCE = 16  # steps of a motion between two looks at whether to stop
+ENOUGH = 2  # motions that join a start or a goal to the roadmap
+
+
+class Explorer:
+    """A roadmap of one problem's machine and world, with what is needed to grow and to ask it.
+
+    Args:
+        problem: Whose machine and world; start and goal can be others in each question.
+        neighbours: How many of the nearest milestones a new one is steered to.
+        seed: Of the random numbers.
+        roadmap: What to go on with.
+
+    Attributes:
+        roadmap: Milestones and motions.
+    """
+
+    def __init__(
+        self, problem: Problem, *, neighbours: int, seed: int, roadmap: Roadmap | None = None
+    ) -> None:
+        self._problem, self._neighbours = problem, neighbours
+        self.roadmap = Roadmap() if roadmap is None else roadmap
+        self._steering = Steering(problem, self._late)
+        self._judge = Propagator(problem)
+        self.rejections = self._judge.rejections
+        known = len(self.roadmap.milestones)  # which were drawn, and are not to be drawn again
+        self._sampler = Sampler(problem, self._steering, self._judge, (seed, known), self._late)
+        self._budget: Budget | None = None  # of what is being done
+        self._start = problem.start  # of the last question
+        self._left: dict[int, Array] = {}  # motions from there, by milestone
+
+    def goals(self, count: int, budget: Budget | None = None) -> list[Array]:
+        """Return free states within the problem's goal, its middle first; none if it is late."""
+        self._budget = budget
+        try:
+            return self._sampler.near_goal(count)
+        except StoppedError:
+            return []
+
+    def grow(self, budget: Budget) -> int | None:
+        """Add a milestone with motions to and from its neighbours.
+
+        None where none is free, or none was found in time.
+        """
+        self._budget = budget
+        try:
+            state = self._sampler.draw()
+        except StoppedError:
+            return None
+        if state is None:
+            return None
+        number = self.roadmap.add(state)
+        for other in self._nearest(state, self._neighbours, apart_from=number):
+            self._join(self.roadmap, number, other, budget)
+        return number
+
+    def answer(self, start: Array, goals: list[Array], budget: Budget) -> Array | None:
+        """Return inputs that lead from a start to one of some goals, shape (steps, nu).
+
+        The roadmap stays as it is. None where it does not lead there, or the budget is spent.
+        """
+        asked = self.roadmap.copy()
+        size = len(asked.milestones)
+        begin = asked.add(start)
+        left = self._joined(asked, begin, size, budget, leaving=True)
+        self._keep({b: inputs for (a, b), inputs in asked.motions.items() if a == begin}, start)
+        for goal in goals:
+            end = asked.add(goal)
+            self._steer(asked, begin, end, budget)
+            if left:
+                self._joined(asked, end, size, budget, leaving=False)
+            inputs = asked.quickest(begin, end)
+            if inputs is not None:
+                return inputs
+            if budget.over:
+                return None
+        return None
+
+    def approach(self, start: Array, distance: Callable[[Array], float]) -> Array:
+        """Return inputs, shape (steps, nu), that lead from a start as near as is known.
+
+        No motion is tried any more: those from the start are known from questions about it.
+
+        Args:
+            start: Where to begin, shape (nx,).
+            distance: Of a state from where it should be.
+        """
+        asked = self.roadmap.copy()
+        begin = asked.add(start)
+        self._keep({}, start)
+        for end, motion in self._left.items():
+            asked.connect(begin, end, motion)
+        reached = [k for k in asked.reached(begin) if k != begin]
+        nearest = min(reached, key=lambda k: distance(asked.milestones[k]), default=begin)
+        inputs = asked.quickest(begin, nearest) if reached else None
+        return np.zeros((0, self._problem.model.nu)) if inputs is None else inputs
+
+    def _keep(self, left: dict[int, Array], start: Array) -> None:
+        """Keep motions from a start beside those known before, unless they begin elsewhere."""
+        same = np.array_equal(start, self._start)
+        self._start, self._left = start, {**self._left, **left} if same else left
+
+    def _joined(
+        self, roadmap: Roadmap, number: int, size: int, budget: Budget, *, leaving: bool
+    ) -> int:
+        """Join a start or a goal to the roadmap's first milestones; return how often it worked."""
+        done = 0
+        for other in self._nearest(roadmap.milestones[number], 3 * self._neighbours, size=size):
+            pair = (number, other) if leaving else (other, number)
+            done += self._steer(roadmap, *pair, budget)
+            if done >= ENOUGH or budget.over:
+                break
+        return done
+
+    def _join(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> None:
+        """Steer both ways; where curves are the same back and forth, one collision is enough."""
+        there = self._steer(roadmap, a, b, budget)
+        if there or not self._steering.reversible:
+            self._steer(roadmap, b, a, budget)
+
+    def _steer(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> bool:
+        if budget.spent():
+            return False
+        self._budget = budget
+        begin, end = roadmap.milestones[a], roadmap.milestones[b]
+        try:
+            for motion in self._steering.steer(begin, end, self._looks_free):
+                if self._is_free(motion):
+                    roadmap.connect(a, b, motion.u)
+                    return True
+        except StoppedError:
+            budget.take_back()
+        return False
+
+    def _late(self) -> bool:
+        return self._budget is not None and self._budget.late
+
+    def _looks_free(self, states: Array) -> bool:
+        """Look at some states of a way for which there is no motion yet."""
+        look(self._late)
+        return all(self._judge.admits(x) for x in states.tolist())
+
+    def _is_free(self, motion: Maneuver) -> bool:
+        """Check a motion step by step against limits, requirements and obstacles."""
+        step, states, inputs = self._problem.step, motion.x.tolist(), motion.u.tolist()
+        for k, (x, u) in enumerate(zip(states, inputs, strict=False)):
+            if k % GLANCE == 0:
+                look(self._late)
+            if not self._judge.step(x, u, step)[1]:
+                return False
+        return True
+
+    def _nearest(
+        self, state: Array, count: int, *, apart_from: int = -1, size: int | None = None
+    ) -> Iterator[int]:
+        """Yield the milestones nearest to a state in the problem's metric."""
+        known = np.array(self.roadmap.milestones[:size])
+        if not len(known):
+            return
+        distances = self._problem.space.distance(known, state, self._problem.weights)
+        order = np.argsort(distances, kind="stable")
+        yield from [int(k) for k in order if k != apart_from][:count]

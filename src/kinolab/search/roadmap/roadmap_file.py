@@ -1,0 +1,96 @@
+"""Roadmaps on disk: plain arrays, refused where the machine or the world is another one."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinolab.errors import InputError, Mistake
+from kinolab.files import write_whole
+from kinolab.problem import Problem
+from kinolab.search.roadmap.fingerprint import fingerprints
+from kinolab.search.roadmap.roadmap import Roadmap
+
+VERSION = 1
+
+
+def save_roadmap(path: Path, roadmap: Roadmap, problem: Problem) -> None:
+    """Write a roadmap as a whole file, with what it rests on.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    model = problem.model
+    motions = list(roadmap.motions.values())
+    out = io.BytesIO()
+    tables: dict[str, Any] = {
+        "version": VERSION,
+        "state_names": np.array(model.state_names),
+        "control_names": np.array(model.control_names),
+        "milestones": np.array(roadmap.milestones, dtype=float).reshape(-1, model.nx),
+        "pairs": np.array(list(roadmap.motions), dtype=np.int64).reshape(-1, 2),
+        "steps": np.array([len(inputs) for inputs in motions], dtype=np.int64),
+        "inputs": np.vstack([np.zeros((0, model.nu)), *motions]),
+        **{f"of_{key}": np.array(value) for key, value in fingerprints(problem).items()},
+    }
+    np.savez_compressed(out, **tables)
+    try:
+        write_whole(path, out.getvalue())
+    except OSError as error:
+        what = f"the roadmap cannot be written ({error.strerror})."
+        raise InputError([Mistake(str(path), what, "Name another file.")]) from error
+
+
+def load_roadmap(path: Path, problem: Problem) -> Roadmap:
+    """Read a roadmap.
+
+    Raises:
+        InputError: If it cannot be read, or was made for another machine or world.
+    """
+    try:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            content = {name: file[name] for name in file.files}
+        _refuse_strangers(path, content, problem)
+        return _roadmap(content, problem)
+    except InputError:
+        raise
+    except Exception as error:  # there is no end to what a file of any kind makes readers raise
+        what = f"it is no roadmap ({type(error).__name__}: {error})."
+        raise InputError(
+            [Mistake(str(path), what, "Name a file that does not exist yet.")]
+        ) from error
+
+
+def _refuse_strangers(path: Path, content: dict[str, np.ndarray], problem: Problem) -> None:
+    if content["version"].tolist() != VERSION:
+        raise ValueError(f"its version is not {VERSION}")
+    wanted = fingerprints(problem)
+    changed = [key for key, value in wanted.items() if str(content[f"of_{key}"]) != value]
+    if changed:
+        verb = "has" if len(changed) == 1 else "have"
+        what = f"the {' and the '.join(changed)} {verb} changed since this roadmap was made."
+        remedy = "Its motions may not hold any more: name another file, or remove this one."
+        raise InputError([Mistake(str(path), what, remedy)])
+
+
+def _roadmap(content: dict[str, np.ndarray], problem: Problem) -> Roadmap:
+    milestones, pairs, steps = (content[name] for name in ("milestones", "pairs", "steps"))
+    inputs = content["inputs"]
+    sound = (
+        [table.dtype.kind for table in (milestones, inputs, pairs, steps)] == ["f", "f", "i", "i"]
+        and milestones.shape[1:] == (problem.model.nx,)
+        and inputs.shape == (steps.sum(), problem.model.nu)
+        and pairs.shape == (*steps.shape, 2)
+        and steps.min(initial=1) >= 1
+        and pairs.min(initial=0) >= 0
+        and pairs.max(initial=-1) < len(milestones)
+        and all(np.isfinite(table).all() for table in (milestones, inputs))
+    )
+    if not sound:
+        raise ValueError("its tables do not fit together")
+    cuts = np.split(inputs, np.cumsum(steps)[:-1])
+    motions = {(int(a), int(b)): rows for (a, b), rows in zip(pairs, cuts, strict=False)}
+    return Roadmap(list(milestones), motions)

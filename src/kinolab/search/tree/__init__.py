@@ -1,0 +1,14 @@
+"""The compiled planning core: trees that grow in one compiled loop, for any machine.
+
+The machine comes as addresses of its functions and the problem as arrays: what is compiled here is
+compiled once and kept on disk, whatever is planned for. Nothing is allocated per iteration.
+"""
+
+from kinolab.search.tree.compiled_planner import (
+    AbstractCompiledPlanner,
+    AbstractGrowth,
+    Aside,
+    Search,
+)
+
+__all__ = ["AbstractCompiledPlanner", "AbstractGrowth", "Aside", "Search"]

@@ -1,0 +1,214 @@
+"""What a step may not pass: limits of states and rates, what the machine demands, and cones."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.kd_forest import Array, Integers
+from kinolab.problem import Problem
+from kinolab.simulation.collision_context import place_at
+from kinolab.simulation.compiled_step import SAMPLES
+from kinolab.simulation.machine import advance, call_under
+from kinolab.simulation.propagator import INSTANT, TURN
+from kinolab.simulation.safety_factor import CAUTION
+
+
+class Limits(NamedTuple):
+    """Limits of a problem, and scratch memory, for compiled code."""
+
+    lower: Array  # (nx,) of the state
+    upper: Array  # (nx,)
+    rate_lower: Array  # (nt,) of all rates, or (0,) where none has a limit
+    rate_upper: Array  # (nt,)
+    body: Integers  # (cones,) whose axis must keep out
+    axis: Array  # (cones, 3) in the body's frame
+    direction: Array  # (cones, 3) of the cone, in the world
+    half_angle: Array  # (cones,) in [rad]
+    requirements: int  # how many the machine has
+    still: Array  # (nu,) zeros: rates are those without inputs
+    rates: Array  # (nt,) scratch
+    margins: Array  # (requirements,) scratch
+    slope: Array  # (2, nx) scratch
+    beside: Array  # (nx,) scratch
+    axes: Array  # (cones, 3) scratch
+
+
+def limits_of(problem: Problem) -> Limits:
+    """Gather a problem's limits."""
+    model, cones = problem.model, problem.keep_outs
+    rates = problem.rate_bounds if np.isfinite(problem.rate_bounds).any() else np.zeros((0, 2))
+    requirements = len(problem.system.requirements)
+    return Limits(
+        lower=np.ascontiguousarray(problem.bounds[:, 0]),
+        upper=np.ascontiguousarray(problem.bounds[:, 1]),
+        rate_lower=np.ascontiguousarray(rates[:, 0]),
+        rate_upper=np.ascontiguousarray(rates[:, 1]),
+        body=np.array([cone.body for cone in cones], dtype=np.int64),
+        axis=np.array([cone.axis for cone in cones], dtype=float).reshape(-1, 3),
+        direction=np.array([cone.direction for cone in cones], dtype=float).reshape(-1, 3),
+        half_angle=np.array([cone.half_angle for cone in cones], dtype=float),
+        requirements=requirements,
+        still=np.zeros(model.nu),
+        rates=np.zeros(max(model.nt, 1)),
+        margins=np.zeros(max(requirements, 1)),
+        slope=np.zeros((2, model.nx)),
+        beside=np.zeros(model.nx),
+        axes=np.zeros((len(cones), 3)),
+    )
+
+
+@kernel
+def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
+    """Say whether a state is within its limits; NaN is not."""
+    kept = True
+    for i in range(x.shape[0]):
+        kept = kept and limits.lower[i] <= x[i] <= limits.upper[i]
+    return kept
+
+
+@kernel
+def step_keeps_limits(machine, limits, x, u, after, h, looks):  # type: ignore[no-untyped-def]
+    """Say whether the step from x to ``after`` under u in h [s] passes no limit."""
+    return (
+        keeps_limits(limits, after)
+        and turns_within(machine, limits, x, u, after, h)
+        and keeps_rates(machine, limits, after)
+        and keeps_requirements(machine, limits, x, u, h, looks)
+        and keeps_out(machine, limits, x, u, after, h, looks)
+    )
+
+
+@kernel
+def turns_within(machine, limits, x, u, after, h):  # type: ignore[no-untyped-def]
+    """Say whether states that turn back within a step do so within their limits.
+
+    With slopes of opposite sign a and b at its ends, the extreme passes the ends by about
+    h/2 |a b| / (|a| + |b|), at most h/2 of the smaller slope.
+    """
+    first, last = limits.slope[0], limits.slope[1]
+    p = machine.p.ctypes.data
+    call_under(machine.f, x.ctypes.data, u.ctypes.data, p, first.ctypes.data)
+    call_under(machine.f, after.ctypes.data, u.ctypes.data, p, last.ctypes.data)
+    for i in range(x.shape[0]):
+        if first[i] * last[i] < 0.0:
+            over = CAUTION * 0.5 * h * min(abs(first[i]), abs(last[i]))
+            low, high = min(x[i], after[i]) - over, max(x[i], after[i]) + over
+            if low < limits.lower[i] or high > limits.upper[i]:
+                return False
+    return True
+
+
+@kernel
+def keeps_rates(machine, limits, x):  # type: ignore[no-untyped-def]
+    """Say whether all rates at a state are within their limits."""
+    if limits.rate_lower.shape[0] == 0:
+        return True
+    call_under(
+        machine.velocity, x.ctypes.data, limits.still.ctypes.data, machine.p.ctypes.data,
+        limits.rates.ctypes.data,
+    )  # fmt: skip
+    for i in range(limits.rate_lower.shape[0]):
+        if not limits.rate_lower[i] <= limits.rates[i] <= limits.rate_upper[i]:
+            return False
+    return True
+
+
+@kernel
+def keeps_requirements(machine, limits, x, u, h, looks):  # type: ignore[no-untyped-def]
+    """Check what the machine demands along a step under the inputs held, its beginning included.
+
+    What inputs decide, such as the force of a constraint, jumps where they do.
+    """
+    if limits.requirements == 0:
+        return True
+    at, under, p = x.ctypes.data, u.ctypes.data, machine.p.ctypes.data
+    for k in range(SAMPLES + 1):
+        if k > 0:
+            advance(machine, x, u, h * k / SAMPLES, looks.x)
+            at = looks.x.ctypes.data
+        call_under(machine.requirements, at, under, p, limits.margins.ctypes.data)
+        for i in range(limits.requirements):
+            if not limits.margins[i] >= 0.0:
+                return False
+    return True
+
+
+@kernel
+def keeps_out(machine, limits, x, u, after, h, looks):  # type: ignore[no-untyped-def]
+    """Check forbidden cones so often along a step that no axis turns far in between.
+
+    The slopes at its ends are those that ``turns_within`` has left.
+    """
+    if limits.body.shape[0] == 0:
+        return True
+    fastest = max(
+        turning(machine, limits, x, limits.slope[0], looks),
+        turning(machine, limits, after, limits.slope[1], looks),
+    )
+    count = max(1.0, math.ceil(CAUTION * fastest * h / TURN))
+    if not count < 1e6:  # NaN included
+        return False
+    for k in range(1, int(count) + 1):
+        advance(machine, x, u, h * k / count, limits.beside)
+        if not outside_cones(machine, limits, limits.beside, looks):
+            return False
+    return True
+
+
+@kernel
+def outside_cones(machine, limits, x, looks):  # type: ignore[no-untyped-def]
+    """Say whether all axes are outside of their cones at a state."""
+    point_axes(machine, limits, x, looks)
+    for c in range(limits.body.shape[0]):
+        square = 0.0
+        for i in range(3):
+            square += (limits.axes[c, i] - limits.direction[c, i]) ** 2
+        # The chord is sharp where the cosine is not.
+        if not 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(square))) >= limits.half_angle[c]:
+            return False
+    return True
+
+
+@kernel
+def point_axes(machine, limits, x, looks):  # type: ignore[no-untyped-def]
+    """Write the axes in the world at a state to ``limits.axes``."""
+    place_at(machine, x, looks)
+    for c in range(limits.body.shape[0]):
+        pose = looks.poses[limits.body[c]]
+        for i in range(3):
+            limits.axes[c, i] = (
+                pose[4 * i] * limits.axis[c, 0]
+                + pose[4 * i + 1] * limits.axis[c, 1]
+                + pose[4 * i + 2] * limits.axis[c, 2]
+            )
+
+
+@kernel
+def turning(machine, limits, x, slope, looks):  # type: ignore[no-untyped-def]
+    """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
+    point_axes(machine, limits, x, looks)
+    before, fastest = limits.axes, 0.0
+    place_beside(limits.beside, x, slope)
+    place_at(machine, limits.beside, looks)
+    for c in range(limits.body.shape[0]):
+        pose, square = looks.poses[limits.body[c]], 0.0
+        for i in range(3):
+            turned = (
+                pose[4 * i] * limits.axis[c, 0]
+                + pose[4 * i + 1] * limits.axis[c, 1]
+                + pose[4 * i + 2] * limits.axis[c, 2]
+            )
+            square += (turned - before[c, i]) ** 2
+        fastest = max(fastest, math.sqrt(square) / INSTANT)
+    return fastest
+
+
+@kernel
+def place_beside(beside, x, slope):  # type: ignore[no-untyped-def]
+    """Write the state an instant later."""
+    for i in range(x.shape[0]):
+        beside[i] = x[i] + INSTANT * slope[i]

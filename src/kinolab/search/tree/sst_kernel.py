@@ -1,0 +1,68 @@
+"""A sparse tree whose cheapest nodes grow, compiled as a whole.
+
+Source: Li, Littlefield, Bekris, Asymptotically optimal sampling-based kinodynamic planning, IJRR
+35(5), 2016.
+"""
+
+from __future__ import annotations
+
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.rng import uniform
+from kinolab.search.tree.problem_arrays import draw_state, scaled
+from kinolab.search.tree.rrt_kernel import held_for, move
+from kinolab.search.tree.tree import FULL, GROWING, INSIDE, REACHED, insert_node
+from kinolab.search.tree.witnesses import NOBODY, represent, select, sweep, witness_at
+
+
+@kernel
+def grow_sparsely(  # type: ignore[no-untyped-def]
+    search, tree, witnesses, best, iterations, most,
+    selection_radius, pruning_radius, goal_bias, tried, min_steps, max_steps,
+):  # fmt: skip
+    """Grow a tree by some iterations.
+
+    Args:
+        search: The problem, and scratch memory.
+        tree: Grows, without neighbours of its own.
+        witnesses: Of the tree.
+        best: The node nearest to the goal, and its excess (2,); written.
+        iterations: How many at most.
+        most: Steps that a motion into the goal must fall below.
+        selection_radius: How far around a sample the cheapest node is taken.
+        pruning_radius: Around a witness there is only one node to grow from.
+        goal_bias: Probability of growing to the goal.
+        tried: Inputs of which that one is held which leads nearest.
+        min_steps, max_steps: For how many steps an input is held.
+
+    Returns:
+        How it ended, and how many iterations were made.
+    """
+    question, random = search.question, search.random
+    for done in range(iterations):
+        if tree.size[0] >= tree.x.shape[0] and not sweep(tree, witnesses, best, most):
+            return FULL, done
+        draw_state(question, random, goal_bias, tree.target)
+        scaled(question, tree.target, tree.aim)
+        parent = select(witnesses, tree.aim, selection_radius)
+        if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
+            continue
+        longest = held_for(search, tree, parent, min_steps, max_steps, tried)
+        longest = min(longest, most - 1 - tree.cost[parent])
+        made, share, spare = move(search, tree, parent, min_steps, longest, best[1])
+        if made < min_steps:
+            tree.failures[parent] += 1
+            continue
+        inside, cost = share <= INSIDE, tree.cost[parent] + made
+        scaled(question, tree.now, tree.point)
+        witness = witness_at(witnesses, tree.point, pruning_radius)
+        cheaper = cost + 1 < most and (witness == NOBODY or cost < witnesses.cost[witness])
+        if not (cheaper or inside or share < best[1]):
+            continue
+        node = insert_node(tree, tree.now, tree.held, parent, made, spare)
+        if cheaper:
+            represent(witnesses, witness, node, cost, tree.point)
+        if share < best[1]:
+            best[0], best[1] = node, share
+        if inside:
+            return REACHED, done + 1
+    return GROWING, iterations

@@ -1,0 +1,26 @@
+"""Moving pictures: a small software renderer and the GIF and MP4 files that it fills.
+
+A ``Picture`` says what is drawn, ``render_frame`` draws it once, ``write_gif`` makes it move.
+"""
+
+from kinolab.show.film.film import make_film
+from kinolab.show.film.gif import gif_parts, write_gif
+from kinolab.show.film.mp4 import mp4
+from kinolab.show.film.picture import Cone, Ghost, GoalRegion, Picture
+from kinolab.show.film.raster.camera import Camera, View, frame_scene
+from kinolab.show.film.snapshot import render_frame
+
+__all__ = [
+    "Camera",
+    "Cone",
+    "Ghost",
+    "GoalRegion",
+    "Picture",
+    "View",
+    "frame_scene",
+    "gif_parts",
+    "make_film",
+    "mp4",
+    "render_frame",
+    "write_gif",
+]

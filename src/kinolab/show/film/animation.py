@@ -1,0 +1,144 @@
+"""A plan as a moving picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from kinolab.problem import Problem
+from kinolab.show.film.film import make_film
+from kinolab.show.film.gif import gif_parts
+from kinolab.show.film.mp4 import mp4
+from kinolab.show.film.picture import Cone, Ghost, GoalRegion, Picture
+from kinolab.show.film.raster.camera import View
+from kinolab.trajectory import Trajectory
+from kinolab.world.geometry import BodyGeometry, triangles
+
+LENGTH = 1.25  # of cones, in reaches of the machine
+
+
+def animate(problem: Problem, trajectory: Trajectory) -> bytes:
+    """Return the trajectory as an animated GIF."""
+    settings = problem.scenario.render
+    poses = problem.model.frames(trajectory.x)
+    film = make_film(
+        picture(problem, poses, problem.model.cables(trajectory.x)),
+        trajectory.t,
+        poses,
+        size=settings.size,
+        speed=settings.speed,
+        title=problem.scenario.title,
+        magnify=settings.magnify,
+    )
+    return b"".join(gif_parts(film, settings.size))
+
+
+def video(
+    problem: Problem,
+    trajectory: Trajectory,
+    *,
+    size: tuple[int, int] | None = None,
+    fps: float = 30.0,
+    speed: float | None = None,
+    view: View | None = None,
+) -> bytes:
+    """Return the trajectory as an MP4 film.
+
+    Args:
+        problem: Where it is.
+        trajectory: What is shown.
+        size: Width and height in [pixel]; even numbers. These and what follows are the scenario's
+            where left out.
+        fps: Frames per second.
+        speed: Seconds of motion per second of film.
+        view: From where it is seen.
+
+    Raises:
+        InputError: If PyAV is not installed, or the size is odd.
+    """
+    settings = problem.scenario.render
+    poses, size = problem.model.frames(trajectory.x), size or settings.size
+    shown = picture(problem, poses, problem.model.cables(trajectory.x))
+    film = make_film(
+        replace(shown, view=view or settings.view),
+        trajectory.t,
+        poses,
+        size=size,
+        fps=fps,
+        speed=speed or settings.speed,
+        title=problem.scenario.title,
+        video=True,
+        magnify=settings.magnify,
+    )
+    return mp4(film, size, fps)
+
+
+def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:
+    """Return what is drawn around bodies and cables that move.
+
+    Args:
+        problem: Where they move.
+        poses: Of the bodies, shape (times, bodies, 12).
+        cables: Their ends, shape (times, cables, 2, 3).
+    """
+    gravity = problem.system.gravity
+    up = np.array([0.0, 0.0, 1.0]) if gravity is None else -np.array(gravity.down)
+    return Picture(
+        bodies=problem.bodies,
+        obstacles=problem.world.obstacles,
+        ground=problem.world.ground,
+        bounds=problem.world.bounds,
+        up=up,
+        view=problem.scenario.render.view,
+        path=poses[:, 0, 3::4],
+        start=Ghost(poses[0]),
+        lines=cables if cables.size else None,
+        goal=_goal(problem),
+        cones=list(_cones(problem, poses[0])),
+    )
+
+
+def _cones(problem: Problem, poses: np.ndarray) -> Iterator[Cone]:
+    """Yield what axes shall and must not point at, seen from where their bodies start."""
+    length = LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
+    for target in problem.goal.directions:
+        apex = _place(poses[target.body])
+        yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
+    for cone in problem.keep_outs:
+        apex = _place(poses[cone.body])
+        half_angle = cone.forbidden.half_angle
+        yield Cone(apex, cone.direction, half_angle, length, forbidden=True)
+
+
+def _reach(body: BodyGeometry) -> float:
+    """Return how far a body's shapes reach from its origin in [m]."""
+    return max(
+        (float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in body.shapes), default=0.0
+    )
+
+
+def _place(pose: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = pose[3::4].tolist()
+    return x, y, z
+
+
+def _goal(problem: Problem) -> GoalRegion | Ghost | None:
+    """Return what marks the goal: a point's ball, or the machine where the goal is not free."""
+    goal = problem.goal
+    if goal.points:
+        return GoalRegion(goal.points[0].position, goal.points[0].tolerance)
+    if goal.directions or not (goal.indices or goal.attitudes):
+        return None  # cones mark directions; which attitude they leave open nobody knows yet
+    x = problem.start.copy()
+    x[list(goal.indices)] = goal.targets
+    for attitude in goal.attitudes:
+        x[attitude.entries] = attitude.target
+    pose = problem.frames(x)
+    names = [problem.model.state_names[i] for i in goal.indices]
+    if set(names) == {"x", "y"}:
+        radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
+        px, py, pz = pose[0, 3::4]
+        return GoalRegion((float(px), float(py), float(pz)), float(radius))
+    return Ghost(pose)

@@ -1,0 +1,104 @@
+"""What stands still: floor, grid, goal, path, obstacles with their shadows, ghosts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.ground import annulus, grid, slab
+from kinolab.show.film.models.paint import Color, ball
+from kinolab.show.film.models.surface_mesh import Mesh, is_room, join, weld
+from kinolab.show.film.picture import Ghost, GoalRegion, Picture
+from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid, Veil
+from kinolab.show.film.raster.rasterizer import GROUND
+from kinolab.show.film.raster.shading import Pen
+from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
+
+Array: TypeAlias = NDArray[np.float64]
+
+PAPER = (250, 250, 248)
+GRID, PATH = (212, 212, 204), (58, 110, 165)
+WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
+START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
+INK = (38, 42, 50)
+CONE = 0.3  # opacity
+EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """The rectangle of the ground that is drawn, by two opposite corners of shape (2,), in [m]."""
+
+    low: Array
+    high: Array
+
+
+def backdrop(
+    picture: Picture, machine: Sequence[Mesh], pen: Pen, floor: Floor | None
+) -> list[Layer]:
+    """Return all that stands still, in the order in which it is drawn."""
+    layers: list[Layer] = []
+    if floor is not None:
+        layers += _floor(floor, pen)
+    if isinstance(picture.goal, GoalRegion):
+        layers += _region(picture.goal, pen, floor)
+    if picture.path is not None and len(picture.path) > 1:
+        layers.append(_path(picture.path, pen, floor))
+    layers += _obstacles(picture, pen, floor)
+    if picture.start is not None:
+        layers.append(_ghost(machine, picture.start, START, pen))
+    if isinstance(picture.goal, Ghost):
+        layers.append(_ghost(machine, picture.goal, GOAL, pen))
+    return layers + [_veil(cone_mesh(cone), CONE, pen) for cone in picture.cones]
+
+
+def _floor(floor: Floor, pen: Pen) -> Iterator[Layer]:
+    top, sides = slab(floor.low, floor.high, 0.015 * float(np.max(floor.high - floor.low)))
+    yield Solid(pen.faces(sides))
+    yield Solid(pen.faces(top), GROUND)
+    yield FloorPaint(pen.line(grid(floor.low, floor.high), GRID_WIDTH, GRID))
+
+
+def _region(goal: GoalRegion, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
+    if floor is None:
+        sphere = ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
+        yield _veil(sphere, 0.35, pen)
+        return
+    yield FloorPaint(pen.faces(annulus(goal.position, (0.0, goal.radius), GOAL)), 0.3)
+    yield FloorPaint(pen.faces(annulus(goal.position, (0.9 * goal.radius, goal.radius), GOAL)))
+
+
+def _path(path: Array, pen: Pen, floor: Floor | None) -> Layer:
+    flat = 1.0 if floor is None else np.array([1.0, 1.0, 0.0])
+    curve = smoothed(np.asarray(path, dtype=np.float64) * flat)
+    line = thinned(pen.at(curve), 1.5 * pen.scale)
+    ribbon = strokes(chain(line), PATH_WIDTH * pen.scale, PATH)
+    return Solid(ribbon) if floor is None else FloorPaint(ribbon)
+
+
+def _obstacles(picture: Picture, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
+    meshes = [weld(body.vertices, body.faces, WALL) for body in picture.obstacles]
+    rooms = [mesh for mesh in meshes if is_room(mesh)]
+    solids = join([mesh for mesh in meshes if not is_room(mesh)])
+    for room in rooms:
+        yield Solid(pen.front_faces(room))
+    yield Solid(pen.faces(solids))
+    yield Solid(pen.edges(solids, EDGE_WIDTH, WALL_EDGE))
+    if floor is not None:
+        yield Shadows(pen.shadows(solids))
+
+
+def _ghost(machine: Sequence[Mesh], ghost: Ghost, color: Color, pen: Pen) -> Layer:
+    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
+    placed = [mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)]
+    return _veil(join(placed).painted(color), 0.45, pen)
+
+
+def _veil(mesh: Mesh, opacity: float, pen: Pen) -> Layer:
+    edge = 255.0 * 0.6 * mesh.colors[0]
+    return Veil(pen.faces(mesh) + pen.edges(mesh, EDGE_WIDTH, edge), opacity)

@@ -1,0 +1,52 @@
+"""Cones of directions: where an axis shall point, and where it must not."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.show.film.models.surface_mesh import Mesh, weld
+from kinolab.show.film.picture import Cone
+
+Array: TypeAlias = NDArray[np.float64]
+Color: TypeAlias = tuple[float, float, float]
+
+WANTED, FORBIDDEN = (0.10, 0.62, 0.38), (0.85, 0.20, 0.12)
+THINNEST = 0.02  # [rad] half angle below which a cone would not be seen
+SEGMENTS = 48
+
+
+def cone_mesh(cone: Cone) -> Mesh:
+    """The cone from its apex to a cap that is part of a ball, in its colour."""
+    half = float(np.clip(cone.half_angle, THINNEST, np.pi))
+    rings = np.linspace(0.0, half, 9)[1:]
+    turn = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    across = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    ahead = np.array([0.0, 0.0, 1.0])
+    cap = [np.sin(angle) * across + np.cos(angle) * ahead for angle in rings]
+    points = np.concatenate([*cap, [ahead], [np.zeros(3)]])
+    placed = np.asarray(cone.apex) + cone.length * points @ _frame(np.asarray(cone.direction)).T
+    return weld(placed, _faces(len(rings)), FORBIDDEN if cone.forbidden else WANTED)
+
+
+def _faces(rings: int) -> NDArray[np.int64]:
+    a = np.arange(SEGMENTS)
+    b = (a + 1) % SEGMENTS
+    top, apex = np.full(SEGMENTS, rings * SEGMENTS), np.full(SEGMENTS, rings * SEGMENTS + 1)
+    outer = (rings - 1) * SEGMENTS
+    faces = [np.stack([top, a, b], axis=1), np.stack([apex, b + outer, a + outer], axis=1)]
+    for k in range(rings - 1):
+        near, far = k * SEGMENTS, (k + 1) * SEGMENTS
+        faces += [np.stack([a + near, a + far, b + far], axis=1)]
+        faces += [np.stack([a + near, b + far, b + near], axis=1)]
+    return np.concatenate(faces)
+
+
+def _frame(direction: Array) -> Array:
+    """A rotation matrix whose last column is a unit direction."""
+    aside = np.eye(3)[np.argmin(np.abs(direction))]
+    x = np.cross(aside, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(direction, x), direction])

@@ -1,0 +1,130 @@
+"""A part of the picture, enlarged: the machine, where it is too small for one to see what it does.
+
+It is the same view through the same camera, with more pixels, in a corner where nothing else is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.show.film.backdrop import PAPER, backdrop
+from kinolab.show.film.models.paint import paint_machine
+from kinolab.show.film.models.surface_mesh import Mesh
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
+from kinolab.show.film.raster.rasterizer import Box, Bytes, Facets, average, draw
+from kinolab.show.film.raster.shading import Pen
+from kinolab.show.film.scene import Stage, machine_facets, nearest_pixel, swept
+from kinolab.show.film.text import heading, label
+
+Array: TypeAlias = NDArray[np.float64]
+
+TINY = 0.055  # of the picture's height: machines above it are seen well enough
+FILLED = 0.45  # of the enlarged part's height that the machine takes
+MOST = 12.0  # times
+SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that has room is taken
+WIDE = 4 / 3  # width for a height of one
+EDGE = 0.02  # of the picture's height that it stays away from the edge
+TAKEN = 0.02  # share of a corner that may show something else than paper
+SAMPLES = 2  # small pixels per pixel and axis
+FRAME = (150, 156, 164)
+
+
+@dataclass(frozen=True, eq=False)
+class Magnifier:
+    """Puts the enlarged part into pictures.
+
+    Args:
+        pen: Of the whole picture, enlarged, in small pixels.
+        machine: One mesh per body, in the body's frame.
+        layers: What stands still.
+        box: Where the enlarged part goes, in pixels of the picture.
+        times: How much it is enlarged.
+        shadows: Whether there is ground for the machine's shadow.
+    """
+
+    pen: Pen
+    machine: tuple[Mesh, ...]
+    layers: Sequence[Layer]
+    box: Box
+    times: float
+    shadows: bool
+
+    def put(self, image: Bytes, poses: Array, lines: Array | None) -> None:
+        """Draw it into a picture, with the machine at poses (nb, 12) and cables (nl, 2, 3)."""
+        left, top, right, bottom = self.box
+        size = ((right - left) * SAMPLES, (bottom - top) * SAMPLES)
+        column, row = (_middle(self.pen, poses) - np.array(size) / 2).round().astype(int).tolist()
+        part = (column, row, column + size[0], row + size[1])
+        canvas = drawn([layer.within(part) for layer in self.layers], size, PAPER)
+        facets, shadows = machine_facets(self.pen, self.machine, poses, lines, self.shadows)
+        shift = np.array([column, row, 0.0])
+        Shadows([corners - shift for corners in shadows]).on(canvas)
+        draw(canvas, Facets(facets.corners - shift, facets.colors))
+        seen = label(average(canvas.color, SAMPLES), f"{self.times:.2g}x")
+        image[top:bottom, left:right] = FRAME
+        image[top + 1 : bottom - 1, left + 1 : right - 1] = seen[1:-1, 1:-1]
+
+
+def build_magnifier(
+    picture: Picture, stage: Stage, motion: Array, size: tuple[int, int]
+) -> Magnifier | None:
+    """Return what enlarges the machine; None where it is large enough, or there is no room.
+
+    Args:
+        picture: What is drawn.
+        stage: On which it is drawn.
+        motion: Poses of all frames, shape (nf, nb, 12).
+        size: Width and height of the picture in [pixel].
+    """
+    camera, height = stage.pen.camera, size[1]
+    ways = [swept(mesh, motion[:, i]) for i, mesh in enumerate(stage.machine) if len(mesh.faces)]
+    if not ways:
+        return None
+    places = np.concatenate([camera.project(way, size)[..., :2] for way in ways], axis=1)
+    apparent = float(np.median(np.ptp(places, axis=1).max(axis=1)))
+    if not 0.0 < apparent < TINY * height:
+        return None
+    box = next(_free_corners(stage.image, places.reshape(-1, 2)), None)
+    if box is None:
+        return None
+    times = min(FILLED * (box[3] - box[1]) / apparent, MOST)
+    large = (round(size[0] * times * SAMPLES), round(height * times * SAMPLES))
+    pen = Pen(camera, large, stage.pen.light, SAMPLES)
+    pixel = nearest_pixel(camera, stage.machine, motion, large)
+    machine = paint_machine(picture.bodies, SAMPLES * pixel)
+    layers = backdrop(picture, machine, pen, stage.floor)
+    return Magnifier(pen, machine, layers, box, times, stage.floor is not None)
+
+
+def _middle(pen: Pen, poses: Array) -> Array:
+    """Column and row of the middle of all bodies' origins."""
+    origins = poses.reshape(-1, 12)[:, 3::4]
+    return np.asarray(pen.at(origins.mean(axis=0))[:2])
+
+
+def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
+    """Yield corners of the picture that show next to nothing, the largest and emptiest first.
+
+    Args:
+        image: What stands still.
+        places: Columns and rows at which the machine will be seen, shape (n, 2).
+    """
+    height, width = image.shape[:2]
+    taken = (image != np.array(PAPER, dtype=np.uint8)).any(axis=-1)
+    edge, under = round(EDGE * height), heading(height)
+    for share in SIZES:
+        tall = round(share * height)
+        wide = round(WIDE * tall)
+        lefts, tops = (edge, width - edge - wide), (under, height - edge - tall)
+        boxes = [(x, y, x + wide, y + tall) for y in tops for x in lefts]
+        empty = sorted((float(taken[y:b, x:r].mean()), (x, y, r, b)) for x, y, r, b in boxes)
+        for shown, (x, y, r, b) in empty:
+            low, high = (x, y), (r, b)
+            if shown <= TAKEN and not ((places > low) & (places < high)).all(axis=1).any():
+                yield x, y, r, b

@@ -1,0 +1,84 @@
+"""Rotors: discs that whirl too fast for a film, drawn as blades that turn slowly in a ring."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.language.shapes import Disk
+from kinolab.show.film.models.surface_mesh import Mesh, join, weld
+
+Array: TypeAlias = NDArray[np.float64]
+
+SEGMENTS = 48
+RIM, CHORD, HUB = 0.975, 0.075, 0.06  # of the radius: the ring's inside, a blade's width, the hub's
+PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which only shows how far the blades reach
+
+
+def rotor(disk: Disk, color: Array) -> Mesh:
+    """Two blades, a hub and a ring in place of the disc about z that they sweep."""
+    r, h = float(disk.radius), float(disk.thickness)
+    parts = [
+        _plate(_rectangle(r, 0.5 * CHORD * r), h, color),
+        _plate(HUB * r * _circle(16), 1.5 * h, color),
+        _ring(RIM * r, r, 0.5 * h),
+    ]
+    mesh = join(parts)
+    return mesh.moved(np.column_stack([np.eye(3), np.asarray(disk.at, dtype=np.float64)]))
+
+
+def whirled(poses: Array, speeds: Sequence[float], delay: float) -> Array:
+    """Turn bodies about their z axes from frame to frame.
+
+    Args:
+        poses: Of each frame, shape (nf, nb, 12).
+        speeds: Of each body, in [rad/s] of film.
+        delay: From one frame to the next, in [s] of film.
+    """
+    moved = poses.reshape(len(poses), -1, 3, 4).copy()
+    for k, speed in enumerate(speeds):
+        if speed:
+            angle = speed * delay * np.arange(len(poses))
+            c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+            x, y = moved[:, k, :, 0].copy(), moved[:, k, :, 1].copy()
+            moved[:, k, :, 0], moved[:, k, :, 1] = c * x + s * y, c * y - s * x
+    return moved.reshape(poses.shape)
+
+
+def _rectangle(a: float, b: float) -> Array:
+    return np.array([(a, b), (-a, b), (-a, -b), (a, -b)])
+
+
+def _circle(segments: int) -> Array:
+    angle = 2.0 * np.pi * np.arange(segments) / segments
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def _plate(outline: Array, thickness: float, color: Array) -> Mesh:
+    """A flat solid over a convex outline (n, 2), in the middle of which lies z = 0."""
+    n, half = len(outline), 0.5 * thickness
+    top, bottom = (np.column_stack([outline, np.full(n, z)]) for z in (half, -half))
+    a = np.arange(n)
+    b = (a + 1) % n
+    lid = np.stack([np.zeros(n - 2, dtype=int), a[1:-1], a[2:]], axis=1)
+    sides = [np.stack([a, a + n, b + n], axis=1), np.stack([a, b + n, b], axis=1)]
+    return weld(
+        np.concatenate([top, bottom]), np.concatenate([lid, lid[:, ::-1] + n, *sides]), color
+    )
+
+
+def _ring(inner: float, outer: float, thickness: float) -> Mesh:
+    half, circle = 0.5 * thickness, _circle(SEGMENTS)
+    loops = [(outer, -half), (outer, half), (inner, half), (inner, -half)]  # turned about z
+    points = [np.column_stack([r * circle, np.full(SEGMENTS, z)]) for r, z in loops]
+    a = np.arange(SEGMENTS)
+    b = (a + 1) % SEGMENTS
+    faces = []
+    for k in range(4):
+        low, high = k * SEGMENTS, (k + 1) % 4 * SEGMENTS
+        faces += [np.stack([a + low, b + low, b + high], axis=1)]
+        faces += [np.stack([a + low, b + high, a + high], axis=1)]
+    return weld(np.concatenate(points), np.concatenate(faces), PALE)

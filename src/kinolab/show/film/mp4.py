@@ -1,0 +1,61 @@
+"""A motion as an MP4 film, which PyAV encodes."""
+
+from __future__ import annotations
+
+import io
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from kinolab.errors import InputError, Mistake
+from kinolab.show.film.film import Film
+
+CODECS = ("libx264", "h264", "mpeg4")  # the first that is there
+QUALITY = "18"  # of x264: what the eye does not tell from the original
+LINGERING = 1.0  # [s] for which the end is shown
+
+
+def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
+    """Return a film as the bytes of an MP4 file.
+
+    Args:
+        film: What is shown.
+        size: Width and height in [pixel].
+        fps: Frames per second, as the film was made for.
+
+    Raises:
+        InputError: If PyAV is not installed, or a side is odd, which H.264 cannot store.
+    """
+    if any(side % 2 for side in size):
+        what = f"{size[0]} x {size[1]} has an odd side, which H.264 cannot store."
+        raise InputError([Mistake("size", what, "Give even numbers.")])
+    av, out = _library(), io.BytesIO()
+    with av.open(out, "w", format="mp4") as container:
+        stream = container.add_stream(_codec(av), rate=Fraction(fps).limit_denominator(1001))
+        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        stream.options = {"crf": QUALITY, "preset": "medium"}
+        image = None
+        for image in film.frames():
+            container.mux(stream.encode(_frame(av, image)))
+        for _ in range(round(LINGERING * fps)):
+            container.mux(stream.encode(_frame(av, image)))
+        container.mux(stream.encode())
+    return out.getvalue()
+
+
+def _library() -> Any:
+    try:
+        import av
+    except ImportError as error:
+        what = "films need PyAV, which is not installed."
+        raise InputError([Mistake("video", what, "pip install 'kinolab[video]'")]) from error
+    return av
+
+
+def _codec(av: Any) -> str:
+    return next(name for name in CODECS if name in av.codecs_available)
+
+
+def _frame(av: Any, image: Any) -> Any:
+    return av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")

@@ -1,0 +1,83 @@
+"""One palette for all frames of a film, so that nothing flickers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from kinolab.show.film.raster.pixel_jit import compiled
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+COLORS = 255  # one of 256 indices stays free to mean "unchanged"
+BITS = 6  # per channel in the look-up table: colours within 4/255 share an index
+
+
+@dataclass(frozen=True, eq=False)
+class Palette:
+    """Colours and the index of the nearest one.
+
+    Args:
+        colors: RGB, shape (COLORS, 3).
+        table: Index by red, green and blue of ``BITS`` bits each, flat.
+    """
+
+    colors: Bytes
+    table: Bytes
+
+    def indices(self, image: Bytes) -> Bytes:
+        """Replace RGB, shape (h, w, 3), by the nearest colour's index, shape (h, w)."""
+        out = np.empty(image.shape[:2], dtype=np.uint8)
+        _look_up(image, self.table, out)
+        return out
+
+
+def shared_palette(images: Sequence[Bytes]) -> Palette:
+    """Choose colours that serve several images.
+
+    A colour counts by the square root of its area, or a machine of a few hundred pixels would
+    vanish beside walls and floor of a few hundred thousand.
+    """
+    seen = np.concatenate([image.reshape(-1, 3) for image in images]).astype(np.uint32)
+    packed = seen @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
+    keys, counts = np.unique(packed, return_counts=True)
+    sample = np.repeat(keys, np.ceil(np.sqrt(counts)).astype(int))
+    rows = np.stack([sample >> 16, sample >> 8 & 255, sample & 255], axis=-1).astype(np.uint8)
+    reduced = Image.fromarray(rows[None]).quantize(COLORS, Image.Quantize.MEDIANCUT, kmeans=1)
+    used = np.array(reduced.getpalette() or [], dtype=np.uint8).reshape(-1, 3)[:COLORS]
+    colors = np.zeros((COLORS, 3), dtype=np.uint8)
+    colors[: len(used)] = used
+    table = np.empty(1 << 3 * BITS, dtype=np.uint8)
+    _nearest(colors.astype(np.int32), BITS, table)
+    return Palette(colors, table)
+
+
+@compiled
+def _nearest(colors: NDArray[np.int32], bits: int, table: Bytes) -> None:
+    side, width = 1 << bits, 256 >> bits
+    for r in range(side):
+        for g in range(side):
+            for b in range(side):
+                best, least = 0, 1 << 30
+                for k in range(colors.shape[0]):
+                    dr = r * width + width // 2 - colors[k, 0]
+                    dg = g * width + width // 2 - colors[k, 1]
+                    db = b * width + width // 2 - colors[k, 2]
+                    # Green is seen best and blue least; the weights are the usual 3 : 6 : 1.
+                    distance = 3 * dr * dr + 6 * dg * dg + db * db
+                    if distance < least:
+                        best, least = k, distance
+                table[(r * side + g) * side + b] = best
+
+
+@compiled
+def _look_up(image: Bytes, table: Bytes, out: Bytes) -> None:
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            r, g, b = image[i, j, 0] >> 2, image[i, j, 1] >> 2, image[i, j, 2] >> 2
+            out[i, j] = table[(r * 64 + g) * 64 + b]

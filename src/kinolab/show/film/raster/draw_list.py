@@ -1,0 +1,158 @@
+"""What is drawn one after the other on a canvas, whole or what falls into a part of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.show.film.raster.light import LAMPS, SHADOW
+from kinolab.show.film.raster.rasterizer import (
+    OTHER,
+    Box,
+    Canvas,
+    Facets,
+    blank,
+    darken,
+    draw,
+    paint_ground,
+)
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Layer(ABC):
+    """Something to be drawn over what a canvas holds."""
+
+    @abstractmethod
+    def on(self, canvas: Canvas) -> None:
+        """Draw it."""
+
+    @abstractmethod
+    def within(self, box: Box) -> Layer:
+        """Return what of it may be seen in a part of the canvas, for a canvas of that size."""
+
+
+@dataclass(frozen=True, eq=False)
+class _OfFacets(Layer):
+    facets: Facets
+
+    @cached_property
+    def _reach(self) -> Array:
+        return _reach(self.facets.corners)
+
+    def _cut(self, box: Box) -> Facets:
+        seen, shift = _seen(self._reach, box)
+        return Facets(self.facets.corners[seen] - shift, self.facets.colors[seen])
+
+
+@dataclass(frozen=True, eq=False)
+class Solid(_OfFacets):
+    """Surfaces that hide what is farther away."""
+
+    kind: int = OTHER
+
+    def on(self, canvas: Canvas) -> None:
+        """Draw it."""
+        draw(canvas, self.facets, self.kind)
+
+    def within(self, box: Box) -> Layer:
+        """Return what of it may be seen in a part."""
+        return Solid(self._cut(box), self.kind)
+
+
+@dataclass(frozen=True, eq=False)
+class FloorPaint(_OfFacets):
+    """Colour on the visible floor; paint has no thickness, so depth plays no part."""
+
+    opacity: float = 1.0
+
+    def on(self, canvas: Canvas) -> None:
+        """Draw it."""
+        if self.opacity == 1.0:
+            paint_ground(canvas, self.facets)
+        elif len(self.facets.corners):
+            width, height = canvas.size
+            layer = canvas.part((0, 0, width, height))
+            paint_ground(layer, self.facets)
+            _mix(canvas, layer, (layer.color != canvas.color).any(axis=-1), self.opacity)
+
+    def within(self, box: Box) -> Layer:
+        """Return what of it may be seen in a part."""
+        return FloorPaint(self._cut(box), self.opacity)
+
+
+@dataclass(frozen=True, eq=False)
+class Veil(_OfFacets):
+    """A body that is mixed into the picture; it hides nothing that is drawn later."""
+
+    opacity: float
+
+    def on(self, canvas: Canvas) -> None:
+        """Draw it."""
+        if not len(self.facets.corners):
+            return
+        width, height = canvas.size
+        layer = canvas.part((0, 0, width, height))
+        draw(layer, self.facets)
+        _mix(canvas, layer, layer.nearness != canvas.nearness, self.opacity)
+
+    def within(self, box: Box) -> Layer:
+        """Return what of it may be seen in a part."""
+        return Veil(self._cut(box), self.opacity)
+
+
+@dataclass(frozen=True, eq=False)
+class Shadows(Layer):
+    """The ground where lamps do not reach it: triangles of shape (m, 3, 3), one entry per lamp."""
+
+    corners: Sequence[Array]
+
+    @cached_property
+    def _reaches(self) -> list[Array]:
+        return [_reach(corners) for corners in self.corners]
+
+    def on(self, canvas: Canvas) -> None:
+        """Draw it."""
+        darken(canvas, self.corners, SHADOW ** (1.0 / LAMPS))
+
+    def within(self, box: Box) -> Layer:
+        """Return what of it may be seen in a part."""
+        cuts = [_seen(reach, box) for reach in self._reaches]
+        return Shadows(
+            [
+                corners[seen] - shift
+                for corners, (seen, shift) in zip(self.corners, cuts, strict=True)
+            ]
+        )
+
+
+def _reach(corners: Array) -> Array:
+    """The least column and row of triangles, then the largest of both, shape (4, m)."""
+    places = corners[:, :, :2]
+    return np.concatenate([places.min(axis=1), places.max(axis=1)], axis=1).T.copy()
+
+
+def _seen(reach: Array, box: Box) -> tuple[NDArray[np.intp], Array]:
+    """Which triangles may be seen in a part, and where it begins."""
+    left, top, right, bottom = box
+    seen = (reach[0] < right) & (reach[1] < bottom) & (reach[2] > left) & (reach[3] > top)
+    return np.flatnonzero(seen), np.array([left, top, 0.0])
+
+
+def drawn(layers: Sequence[Layer], size: tuple[int, int], paper: ArrayLike) -> Canvas:
+    """Draw layers on paper."""
+    canvas = blank(size, paper)
+    for layer in layers:
+        layer.on(canvas)
+    return canvas
+
+
+def _mix(canvas: Canvas, layer: Canvas, where: NDArray[np.bool_], opacity: float) -> None:
+    mixed = (1.0 - opacity) * canvas.color[where] + opacity * layer.color[where]
+    canvas.color[where] = (mixed + 0.5).astype(np.uint8)

@@ -1,0 +1,51 @@
+"""Lamps: how bright a face is, and where its shadow falls on the ground."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.show.film.raster.camera import Camera
+
+Array: TypeAlias = NDArray[np.float64]
+
+AMBIENT, FULL = 0.66, 1.06  # brightness of a face that looks away from the lamp, and into it
+LAMPS = 6  # one lamp, jittered: their shadows overlap to a soft edge
+JITTER = 0.04  # [rad], half the apparent width of the lamp
+SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour remains where no lamp reaches
+
+
+def main_light(camera: Camera, up: Array) -> Array:
+    """The direction toward the light: above, to the viewer's left and to the front."""
+    right = camera.axes()[0]
+    direction = up - 0.45 * right + 0.40 * np.cross(right, up)
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def lamps(light: Array) -> Array:
+    """Directions toward the corners of a small lamp, shape (LAMPS, 3)."""
+    a = np.cross(light, (0.3, 0.5, 0.8))
+    a /= np.linalg.norm(a)
+    b = np.cross(light, a)
+    turn = 2.0 * np.pi * (np.arange(LAMPS)[:, None] + 0.5) / LAMPS
+    return np.asarray(light + JITTER * (np.cos(turn) * a + np.sin(turn) * b))
+
+
+def shade(
+    colors: Array, normals: Array, light: Array, ambient: float = AMBIENT
+) -> NDArray[np.uint8]:
+    """Lambert's law with ambient light, for normals that point to the viewer; RGB in 0..255."""
+    brightness = ambient + (FULL - ambient) * np.clip(normals @ light, 0.0, None)
+    return np.clip(255.0 * colors * brightness[:, None] + 0.5, 0.0, 255.0).astype(np.uint8)
+
+
+def shadow_points(points: Array, toward: Array) -> Array:
+    """Where the rays from a lamp through points, shape (..., 3), meet the ground z = 0.
+
+    What lies below the ground casts the shadow of its foot on the ground.
+    """
+    height = np.clip(points[..., 2:], 0.0, None)
+    fallen = points - height / toward[2] * toward
+    return np.concatenate([fallen[..., :2], np.zeros_like(height)], axis=-1)

@@ -1,0 +1,282 @@
+"""Triangles to pixels, with a depth buffer: what is nearer wins, in whatever order it is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.show.film.raster.pixel_jit import compiled
+
+Array: TypeAlias = NDArray[np.float64]
+Bytes: TypeAlias = NDArray[np.uint8]
+Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom in [pixel], half open
+
+COUNTS = np.array([bin(byte).count("1") for byte in range(256)], dtype=np.uint8)  # of bits
+OTHER, GROUND = 0, 1  # what a pixel shows; lamp k adds 2 << k once it is hidden from there
+
+
+@dataclass(frozen=True, eq=False)
+class Canvas:
+    """Pixels that know how near they are and whether a shadow can fall on them.
+
+    Args:
+        color: RGB, shape (h, w, 3).
+        nearness: 1 / depth in [1/m], shape (h, w); 0 is infinitely far.
+        kind: ``OTHER`` or ``GROUND`` and the lamps that do not reach it, shape (h, w).
+    """
+
+    color: Bytes
+    nearness: NDArray[np.float32]
+    kind: Bytes
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in [pixel]."""
+        return self.kind.shape[1], self.kind.shape[0]
+
+    def part(self, box: Box) -> Canvas:
+        """A copy of the pixels inside a box."""
+        left, top, right, bottom = box
+        window = (slice(top, bottom), slice(left, right))
+        return Canvas(
+            self.color[window].copy(), self.nearness[window].copy(), self.kind[window].copy()
+        )
+
+
+def blank(size: tuple[int, int], color: ArrayLike) -> Canvas:
+    """An empty canvas of one colour, given as RGB in 0..255."""
+    width, height = size
+    pixels = np.empty((height, width, 3), dtype=np.uint8)
+    pixels[:] = np.asarray(color, dtype=np.uint8)
+    nearness = np.zeros((height, width), dtype=np.float32)
+    return Canvas(pixels, nearness, np.zeros((height, width), dtype=np.uint8))
+
+
+@dataclass(frozen=True, eq=False)
+class Facets:
+    """Coloured triangles in picture coordinates.
+
+    Args:
+        corners: Column and row in [pixel] and nearness in [1/m], shape (m, 3, 3).
+        colors: RGB in 0..255, shape (m, 3).
+    """
+
+    corners: Array
+    colors: Bytes
+
+    def __add__(self, other: Facets) -> Facets:
+        """Both, the others after these."""
+        return Facets(
+            np.concatenate([self.corners, other.corners]),
+            np.concatenate([self.colors, other.colors]),
+        )
+
+
+NO_FACETS = Facets(np.zeros((0, 3, 3)), np.zeros((0, 3), dtype=np.uint8))
+
+
+def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
+    """Paint triangles where they are nearer than what the canvas holds.
+
+    A pixel belongs to a triangle that contains its centre. Triangles that share an edge neither
+    overlap nor leave a gap. Triangles with a corner behind the camera are left out.
+    """
+    _draw(canvas.color, canvas.nearness, canvas.kind, facets.corners, facets.colors, kind)
+
+
+def paint_ground(canvas: Canvas, facets: Facets) -> None:
+    """Colour the ground inside triangles, however near they are; the last one wins."""
+    _paint(canvas.color, canvas.kind, facets.corners, facets.colors)
+
+
+def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
+    """Let triangles on the ground hide it from lamps; each pixel darkens once per lamp.
+
+    Args:
+        canvas: What is darkened.
+        shadows: For each lamp, of 6 at most, its triangles: column and row in [pixel], shape
+            (m, 3, 3).
+        factor: What remains of red, green and blue without one lamp, in [0, 1], shape (3,).
+    """
+    before = canvas.kind.copy()
+    for lamp, corners in enumerate(shadows):
+        _hide(canvas.kind, corners, 2 << lamp)
+    hidden = np.arange(len(shadows) + 1)[:, None, None]
+    left = np.arange(256)[None, :, None] * np.asarray(factor) ** hidden
+    _dim(canvas.color, before, canvas.kind, (left + 0.5).astype(np.uint8))
+
+
+def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
+    """The smallest box that contains the triangles' pixels, its sides at multiples of a number."""
+    left, top, right, bottom = _extent(corners.reshape(-1, 3))
+    if left > right:
+        return 0, 0, 0, 0
+    limit = np.array(size)
+    low = np.clip(np.floor([left, top]), 0, limit) // multiple * multiple
+    high = np.clip(np.ceil([right, bottom]), 0, limit)
+    high = -(-high // multiple) * multiple
+    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def average(pixels: Bytes, block: int) -> Bytes:
+    """The mean of every ``block`` x ``block`` pixels; both sides must be multiples of it."""
+    height, width = pixels.shape[0] // block, pixels.shape[1] // block
+    out = np.empty((height, width, 3), dtype=np.uint8)
+    _average(pixels, block, out)
+    return out
+
+
+@compiled
+def _extent(points: Array) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of points before the camera; left > right if none is."""
+    left, top, right, bottom = np.inf, np.inf, -np.inf, -np.inf
+    for k in range(points.shape[0]):
+        x, y = points[k, 0], points[k, 1]
+        if np.isfinite(x) and np.isfinite(y) and np.isfinite(points[k, 2]) and points[k, 2] > 0.0:
+            left, top = min(left, x), min(top, y)
+            right, bottom = max(right, x), max(bottom, y)
+    return left, top, right, bottom
+
+
+@compiled
+def _lines(tri: Array, lines: Array) -> None:
+    """Write a triangle's edges as rows where they begin and end, first column, columns per row."""
+    for i in range(3):
+        a, b = tri[i], tri[0 if i == 2 else i + 1]
+        lines[i, 0], lines[i, 1], lines[i, 2] = a[1], b[1], a[0]
+        lines[i, 3] = (b[0] - a[0]) / (b[1] - a[1]) if a[1] != b[1] else 0.0
+
+
+@compiled
+def _span(lines: Array, row: float) -> tuple[float, float]:
+    """The interval in which a horizontal line crosses a triangle; empty if low > high."""
+    low, high = np.inf, -np.inf
+    for i in range(3):
+        if (lines[i, 0] <= row) != (lines[i, 1] <= row):
+            x = lines[i, 2] + (row - lines[i, 0]) * lines[i, 3]
+            low, high = min(low, x), max(high, x)
+    return low, high
+
+
+@compiled
+def _rows(tri: Array, height: int) -> tuple[int, int]:
+    """The rows whose centres a triangle may cover, half open; none if it cannot be drawn."""
+    for i in range(3):
+        if not (np.isfinite(tri[i, 0]) and np.isfinite(tri[i, 1]) and tri[i, 2] > 0.0):
+            return 0, 0
+    top = min(tri[0, 1], tri[1, 1], tri[2, 1])
+    bottom = max(tri[0, 1], tri[1, 1], tri[2, 1])
+    first = max(0.0, np.ceil(top - 0.5))
+    last = min(float(height), np.ceil(bottom - 0.5))
+    if first >= last:
+        return 0, 0
+    return int(first), int(last)
+
+
+@compiled
+def _columns(low: float, high: float, width: int) -> tuple[int, int]:
+    """The columns whose centres lie in [low, high)."""
+    first = max(0.0, np.ceil(low - 0.5))
+    last = min(float(width), np.ceil(high - 0.5))
+    if first >= last:
+        return 0, 0
+    return int(first), int(last)
+
+
+@compiled
+def _draw(
+    color: Bytes,
+    nearness: NDArray[np.float32],
+    kind: Bytes,
+    corners: Array,
+    colors: Bytes,
+    tag: int,
+) -> None:
+    height, width = nearness.shape
+    lines = np.empty((3, 4))
+    for k in range(corners.shape[0]):
+        tri = corners[k]
+        ax, ay = tri[1, 0] - tri[0, 0], tri[1, 1] - tri[0, 1]
+        bx, by = tri[2, 0] - tri[0, 0], tri[2, 1] - tri[0, 1]
+        area = ax * by - bx * ay
+        if area == 0.0:
+            continue
+        aw, bw = tri[1, 2] - tri[0, 2], tri[2, 2] - tri[0, 2]
+        slope_x, slope_y = (aw * by - bw * ay) / area, (ax * bw - bx * aw) / area
+        # Rounding must not carry a face that is seen edge-on beyond its own corners.
+        farthest = min(tri[0, 2], tri[1, 2], tri[2, 2])
+        nearest = max(tri[0, 2], tri[1, 2], tri[2, 2])
+        first, last = _rows(tri, height)
+        _lines(tri, lines)
+        for i in range(first, last):
+            low, high = _span(lines, i + 0.5)
+            left, right = _columns(low, high, width)
+            start = tri[0, 2] + slope_y * (i + 0.5 - tri[0, 1]) + slope_x * (0.5 - tri[0, 0])
+            for j in range(left, right):
+                near = np.float32(min(max(start + slope_x * j, farthest), nearest))
+                if near > nearness[i, j]:
+                    nearness[i, j] = near
+                    kind[i, j] = tag
+                    color[i, j, 0] = colors[k, 0]
+                    color[i, j, 1] = colors[k, 1]
+                    color[i, j, 2] = colors[k, 2]
+
+
+@compiled
+def _paint(color: Bytes, kind: Bytes, corners: Array, colors: Bytes) -> None:
+    height, width = kind.shape
+    lines = np.empty((3, 4))
+    for k in range(corners.shape[0]):
+        first, last = _rows(corners[k], height)
+        _lines(corners[k], lines)
+        for i in range(first, last):
+            low, high = _span(lines, i + 0.5)
+            left, right = _columns(low, high, width)
+            for j in range(left, right):
+                if kind[i, j] & GROUND:
+                    for c in range(3):
+                        color[i, j, c] = colors[k, c]
+
+
+@compiled
+def _hide(kind: Bytes, corners: Array, bit: int) -> None:
+    """Mark the ground inside triangles, without a branch: so many pixels are marked at once."""
+    height, width = kind.shape
+    mark, lines = np.uint8(bit), np.empty((3, 4))
+    for k in range(corners.shape[0]):
+        first, last = _rows(corners[k], height)
+        _lines(corners[k], lines)
+        for i in range(first, last):
+            low, high = _span(lines, i + 0.5)
+            left, right = _columns(low, high, width)
+            part = kind[i, left:right]
+            for j in range(part.shape[0]):
+                part[j] |= (part[j] & np.uint8(GROUND)) * mark
+
+
+@compiled
+def _dim(color: Bytes, before: Bytes, after: Bytes, left: Bytes) -> None:
+    """Darken each pixel by as many lamps as have been hidden from it; ``left`` says to what."""
+    for i in range(before.shape[0]):
+        for j in range(before.shape[1]):
+            new = before[i, j] ^ after[i, j]
+            if new:
+                for c in range(3):
+                    color[i, j, c] = left[COUNTS[new], color[i, j, c], c]
+
+
+@compiled
+def _average(pixels: Bytes, block: int, out: Bytes) -> None:
+    count = block * block
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            for c in range(3):
+                total = count // 2
+                for a in range(block):
+                    for b in range(block):
+                        total += pixels[i * block + a, j * block + b, c]
+                out[i, j, c] = total // count

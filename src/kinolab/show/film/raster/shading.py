@@ -1,0 +1,98 @@
+"""From meshes in the world to facets in the picture: shaded faces and inked edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.show.film.models.surface_mesh import Mesh
+from kinolab.show.film.raster.camera import Camera
+from kinolab.show.film.raster.light import AMBIENT, lamps, main_light, shade, shadow_points
+from kinolab.show.film.raster.rasterizer import Facets
+from kinolab.show.film.raster.stroke import strokes
+
+Array: TypeAlias = NDArray[np.float64]
+
+SUNK = 1e-6  # [m] below the ground that is rounding
+EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m
+
+
+@dataclass(frozen=True, eq=False)
+class Pen:
+    """Draws for one camera, one light and one canvas.
+
+    Args:
+        camera: Where the viewer stands.
+        size: Width and height of the canvas in its own, small pixels.
+        light: Direction toward the light, shape (3,).
+        scale: Small pixels per pixel of the finished picture.
+    """
+
+    camera: Camera
+    size: tuple[int, int]
+    light: Array
+    scale: int
+
+    def at(self, points: ArrayLike) -> Array:
+        """Column, row and nearness of points, shape (..., 3)."""
+        seen = self.camera.project(points, self.size)
+        with np.errstate(divide="ignore"):
+            seen[..., 2] = 1.0 / seen[..., 2]
+        return seen
+
+    def faces(self, mesh: Mesh, ambient: float = AMBIENT) -> Facets:
+        """Every face in its colour and light."""
+        corners = self.at(mesh.vertices)
+        normal, front = self._facing(mesh)
+        toward_viewer = np.where(front[:, None], normal, -normal)
+        return Facets(corners[mesh.faces], shade(mesh.colors, toward_viewer, self.light, ambient))
+
+    def front_faces(self, mesh: Mesh) -> Facets:
+        """Only the faces that look at the viewer: one looks into a room through its near walls."""
+        facets, front = self.faces(mesh), self._facing(mesh)[1]
+        return Facets(facets.corners[front], facets.colors[front])
+
+    def edges(self, mesh: Mesh, width: float, color: ArrayLike) -> Facets:
+        """Creases that are in view, and the outline of curved surfaces; width in [pixel]."""
+        front = self._facing(mesh)[1][mesh.sides]
+        inked = (mesh.creases & front.any(axis=1)) | (front[:, 0] != front[:, 1])
+        segments = self.at(mesh.vertices)[mesh.ends[inked]]
+        return strokes(segments, width * self.scale, color, EDGE_LEAD)
+
+    def line(self, segments: ArrayLike, width: float, color: ArrayLike) -> Facets:
+        """Segments of the world, shape (n, 2, 3); width in [pixel]."""
+        return strokes(self.at(segments), width * self.scale, color)
+
+    def shadows(self, mesh: Mesh) -> list[Array]:
+        """The mesh's shadow on the ground for every lamp, as triangles of shape (m, 3, 3).
+
+        Of a closed surface above the ground, the faces that look at a lamp cast the whole shadow.
+        """
+        whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -SUNK)
+        return [
+            self.at(shadow_points(mesh.vertices, lamp))[
+                mesh.faces[whole | (mesh.normals @ lamp > 0.0)]
+            ]
+            for lamp in lamps(self.light)
+        ]
+
+    def line_shadows(self, segments: ArrayLike, width: float) -> list[Array]:
+        """The shadows of segments, shape (n, 2, 3), as strokes of a width in [pixel]."""
+        points = np.asarray(segments, dtype=np.float64)
+        return [
+            strokes(self.at(shadow_points(points, lamp)), width * self.scale, (0, 0, 0)).corners
+            for lamp in lamps(self.light)
+        ]
+
+    def _facing(self, mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
+        normal = mesh.normals
+        to_viewer = self.camera.position - mesh.vertices[mesh.faces[:, 0]]
+        return normal, np.sum(normal * to_viewer, axis=1) > 0.0
+
+
+def pen(camera: Camera, size: tuple[int, int], up: Array, scale: int) -> Pen:
+    """A pen for a picture of ``size`` pixels, of which each is made of scale x scale small ones."""
+    return Pen(camera, (scale * size[0], scale * size[1]), main_light(camera, up), scale)

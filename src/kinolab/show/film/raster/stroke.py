@@ -1,0 +1,75 @@
+"""Lines of constant width in the picture, as triangles that respect depth."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.show.film.raster.rasterizer import NO_FACETS, Facets
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def strokes(segments: Array, width: float, color: ArrayLike, lead: float = 0.0) -> Facets:
+    """Draw segments as bars with square ends.
+
+    Args:
+        segments: End points as column, row and nearness, shape (n, 2, 3).
+        width: In [pixel].
+        color: RGB in 0..255.
+        lead: Fraction by which the line is moved toward the viewer, so that an edge wins against
+            the faces that it borders.
+    """
+    segments = segments[np.isfinite(segments).all(axis=(1, 2))]
+    if len(segments) == 0:
+        return NO_FACETS
+    along = segments[:, 1, :2] - segments[:, 0, :2]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along = 0.5 * width * np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
+    along[length[:, 0] == 0.0] = (0.5 * width, 0.0)
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    nearness = segments[:, :, 2] * (1.0 + lead)
+    start, end = segments[:, 0, :2] - along, segments[:, 1, :2] + along
+    a, b = _lift(start + normal, nearness[:, 0]), _lift(start - normal, nearness[:, 0])
+    c, d = _lift(end - normal, nearness[:, 1]), _lift(end + normal, nearness[:, 1])
+    corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return Facets(corners, np.tile(np.asarray(color, dtype=np.uint8), (len(corners), 1)))
+
+
+def thinned(line: Array, spacing: float) -> Array:
+    """Leave out points of a projected polyline, shape (n, 3), that follow within ``spacing``."""
+    if len(line) < 3:
+        return line
+    run = np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))
+    keep = np.diff(np.floor(run / spacing), prepend=-1.0) > 0.0
+    keep[-1] = True
+    return np.asarray(line[np.concatenate([[True], keep])])
+
+
+def smoothed(points: Array, pieces: int = 4) -> Array:
+    """Round the corners of a sampled curve, shape (n, 3), which still passes through its points.
+
+    Source: Catmull and Rom, A Class of Local Interpolating Splines, 1974.
+    """
+    if len(points) < 3:
+        return points
+    before = np.concatenate([points[:1], points[:-2]])[:, None]
+    after = np.concatenate([points[2:], points[-1:]])[:, None]
+    p, q = points[:-1, None], points[1:, None]
+    s = (np.arange(pieces) / pieces)[:, None]
+    slope_p, slope_q = 0.5 * (q - before), 0.5 * (after - p)
+    cubic = slope_p + slope_q + 2.0 * (p - q)
+    square = 3.0 * (q - p) - 2.0 * slope_p - slope_q
+    curve = p + s * (slope_p + s * (square + s * cubic))
+    return np.concatenate([curve.reshape(-1, 3), points[-1:]])
+
+
+def chain(line: Array) -> Array:
+    """The segments of a polyline, shape (n - 1, 2, 3)."""
+    return np.stack([line[:-1], line[1:]], axis=1)
+
+
+def _lift(points: Array, nearness: Array) -> Array:
+    return np.concatenate([points, nearness[:, None]], axis=1)

@@ -1,0 +1,39 @@
+"""One picture of a machine."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.scene import build_stage, pose_table
+from kinolab.show.film.text import lettered, time_stamp
+
+
+def render_frame(
+    picture: Picture,
+    poses: ArrayLike,
+    time: float = 0.0,
+    *,
+    size: tuple[int, int] = (800, 600),
+    title: str = "",
+    lines: ArrayLike | None = None,
+) -> NDArray[np.uint8]:
+    """Draw the machine at one pose table.
+
+    Args:
+        picture: What is drawn.
+        poses: One pose per body, shape (nb, 12).
+        time: For the time stamp and for a picture whose ``lines`` is a function, in [s].
+        size: Width and height in [pixel].
+        title: One line of text.
+        lines: Cables at this moment, shape (nl, 2, 3), where ``picture.lines`` is an array.
+
+    Returns:
+        RGB pixels, shape (h, w, 3).
+    """
+    table = pose_table(poses)
+    cables = picture.lines(time) if callable(picture.lines) else lines
+    segments = None if cables is None else np.asarray(cables, dtype=np.float64)
+    image = build_stage(picture, table[None], size).shot(table, segments)
+    return lettered(image, title, time_stamp(time))

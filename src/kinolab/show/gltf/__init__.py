@@ -1,0 +1,1 @@
+"""Animated scenes as binary glTF 2.0, for Blender and other viewers."""

@@ -1,0 +1,175 @@
+"""The content of a page as an animated glTF scene, for Blender and other viewers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from kinolab.dynamics.language.shapes import Cylinder
+from kinolab.show.film.backdrop import GOAL, INK, PATH, START, WALL, Floor
+from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.paint import ball, paint_machine
+from kinolab.show.film.models.surface_mesh import Mesh, weld
+from kinolab.show.film.picture import Ghost, GoalRegion
+from kinolab.show.film.raster.camera import horizontal_axes
+from kinolab.show.gltf.glb import Color, Glb
+from kinolab.show.page.content import Content, Curve
+from kinolab.show.page.curves import evaluated
+from kinolab.show.page.extent import extent
+from kinolab.show.page.meshes import by_color
+from kinolab.world.geometry import triangles
+
+Array: TypeAlias = NDArray[np.float64]
+
+FLOOR: Color = (0.91, 0.91, 0.90)
+VEIL = 0.4  # opacity of start, goal and cones
+THIN = 0.002  # radius of a cable, as a share of the scene
+BLADE = 1.0  # [rad] between two keys of a rotor
+PATH_POINTS = 1000
+
+
+def glb_scene(content: Content) -> bytes:
+    """Return a binary glTF file: what the page shows, with the motion as its animation.
+
+    The scene is in metres. glTF's up is y: the root node turns the picture's up there, and below
+    it everything is as kinolab has it. Between keys viewers interpolate linearly.
+    """
+    glb, picture = Glb(), content.picture
+    root = glb.node(f"kinolab: {content.name}", rotation=_upright(picture.up))
+    machine = paint_machine(picture.bodies)
+    _add_machine(glb, root, content, machine)  # first: its bodies keep their names
+    hull, floor = extent(content, machine)
+    _add_floor(glb, root, floor)
+    for obstacle in picture.obstacles:
+        mesh = weld(obstacle.vertices, obstacle.faces, WALL)
+        _add_mesh(glb, root, obstacle.name, mesh)
+    for k, cone in enumerate(picture.cones):
+        _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), VEIL)
+    _add_ghost(glb, root, "start", picture.start, machine, START)
+    if isinstance(picture.goal, Ghost):
+        _add_ghost(glb, root, "goal", picture.goal, machine, GOAL)
+    elif picture.goal is not None:
+        _add_mesh(glb, root, "goal", _region(picture.goal), VEIL)
+    _add_path(glb, root, content)
+    if content.keys.ends is not None:
+        _add_cables(glb, root, content.keys.ends, THIN * float(np.ptp(hull, axis=0).max()))
+    return glb.to_bytes()
+
+
+def _upright(up: Array) -> list[float]:
+    """The turn that brings up to y and a front view's right to x, as x, y, z, w."""
+    across, toward = horizontal_axes(up)
+    upward = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
+    return _numbers(Rotation.from_matrix(np.stack([across, upward, toward])).as_quat())
+
+
+def _add_mesh(glb: Glb, parent: int, name: str, mesh: Mesh, opacity: float = 1.0) -> int:
+    """Add a node with a painted mesh, in one piece per colour."""
+    if not len(mesh.faces):
+        return glb.node(name, parent)
+    faces, groups = by_color(mesh)
+    points = glb.points(mesh.vertices)
+    primitives = [
+        glb.surface(points, faces[first : first + count], glb.material(_color(rgb), opacity))
+        for rgb, first, count in groups
+    ]
+    return glb.node(name, parent, mesh=glb.mesh(name, primitives))
+
+
+def _add_floor(glb: Glb, root: int, floor: Floor | None) -> None:
+    if floor is None:
+        return
+    (a, b), (c, d) = floor.low, floor.high
+    corners = [[a, b, 0.0], [c, b, 0.0], [c, d, 0.0], [a, d, 0.0]]
+    _add_mesh(glb, root, "floor", weld(corners, [[0, 1, 2], [0, 2, 3]], FLOOR))
+
+
+def _add_ghost(
+    glb: Glb, root: int, name: str, ghost: Ghost | None, machine: Sequence[Mesh], color: Color
+) -> None:
+    if ghost is None:
+        return
+    parent = glb.node(name, root)
+    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
+    for k, (mesh, pose) in enumerate(zip(machine, poses, strict=True)):
+        _add_mesh(glb, parent, f"{name} {k + 1}", mesh.moved(pose).painted(color), VEIL)
+
+
+def _region(goal: GoalRegion) -> Mesh:
+    return ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
+
+
+def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[Mesh]) -> None:
+    """Add a node per body, whose transform is its frame; what whirls is a node below it."""
+    keys = content.keys
+    for k, (body, mesh) in enumerate(zip(content.picture.bodies, machine, strict=True)):
+        place, turn = keys.places[k], keys.turns[k]
+        first = {"translation": _numbers(place.values[0]), "rotation": _numbers(turn.values[0])}
+        node = glb.node(body.name, root, **first)
+        shape = _add_mesh(glb, node, f"{body.name} shape", mesh)
+        if len(place.times) > 1:
+            glb.animate(node, "translation", place.times, place.values)
+            glb.animate(node, "rotation", turn.times, turn.values)
+            if body.whirl:
+                _whirl(glb, shape, body.whirl, place.times)
+
+
+def _whirl(glb: Glb, node: int, speed: float, times: Array) -> None:
+    begin, end = times[0], times[-1]
+    t = np.linspace(begin, end, int(np.ceil(abs(speed) * (end - begin) / BLADE)) + 2)
+    half = 0.5 * speed * (t - begin)
+    zero = np.zeros_like(t)
+    glb.animate(node, "rotation", t, np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1))
+
+
+def _add_path(glb: Glb, root: int, content: Content) -> None:
+    place = content.keys.places[0]
+    if content.picture.path is None or len(place.times) < 2:
+        return
+    line = evaluated(place, np.linspace(place.times[0], place.times[-1], PATH_POINTS))
+    ends = np.stack([np.arange(PATH_POINTS - 1), np.arange(1, PATH_POINTS)], axis=1)
+    paint = glb.material(_color([c / 255.0 for c in PATH]))
+    glb.node("path", root, mesh=glb.mesh("path", [glb.lines(glb.points(line), ends, paint)]))
+
+
+def _add_cables(glb: Glb, root: int, curve: Curve, radius: float) -> None:
+    """Add each cable as a rod of length 1 along z that is moved, turned and stretched."""
+    rod = Cylinder(radius, 1.0, at=(0.0, 0.0, 0.5))
+    mesh = weld(*triangles(rod), _color([c / 255.0 for c in INK]))
+    ends = curve.values.reshape(len(curve.times), -1, 2, 3)
+    for k in range(ends.shape[1]):
+        place, turn, stretch = _stretched(ends[:, k])
+        node = _add_mesh(glb, root, f"cable {k + 1}", mesh)
+        if len(curve.times) > 1:
+            glb.animate(node, "translation", curve.times, place)
+            glb.animate(node, "rotation", curve.times, turn)
+            glb.animate(node, "scale", curve.times, stretch)
+
+
+def _stretched(ends: Array) -> tuple[Array, Array, Array]:
+    """Place, turn and scale of a rod along z between ends (nk, 2, 3); what is slack has no size."""
+    slack = np.asarray(~np.isfinite(ends).all(axis=(1, 2)))
+    known = np.where(slack[:, None, None], 0.0, ends)
+    way = known[:, 1] - known[:, 0]
+    length = np.linalg.norm(way, axis=1)
+    way[length == 0.0] = (0.0, 0.0, 1.0)
+    unit = way / np.linalg.norm(way, axis=1, keepdims=True)
+    # The shortest turn from z: (z x unit, 1 + z . unit), and about x where unit is -z.
+    q = np.stack([-unit[:, 1], unit[:, 0], 0.0 * length, 1.0 + unit[:, 2]], axis=1)
+    q[np.linalg.norm(q, axis=1) < 1e-6] = (1.0, 0.0, 0.0, 0.0)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    thick = np.where(slack, 0.0, 1.0)
+    return known[:, 0], q, np.stack([thick, thick, length], axis=1)
+
+
+def _numbers(values: Array) -> list[float]:
+    return [float(value) for value in values]
+
+
+def _color(rgb: Sequence[float]) -> Color:
+    red, green, blue = rgb
+    return red, green, blue

@@ -1,0 +1,126 @@
+"""The content of a page as plain data: what is small in JSON, what is large in a pack."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.show.film.backdrop import GOAL, START, WALL
+from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.paint import paint_machine
+from kinolab.show.film.models.surface_mesh import Indices, is_room, weld
+from kinolab.show.film.picture import Ghost, GoalRegion, Picture
+from kinolab.show.page.content import Content, Curve, Driving, Series
+from kinolab.show.page.extent import extent
+from kinolab.show.page.meshes import mesh_data
+from kinolab.show.page.pack import Pack, Place
+
+Array: TypeAlias = NDArray[np.float64]
+
+FORMAT = 1  # of the data; the page's modules are always of the same version
+
+
+def page_data(content: Content) -> tuple[dict[str, Any], str]:
+    """Return what a page reads: an object for JSON, and the text of its pack."""
+    pack, picture = Pack(), content.picture
+    machine = paint_machine(picture.bodies)
+    hull, floor = extent(content, machine)
+    data = {
+        "format": FORMAT,
+        "title": content.title,
+        "name": content.name,
+        "machine": content.machine,
+        "up": _numbers(np.asarray(picture.up) / np.linalg.norm(picture.up)),
+        "view": picture.view,
+        "speed": content.speed,
+        "hull": pack.add(hull, "f4"),
+        "floor": None if floor is None else [_numbers(floor.low), _numbers(floor.high)],
+        "bodies": [
+            {"name": body.name, "whirl": body.whirl, "mesh": mesh_data(mesh, pack)}
+            for body, mesh in zip(picture.bodies, machine, strict=True)
+        ],
+        "motion": _motion(content, pack),
+        "obstacles": [_obstacle(o.name, o.vertices, o.faces, pack) for o in picture.obstacles],
+        "cones": [
+            {"forbidden": cone.forbidden, "mesh": mesh_data(cone_mesh(cone), pack)}
+            for cone in picture.cones
+        ],
+        "start": _poses(picture.start, START),
+        "goal": _goal(picture),
+        "tree": None if content.tree is None else pack.add(content.tree, "f4"),
+        "knots": pack.add(content.knots, "f8"),
+        "series": [_series(series, pack) for series in content.series],
+        "constraints": list(content.constraints),
+        "driving": _driving(content.driving, pack),
+        "facts": _plain(content.facts),
+        "live": content.live,
+    }
+    return data, pack.text()
+
+
+def _motion(content: Content, pack: Pack) -> dict[str, Any]:
+    keys = content.keys
+    return {
+        "places": [_curve(curve, pack) for curve in keys.places],
+        "turns": [_curve(curve, pack) for curve in keys.turns],
+        "ends": None if keys.ends is None else _curve(keys.ends, pack),
+    }
+
+
+def _curve(curve: Curve, pack: Pack) -> dict[str, Place]:
+    return {
+        "times": pack.add(curve.times, "f8"),
+        "values": pack.add(curve.values, "f4"),
+        "arriving": pack.add(curve.arriving, "f4"),
+        "leaving": pack.add(curve.leaving, "f4"),
+    }
+
+
+def _obstacle(name: str, vertices: Array, faces: Indices, pack: Pack) -> dict[str, Any]:
+    mesh = weld(vertices, faces, WALL)
+    return {"name": name, "room": is_room(mesh), "mesh": mesh_data(mesh, pack)}
+
+
+def _poses(ghost: Ghost | None, color: tuple[float, float, float]) -> dict[str, Any] | None:
+    if ghost is None:
+        return None
+    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
+    return {"poses": [_numbers(pose) for pose in poses], "rgb": list(color)}
+
+
+def _goal(picture: Picture) -> dict[str, Any] | None:
+    goal = picture.goal
+    if isinstance(goal, GoalRegion):
+        return {"position": _numbers(goal.position), "radius": goal.radius, "rgb": list(GOAL)}
+    return _poses(goal, GOAL)
+
+
+def _series(series: Series, pack: Pack) -> dict[str, Any]:
+    return {
+        "title": series.title,
+        "names": list(series.names),
+        "units": list(series.units),
+        "held": series.held,
+        "values": pack.add(series.values.T, "f4"),
+    }
+
+
+def _driving(driving: Driving | None, pack: Pack) -> dict[str, Any] | None:
+    """Return what the page's ``drive.js`` reads; the machine's code is among the scripts."""
+    return None if driving is None else {**driving.facts, "states": pack.add(driving.states, "f8")}
+
+
+def _numbers(values: Any) -> list[float]:
+    return [float(value) for value in values]
+
+
+def _plain(value: Any) -> Any:
+    """Return plain data in which what is not finite is null, as JSON demands."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

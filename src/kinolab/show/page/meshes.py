@@ -1,0 +1,31 @@
+"""Painted meshes as a page takes them: faces sorted by colour, and the edges that are inked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kinolab.show.film.models.surface_mesh import Indices, Mesh
+from kinolab.show.page.pack import Pack
+
+
+def by_color(mesh: Mesh) -> tuple[Indices, list[tuple[list[float], int, int]]]:
+    """Return the faces sorted by colour, and (red, green, blue), first face, number of faces."""
+    colors, which = np.unique(mesh.colors.round(4), axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    counts = np.bincount(which, minlength=len(colors))
+    first = np.concatenate([[0], np.cumsum(counts)])
+    groups = [(color.tolist(), int(first[k]), int(counts[k])) for k, color in enumerate(colors)]
+    return mesh.faces[np.argsort(which, kind="stable")], groups
+
+
+def mesh_data(mesh: Mesh, pack: Pack) -> dict[str, Any]:
+    """Return a mesh as the page's ``meshes.js`` reads it."""
+    faces, groups = by_color(mesh)
+    return {
+        "vertices": pack.add(mesh.vertices, "f4"),
+        "faces": pack.indices(faces),
+        "edges": pack.indices(mesh.ends[mesh.creases]),
+        "colors": [{"rgb": rgb, "first": first, "count": count} for rgb, first, count in groups],
+    }

@@ -1,0 +1,172 @@
+"""A plane of the configuration space: what is occupied, what was searched, and the plan."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.units import state_units
+from kinolab.errors import InputError, unknown_name
+from kinolab.problem import Problem
+from kinolab.search.graph import SearchGraph
+from kinolab.show.plots.figure import GOAL, PLAN, START, WIDTH, figure_of, label
+from kinolab.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array: TypeAlias = NDArray[np.float64]
+
+CELLS = 100  # of the grid along each axis
+PLACES = 6  # of the plan from which the other coordinates are taken
+PLOT, FLATTEST = 0.7, 0.15  # height over width: of a plot, and of a map at least
+BEYOND = 0.15  # of what the plan and the search cover: what is shown around it
+
+
+def configuration_plane(
+    problem: Problem,
+    trajectory: Trajectory,
+    graph: SearchGraph | None,
+    title: str,
+    plane: tuple[str, str] | None = None,
+) -> Figure | None:
+    """Draw two coordinates against each other; None where the machine has only one.
+
+    What is grey collides: the darker, the more often, with all other coordinates as at some places
+    of the plan.
+
+    Args:
+        problem: Whose plan it is.
+        trajectory: The plan.
+        graph: What was searched.
+        title: Above the plot.
+        plane: Names of the coordinates; those in which the plan moves most if left out.
+
+    Raises:
+        InputError: If there is no such coordinate.
+    """
+    columns = _columns(problem, trajectory, plane)
+    if columns is None:
+        return None
+    spans = [_span(problem, trajectory, graph, column) for column in columns]
+    figure, (axes,) = figure_of(1, 1, (WIDTH, _height(problem, columns, spans)), title)
+    share = _occupied(problem, trajectory, columns, spans)
+    extent = (*spans[0], *spans[1])
+    axes.imshow(
+        share, cmap="Greys", vmin=0.0, vmax=1.4, extent=extent, origin="lower", aspect="auto"
+    )
+    if graph is not None:
+        ends = graph.x[graph.edges][:, :, columns]
+        _draw(axes, problem, columns, _split(ends), color="#7fb4f0", linewidth=0.4, alpha=0.6)
+    path = trajectory.x[:, columns]
+    _draw(axes, problem, columns, path, color=PLAN, linewidth=1.8)
+    for point, color, marker in ((path[0], START, "o"), (path[-1], GOAL, "s")):
+        axes.plot(*_wrapped(problem, columns, point), marker, color=color, markersize=6)
+    _finish(axes, problem, columns, spans)
+    return figure
+
+
+def _columns(
+    problem: Problem, trajectory: Trajectory, plane: tuple[str, str] | None
+) -> list[int] | None:
+    names = problem.model.state_names
+    known = [q.name for q in problem.system.coordinates if isinstance(q, Coordinate)]
+    if plane is not None:
+        mistakes = [
+            unknown_name("coordinate", name, known=known, where="--plane")
+            for name in plane
+            if name not in known
+        ]
+        if mistakes:
+            raise InputError(mistakes)
+        return [names.index(name) for name in plane]
+    columns = np.array([names.index(name) for name in known], dtype=int)
+    moved = np.ptp(trajectory.x[:, columns], axis=0) * problem.weights[columns]
+    most = np.argsort(-moved, kind="stable")[:2]
+    return sorted(columns[most].tolist()) if len(columns) > 1 else None
+
+
+def _span(
+    problem: Problem, trajectory: Trajectory, graph: SearchGraph | None, column: int
+) -> tuple[float, float]:
+    if problem.circular[column]:
+        return -np.pi, np.pi
+    shown = [trajectory.x[:, column], problem.start[None, column]]
+    shown += [] if graph is None else [graph.x[:, column]]
+    low, high = np.concatenate(shown).min(), np.concatenate(shown).max()
+    room = BEYOND * max(high - low, 1e-3)
+    lower, upper = problem.bounds[column]
+    return float(max(low - room, lower)), float(min(high + room, upper))
+
+
+def _occupied(
+    problem: Problem,
+    trajectory: Trajectory,
+    columns: list[int],
+    spans: list[tuple[float, float]],
+) -> Array:
+    """Return the share of the plan's places with which each cell collides, shape (CELLS, CELLS)."""
+    middles = (np.arange(CELLS) + 0.5) / CELLS
+    across, up = (low + (high - low) * middles for low, high in spans)
+    places = np.linspace(0, len(trajectory.x) - 1, min(PLACES, len(trajectory.x))).astype(int)
+    found = np.zeros((CELLS, CELLS))
+    for x in trajectory.x[places]:
+        states = np.repeat(x[None], CELLS * CELLS, axis=0)
+        states[:, columns[0]] = np.tile(across, CELLS)
+        states[:, columns[1]] = np.repeat(up, CELLS)
+        found += _collisions(problem, states).reshape(CELLS, CELLS)
+    return found / len(places)
+
+
+def _collisions(problem: Problem, states: Array) -> NDArray[np.bool_]:
+    model, checker = problem.model, problem.checker()
+    frames = model.frames(states)
+    ends = model.cables(states) if problem.cables else [()] * len(states)
+    return np.array([checker.collides(*pair) for pair in zip(frames, ends, strict=True)])
+
+
+def _split(ends: Array) -> Array:
+    """Return segments (m, 2, 2) as one line with gaps, shape (3 m, 2)."""
+    gaps = np.full((len(ends), 1, 2), np.nan)
+    return np.concatenate([ends, gaps], axis=1).reshape(-1, 2)
+
+
+def _wrapped(problem: Problem, columns: list[int], points: Array) -> Array:
+    circular = problem.circular[columns]
+    return np.asarray(np.where(circular, wrapped(points), points))
+
+
+def _draw(axes: Axes, problem: Problem, columns: list[int], line: Array, **style: object) -> None:
+    """Draw a line; where it goes around the circle it is broken."""
+    shown = _wrapped(problem, columns, line)
+    jumps = (np.abs(np.diff(shown, axis=0)) > np.pi) & problem.circular[columns]
+    shown = np.insert(shown, np.flatnonzero(jumps.any(axis=1)) + 1, np.nan, axis=0)
+    axes.plot(*shown.T, **style)  # type: ignore[arg-type]
+
+
+def _is_map(problem: Problem, columns: list[int]) -> bool:
+    units = state_units(problem.model)
+    return all(units[column] == "m" for column in columns)
+
+
+def _height(problem: Problem, columns: list[int], spans: list[tuple[float, float]]) -> float:
+    """Return the height of the figure in inches: of a map with one scale, or of a plot."""
+    (left, right), (low, high) = spans
+    share = (high - low) / (right - left) if _is_map(problem, columns) else PLOT
+    return 0.9 + WIDTH * min(max(share, FLATTEST), 1.0)
+
+
+def _finish(
+    axes: Axes, problem: Problem, columns: list[int], spans: list[tuple[float, float]]
+) -> None:
+    names, units = problem.model.state_names, state_units(problem.model)
+    across, up = (label(names[column], units[column]) for column in columns)
+    axes.set(xlabel=across, ylabel=up, xlim=spans[0], ylim=spans[1])
+    axes.grid(visible=False)
+    if _is_map(problem, columns):
+        axes.set_aspect("equal")

@@ -1,0 +1,111 @@
+"""States, inputs and references over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model
+from kinolab.dynamics.units import control_units, state_units
+from kinolab.problem import Problem
+from kinolab.show.plots.figure import LIMIT, WIDTH, figure_of, label
+from kinolab.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array: TypeAlias = NDArray[np.float64]
+
+HEIGHT = 1.5  # inches of each plot
+ALIKE = 8.0  # times the size of a quantity: what is drawn beside it
+NEAR = 0.5  # of a plot's height: a limit that is farther away than that is not drawn
+
+
+@dataclass(frozen=True)
+class Line:
+    """A quantity over time.
+
+    Attributes:
+        name: What it is called.
+        unit: Empty for pure numbers.
+        values: At the knots, shape (N+1,), or held between them, shape (N,).
+        limits: Lower and upper; infinite where there are none.
+    """
+
+    name: str
+    unit: str
+    values: Array
+    limits: tuple[float, float]
+
+
+def states_over_time(problem: Problem, trajectory: Trajectory, title: str) -> Figure:
+    """Draw all states, those of one unit and like size together."""
+    units, names = state_units(problem.model), trajectory.state_names
+    limits = map(tuple, problem.bounds.tolist())
+    columns = zip(names, units, trajectory.x.T, limits, strict=True)
+    return _drawn([Line(*column) for column in columns], trajectory.t, title)
+
+
+def inputs_over_time(problem: Problem, trajectory: Trajectory, title: str) -> Figure | None:
+    """Draw what was held from knot to knot; None where nothing was."""
+    model, whole = problem.model, problem.whole or problem.model
+    lines = list(_held(whole.plant, trajectory.u))
+    if trajectory.reference_names:
+        lines += _held(model, trajectory.references)
+    return _drawn(lines, trajectory.t, title) if lines and len(trajectory.u) else None
+
+
+def _held(model: Model, values: Array) -> Iterator[Line]:
+    limits = map(tuple, model.control_bounds.tolist())
+    columns = zip(model.control_names, control_units(model), values.T, limits, strict=True)
+    return (Line(*column) for column in columns)
+
+
+def _drawn(lines: list[Line], t: Array, title: str) -> Figure:
+    groups = _together(lines)
+    size = (WIDTH, 0.5 + HEIGHT * len(groups))
+    figure, axes = figure_of(len(groups), 1, size, title)
+    for own, group in zip(axes, groups, strict=True):
+        _draw(own, group, t)
+        own.sharex(axes[-1])
+        own.tick_params(labelbottom=own is axes[-1])
+    axes[-1].set_xlabel("t [s]")
+    return figure
+
+
+def _together(lines: list[Line]) -> list[list[Line]]:
+    """Return which quantities share a plot: one unit, and sizes that can be read beside another."""
+    groups: list[list[Line]] = []
+    for line in lines:
+        fitting = (group for group in groups if all(_fit(line, other) for other in group))
+        group = next(fitting, None)
+        if group is None:
+            groups.append([line])
+        else:
+            group.append(line)
+    return groups
+
+
+def _fit(line: Line, other: Line) -> bool:
+    sizes = sorted(float(np.abs(entry.values).max(initial=0.0)) for entry in (line, other))
+    return line.unit == other.unit and sizes[1] <= ALIKE * sizes[0]
+
+
+def _draw(axes: Axes, lines: list[Line], t: Array) -> None:
+    for line in lines:
+        if len(line.values) == len(t):
+            axes.plot(t, line.values, label=line.name, linewidth=1.2)
+        else:
+            axes.stairs(line.values, t, label=line.name, linewidth=1.2, baseline=None)
+    low, high = axes.get_ylim()
+    room = NEAR * (high - low)
+    for limit in sorted({limit for line in lines for limit in line.limits}):
+        if low - room <= limit <= high + room:
+            axes.axhline(limit, color=LIMIT, linewidth=0.8, linestyle="--", zorder=0)
+    axes.set_ylabel(label("", lines[0].unit).strip())
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)

@@ -1,0 +1,87 @@
+"""Finished runs as the cards of a gallery; each one is checked and drawn anew from its files."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from kinolab.errors import KinolabError
+from kinolab.runs import Run, check_run, read_run
+from kinolab.runs.folder import margin_to_json
+from kinolab.show.film import make_film
+from kinolab.show.film.animation import picture
+from kinolab.show.page import page_html
+from kinolab.show.page.gallery import Card, gallery_html
+from kinolab.show.view.scenes import content_of
+
+POSTER = (480, 360)  # pixels
+MOMENT = 0.5  # of the motion, which a poster shows
+MOST = 2_000_000  # bytes of a film that is taken over
+
+
+def gallery_of(
+    folders: Sequence[Path], title: str, told: Callable[[Path], None] = lambda _: None
+) -> tuple[str, list[Card]]:
+    """Return a page with all runs, and its cards.
+
+    Nothing that somebody wrote into a page or a report is taken over: verdicts and pages are made
+    from the machine, the scenario and the trajectory.
+
+    Args:
+        folders: Of finished runs.
+        title: Of the page.
+        told: Is called with each folder before it is read.
+    """
+    cards = []
+    for folder in folders:
+        told(folder)
+        cards.append(_card(folder))
+    return gallery_html(title, cards), cards
+
+
+def _card(folder: Path) -> Card:
+    try:
+        run, certificate = read_run(folder), check_run(folder)
+        facts = {**run.report, "verification": [vars(check) for check in certificate.checks]}
+        facts["margin"] = margin_to_json(certificate)
+        facts["status"] = "solved" if certificate.passed else "verification_failed"
+        page = page_html(content_of(run.problem, run.trajectory, facts, run.graph))
+        poster = _film(folder) or _poster(run)
+    except (KinolabError, OSError) as error:
+        return Card(str(folder), str(error), "damaged")
+    verdict = "passed" if certificate.passed else "failed"
+    title = run.problem.scenario.title
+    return Card(str(folder), title, verdict, _facts(run), poster, page)  # type: ignore[arg-type]
+
+
+def _facts(run: Run) -> tuple[tuple[str, str], ...]:
+    report: dict[str, Any] = run.report
+    return (
+        ("Machine", str(report.get("system", ""))),
+        ("Planner", f"{report.get('planner', '')}, seed {report.get('seed', '')}"),
+        ("Motion", f"{run.trajectory.duration:.2f} s"),
+    )
+
+
+def _film(folder: Path) -> bytes:
+    """Return the run's film if it is one, and not too large."""
+    path = folder / "animation.gif"
+    content = path.read_bytes() if path.is_file() and path.stat().st_size <= MOST else b""
+    return content if content.startswith(b"GIF8") else b""
+
+
+def _poster(run: Run) -> bytes:
+    """Draw the machine in the middle of its motion, as PNG."""
+    problem, trajectory = run.problem, run.trajectory
+    poses = problem.model.frames(trajectory.x)
+    shown = picture(problem, poses, problem.model.cables(trajectory.x))
+    film = make_film(shown, trajectory.t, poses, size=POSTER)
+    out = io.BytesIO()
+    image = np.ascontiguousarray(film.frame(int(MOMENT * (len(film) - 1))))
+    Image.fromarray(image).save(out, "PNG")
+    return out.getvalue()

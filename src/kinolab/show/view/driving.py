@@ -1,0 +1,95 @@
+"""What a page needs to simulate the machine itself, so that its reader can drive it."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.analyze.diagnose.static_holding import holding
+from kinolab.dynamics import Model
+from kinolab.dynamics.javascript import javascript_of
+from kinolab.problem import Problem
+from kinolab.show.page import Driving
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+QUICK = 1 / 30  # [s]; keys are felt late where an input is held for longer
+PATIENCE = 1.5  # [s] in which a key brings the first speed that it moves to its limit
+HALF = 0.5  # of the way to a limit, where inputs are velocities or set points themselves
+
+
+def driving_of(problem: Problem, trajectory: Trajectory) -> Driving:
+    """Return the machine as JavaScript, and how it is stepped from where.
+
+    Args:
+        problem: Whose machine it is, with what [bounds] leave of its inputs' limits.
+        trajectory: The plan's stored states, from which one may go on.
+    """
+    settings, model = problem.scenario.integration, problem.model
+    idle = _idle(problem)
+    return Driving(
+        code=javascript_of(model, implicit=settings.method == "rosenbrock"),
+        states=trajectory.x,
+        facts={
+            "start": problem.start.tolist(),
+            "step": driven_step(problem),
+            "method": settings.method,
+            "substeps": settings.substeps,
+            "bounds": [[_finite(a), _finite(b)] for a, b in problem.bounds.tolist()],
+            "closed": _hands(problem, model, idle),
+            "plant": _hands(problem, model.plant, idle if model.plant is model else None),
+        },
+    )
+
+
+def driven_step(problem: Problem) -> float:
+    """Return how long inputs are held in [s]: the problem's step, or an equal part of it.
+
+    A controller and a discrete machine are what they are at the problem's own step.
+    """
+    closed = problem.model.plant is not problem.model
+    if closed or problem.scenario.integration.truth == "discrete":
+        return problem.step
+    return problem.step / math.ceil(problem.step / QUICK - 1e-9)
+
+
+def _idle(problem: Problem) -> Array:
+    """Return inputs while no key is pressed: those that hold the machine at its start, if any."""
+    names = problem.model.control_names
+    held = holding(problem, problem.start)
+    return (
+        np.array([held.inputs[n] for n in names]) if held and held.holds else _least(problem.model)
+    )
+
+
+def _least(model: Model) -> Array:
+    """Return the inputs that are nearest to nothing."""
+    return np.clip(np.zeros(model.nu), *model.control_bounds.T)
+
+
+def _hands(problem: Problem, model: Model, idle: Array | None) -> dict[str, list[float]]:
+    """Return idle inputs, and the share of its way to a limit that a key pushes each of them."""
+    least = _least(model) if idle is None else idle
+    return {"idle": least.tolist(), "usual": _usual(problem, model, least).tolist()}
+
+
+def _usual(problem: Problem, model: Model, idle: Array) -> Array:
+    """Return shares in (0, 1] with which a person can drive; full inputs make toys of machines."""
+    shares = np.full(model.nu, HALF)
+    if model.plant is not model or not len(model.speeds):
+        return shares
+    _, slopes = model.jacobian(problem.start, idle)
+    ways = np.abs(model.control_bounds - idle[:, None]).max(axis=1)
+    paces = np.abs(slopes[model.speeds]) * ways / problem.scales[model.speeds, None]  # [1/s]
+    fastest = paces.max(axis=0)
+    moved = fastest > 0.0
+    shares[moved] = np.minimum(1.0, 1.0 / (PATIENCE * fastest[moved]))
+    return shares
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

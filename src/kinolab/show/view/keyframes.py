@@ -1,0 +1,116 @@
+"""Key poses of a motion, as many as cubic curves need to follow it between the stored knots."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.show.page.content import Curve, Keys
+from kinolab.show.page.curves import continued, hermite
+from kinolab.show.view.branches import Pieces, Ways
+from kinolab.show.view.tracks import Channel, channels
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+Marks: TypeAlias = NDArray[np.bool_]
+
+NEAR = 2e-5  # [m], [rad] between curve and motion; a page promises five times as much
+TURN = 1.0  # [rad] between two keys: a cubic of quaternions cannot count whole turns
+ROUNDS = 12  # of halving
+SHARES = (0.25, 0.5)  # of a piece, where curve and motion are compared
+
+
+def key_poses(problem: Problem, trajectory: Trajectory) -> Keys:
+    """Return every stored knot as a key, and more where a curve between two would leave the motion.
+
+    Each body has keys of its own: a flywheel needs many, the satellite around it few.
+
+    Args:
+        problem: Whose motion it is; [integration] says what happens between knots.
+        trajectory: Its knots.
+    """
+    if len(trajectory.t) == 1:
+        return _keys([_still(channel) for channel in _at_rest(problem, trajectory.x)], problem)
+    ways = Ways(problem)
+    knots = Pieces(
+        trajectory.t[:-1], trajectory.t[1:], trajectory.x[:-1], trajectory.x[1:], trajectory.u
+    )
+    pieces, keys = _refined(ways, knots)
+    return _keys(_curves(ways, pieces, keys), problem)
+
+
+def _refined(ways: Ways, pieces: Pieces) -> tuple[Pieces, Marks]:
+    """Halve pieces until cubics follow the motion along all of them.
+
+    Returns:
+        The pieces in the order of time, and for each the channels of which its end is a key.
+    """
+    count = len(channels(ways.model, pieces.x[:1], np.zeros_like(pieces.x[:1])))
+    keys: Marks = np.ones((len(pieces), count), dtype=bool)
+    asked, done = keys, []
+    for left in reversed(range(ROUNDS)):
+        far: Marks = asked & _leaves(ways, pieces) & (left > 0)
+        stay: Marks = ~np.asarray(far.any(axis=1))
+        done.append((pieces.chosen(stay), keys[stay]))
+        if stay.all():
+            break
+        pieces, keys, far = pieces.chosen(~stay), keys[~stay], far[~stay]
+        pieces = pieces.halved(ways.state(pieces, 0.5))
+        keys, asked = np.concatenate([far, keys]), np.concatenate([far, far])
+    order = np.argsort(np.concatenate([part.begin for part, _ in done]), kind="stable")
+    whole = Pieces.joined([part for part, _ in done]).chosen(order)
+    return whole, np.concatenate([marks for _, marks in done])[order]
+
+
+def _at_rest(problem: Problem, x: Array) -> list[Channel]:
+    return channels(problem.model.plant, x, np.zeros_like(x))
+
+
+def _still(channel: Channel) -> Curve:
+    return Curve(np.zeros(1), channel.values, channel.rates, channel.rates)
+
+
+def _leaves(ways: Ways, pieces: Pieces) -> Marks:
+    """Say of each piece and channel whether a cubic is too far from the motion, or turns too far.
+
+    Shape (pieces, channels).
+    """
+    begins, ends = _both_ends(ways, pieces)
+    far = np.zeros((len(pieces), len(begins)), dtype=bool)
+    step = pieces.length[:, None]
+    for share in SHARES:
+        x = ways.state(pieces, share)
+        middles = channels(ways.model, x, np.zeros_like(x))
+        for k, (a, end, middle) in enumerate(zip(begins, ends, middles, strict=True)):
+            b = end.toward(a)
+            curve = hermite(a.values, a.rates, b.values, b.rates, step, np.array(share))
+            far[:, k] |= middle.apart(curve) > NEAR
+            far[:, k] |= a.turning * pieces.length > TURN
+    return far
+
+
+def _both_ends(ways: Ways, pieces: Pieces) -> tuple[list[Channel], list[Channel]]:
+    out, into = ways.rates(pieces)
+    return channels(ways.model, pieces.x, out), channels(ways.model, pieces.y, into)
+
+
+def _curves(ways: Ways, pieces: Pieces, keys: Marks) -> list[Curve]:
+    """Return a curve per channel through the ends of consecutive pieces that are its keys."""
+    times = np.append(pieces.begin, pieces.end[-1])
+    curves = []
+    for k, (a, b) in enumerate(zip(*_both_ends(ways, pieces), strict=True)):
+        values = np.concatenate([a.values, b.values[-1:]])
+        arriving = np.concatenate([a.rates[:1], b.rates])
+        leaving = np.concatenate([a.rates, b.rates[-1:]])
+        used = np.concatenate([[True], keys[:, k]])
+        curves.append(Curve(times[used], values[used], arriving[used], leaving[used]))
+    return curves
+
+
+def _keys(curves: list[Curve], problem: Problem) -> Keys:
+    n = len(problem.bodies)
+    ends = curves[2 * n] if len(curves) > 2 * n else None
+    return Keys(curves[:n], [continued(curve) for curve in curves[n : 2 * n]], ends)

@@ -1,0 +1,76 @@
+"""The files that show a plan in three dimensions: ``scene.html`` and ``result.glb``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kinolab.files import utf_8, write_whole
+from kinolab.problem import Problem
+from kinolab.runs import MODEL, PAGE
+from kinolab.search.graph import SearchGraph
+from kinolab.show.gltf.glb_scene import glb_scene
+from kinolab.show.page import Content, page_html
+from kinolab.show.view.scenes import content_of, facts_of, readiness
+from kinolab.solve import Plan
+from kinolab.trajectory import Trajectory
+
+
+def write_scene(
+    folder: Path,
+    problem: Problem,
+    trajectory: Trajectory,
+    facts: Mapping[str, Any],
+    graph: SearchGraph | None = None,
+) -> None:
+    """Write ``scene.html`` and ``result.glb`` of a motion, each whole or not at all.
+
+    Args:
+        folder: Of the run.
+        problem: The machine in its world.
+        trajectory: How it moves.
+        facts: The run's report.
+        graph: What the search explored.
+    """
+    content = content_of(problem, trajectory, facts, graph)
+    write_whole(folder / PAGE, utf_8(page_html(content)))
+    write_whole(folder / MODEL, glb_scene(content))
+
+
+def save_page(problem: Problem, plan: Plan | None, path: str | Path) -> Path:
+    """Write the interactive page of a plan; with None that of the problem before planning.
+
+    Args:
+        problem: What was planned.
+        plan: What came of it.
+        path: Of the file, which is written whole or not at all.
+
+    Returns:
+        The path.
+    """
+    target = Path(path)
+    write_whole(target, utf_8(page_html(_content(problem, plan))))
+    return target
+
+
+def save_glb(problem: Problem, plan: Plan, path: str | Path) -> Path:
+    """Write the scene of a plan with its motion as binary glTF, which Blender opens.
+
+    Args:
+        problem: What was planned.
+        plan: What came of it.
+        path: Of the file, which is written whole or not at all.
+
+    Returns:
+        The path.
+    """
+    target = Path(path)
+    write_whole(target, glb_scene(_content(problem, plan)))
+    return target
+
+
+def _content(problem: Problem, plan: Plan | None) -> Content:
+    if plan is None:
+        return content_of(problem, None, readiness(problem))
+    return content_of(problem, plan.trajectory, facts_of(problem, plan), plan.graph)

@@ -1,0 +1,108 @@
+"""A plan, or a scenario before planning, as the content of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.errors import EndpointError
+from kinolab.problem import Problem
+from kinolab.problem.unwrapping import unwrapped
+from kinolab.runs import check_to_json
+from kinolab.runs.folder import goal_distance_by_unit, margin_to_json
+from kinolab.search.graph import SearchGraph
+from kinolab.show.film.animation import picture
+from kinolab.show.page import Content
+from kinolab.show.view.driving import driving_of
+from kinolab.show.view.keyframes import key_poses
+from kinolab.show.view.plot_series import plotted
+from kinolab.solve import Plan
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def content_of(
+    problem: Problem,
+    trajectory: Trajectory | None,
+    facts: Mapping[str, Any],
+    graph: SearchGraph | None = None,
+    *,
+    drive: bool = True,
+) -> Content:
+    """Return everything that a page shows.
+
+    Args:
+        problem: The machine in its world.
+        trajectory: The plan's; without one the machine stands at its start.
+        facts: About the plan, by the names of a report's keys.
+        graph: What its search explored.
+        drive: Whether the page can simulate the machine.
+    """
+    shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)
+    x, model = shown.x, problem.model
+    scene = picture(problem, model.frames(x), model.cables(x))
+    system = problem.system
+    return Content(
+        title=problem.scenario.title,
+        name=str(facts.get("scenario", problem.name)),  # a run's file is always scenario.toml
+        machine=system.name,
+        picture=scene if trajectory is not None else replace(scene, path=None, start=None),
+        keys=key_poses(problem, shown),
+        knots=shown.t,
+        series=plotted(model, shown),
+        constraints=[constraint.name for constraint in system.constraints],
+        facts=facts,
+        tree=None if graph is None else branches(problem, graph),
+        speed=problem.scenario.render.speed,
+        driving=driving_of(problem, shown) if drive else None,
+    )
+
+
+def branches(problem: Problem, graph: SearchGraph) -> Array:
+    """Return how the machine's first body went from state to state, shape (edges, 2, 3)."""
+    places = problem.model.frames(graph.x)[:, 0, 3::4]
+    return np.asarray(places[graph.edges])
+
+
+def facts_of(problem: Problem, plan: Plan) -> dict[str, Any]:
+    """Return about a plan what its report would tell a page."""
+    checks = plan.certificate.checks if plan.certificate else ()
+    return {
+        "status": plan.status,
+        "message": plan.message,
+        "planner": plan.planner,
+        "seed": plan.seed,
+        "iterations": plan.iterations,
+        "cost": plan.cost,
+        "duration": plan.cost,
+        "goal_distance": plan.goal_distance,
+        "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
+        "margin": margin_to_json(plan.certificate),
+        "verification": [check_to_json(check) for check in checks],
+    }
+
+
+def readiness(problem: Problem) -> dict[str, Any]:
+    """Return whether a problem can be planned for, and what is wrong with its start and goal."""
+    try:
+        problem.check_endpoints()
+    except EndpointError as error:
+        return {"status": "impossible", "message": str(error)}
+    return {"status": "ready", "message": "Start and goal are possible."}
+
+
+def _standing(problem: Problem) -> Trajectory:
+    """Return the machine at its start, as a motion of a single knot."""
+    names = problem.model.plant.control_names
+    return Trajectory(
+        np.zeros(1),
+        problem.start[None],
+        np.zeros((0, len(names))),
+        problem.model.state_names,
+        names,
+    )

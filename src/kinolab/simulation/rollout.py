@@ -1,0 +1,99 @@
+"""Follow inputs through the compiled dynamics, finely enough to count as exact."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from kinolab.cancel import Stop, look, never
+from kinolab.problem import Problem
+from kinolab.simulation.compiled_step import CompiledStep
+
+Array: TypeAlias = NDArray[np.float64]
+
+FINE = 0.15  # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
+MOST = 20  # such steps within a propagation step
+STATES = 10  # random states at which time constants are looked at
+GLANCE = 256  # steps between two looks at whether to stop: some milliseconds
+
+
+class Rollout:
+    """Steps a machine with inputs held for a propagation step each.
+
+    Args:
+        problem: Whose machine.
+        stop: Says that what is being done must end, by a StoppedError.
+
+    Attributes:
+        step: Length of a propagation step in [s].
+    """
+
+    def __init__(self, problem: Problem, stop: Stop = never) -> None:
+        settings, self._stop = problem.scenario.integration, stop
+        discrete = settings.truth == "discrete"
+        # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
+        method = settings.method if discrete else settings.accurate_method
+        self._calls = CompiledStep(problem, method)
+        self._problem, self.step = problem, problem.step
+        self._pieces = 1 if discrete else _pieces(problem)
+
+    def follow(self, x0: Array, u: Array) -> Array | None:
+        """Return the states at the knots, shape (N+1, nx); None where the equations end it.
+
+        Args:
+            x0: Where to begin, shape (nx,).
+            u: Inputs, one row per propagation step, shape (N, nu).
+        """
+        calls, states = self._calls, np.empty((len(u) + 1, len(x0)))
+        states[0] = calls.x[:] = x0.tolist()
+        short = self.step / self._pieces
+        for k, held in enumerate(u.tolist(), start=1):
+            if k % GLANCE == 1:
+                look(self._stop)
+            calls.u[:] = held
+            for _ in range(self._pieces):
+                if calls.step(short):
+                    return None
+                calls.x[:] = calls.next
+            states[k] = calls.x
+        return states if np.isfinite(states[-1]).all() else None
+
+    def linearise(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return how each step's end changes with its beginning and its inputs.
+
+        The derivatives are those of the equations of motion in the middle of the step.
+
+        Args:
+            x: States, shape (N+1, nx).
+            u: Inputs, shape (N, nu).
+
+        Returns:
+            Shapes (N, nx, nx) and (N, nx, nu).
+        """
+        nx, nu = x.shape[1], u.shape[1]
+        A, B = np.empty((len(u), nx, nx)), np.empty((len(u), nx, nu))
+        for first in range(0, len(u), GLANCE):
+            look(self._stop)
+            part = slice(first, first + GLANCE)
+            ends = x[first : first + GLANCE + 1]
+            whole = np.zeros((len(u[part]), nx + nu, nx + nu))
+            whole[:, :nx] = np.dstack(
+                self._problem.model.jacobian((ends[:-1] + ends[1:]) / 2, u[part])
+            )
+            moved = expm(self.step * whole)
+            A[part], B[part] = moved[:, :nx, :nx], moved[:, :nx, nx:]
+        return A, B
+
+
+def _pieces(problem: Problem) -> int:
+    """Return how many Runge-Kutta steps a propagation step takes."""
+    generator, model = np.random.default_rng(0), problem.model
+    states = np.array([problem.start, *(problem.sample_goal(generator) for _ in range(STATES))])
+    states[1:, model.nq :] *= 0.3
+    u = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    A, _ = model.jacobian(states, u)
+    fastest = float(np.abs(np.linalg.eigvals(A[np.isfinite(A).all(axis=(1, 2))])).max(initial=0.0))
+    return int(np.clip(np.ceil(problem.step * fastest / FINE), 1, MOST))

@@ -1,0 +1,193 @@
+"""Several searches at once, each with seeds of its own.
+
+In threads where a planner says that it releases the interpreter's lock while it searches; in
+processes otherwise: OMPL holds it.
+"""
+
+from __future__ import annotations
+
+import pickle
+import time
+from collections.abc import Callable, Iterable
+from multiprocessing.connection import wait
+
+from kinolab.errors import KinolabError
+from kinolab.problem import Problem
+from kinolab.search import Budget
+from kinolab.solve.abstract_job import INTERRUPTED, AbstractJob
+from kinolab.solve.plan import Attempt, Plan
+from kinolab.solve.process_job import Job
+from kinolab.solve.request import Request
+from kinolab.solve.solution_pool import Findings
+from kinolab.solve.thread_job import ThreadJob
+from kinolab.solve.worker import OUT_OF_MEMORY
+
+LOOK = 0.05  # [s] between two looks at whether the user has interrupted
+ASKED = 0.25  # [s] in which a search that is asked to end may do so by itself
+URGED = 0.2  # [s] more, in which what keeps it from ending is broken off
+
+NOTHING = "Interrupted before anything was found."
+
+
+class JobsError(KinolabError):
+    """No search of several came to an end; ``.attempts`` says what became of each."""
+
+    def __init__(self, attempts: Iterable[Attempt], exit_code: int) -> None:
+        self.attempts, self.exit_code = tuple(attempts), exit_code
+        super().__init__("\n".join(f"seed {a.seed}: {a.detail}" for a in self.attempts))
+
+
+def solve_at_once(
+    problem: Problem,
+    request: Request,
+    findings: Findings,
+    *,
+    in_threads: bool,
+    progress: Callable[[int, float], None] | None = None,
+    watch: Callable[[Budget], None] | None = None,
+) -> Plan:
+    """Search ``findings.jobs`` times at once until one has a plan, or until all have ended.
+
+    Raises:
+        InputError: If this platform has no such processes.
+        JobsError: If the searches cannot be started, or none of them came to an end.
+    """
+    budget = Budget(request.time_limit)
+    if watch:
+        watch(budget)
+    team = _Team(findings, request)
+    try:
+        team.start(problem, in_threads)
+        team.listen(budget, progress)
+    finally:
+        team.close()
+    best = findings.plan(interrupted=budget.interrupted)
+    if best is not None:
+        return best
+    if budget.interrupted:
+        return _nothing(problem, request, findings)
+    raise JobsError(findings.all, team.exit_code)
+
+
+def _nothing(problem: Problem, request: Request, findings: Findings) -> Plan:
+    """Return the plan of a user who did not wait for any."""
+    return Plan(
+        "interrupted",
+        None,
+        None,
+        request.planner or problem.scenario.planner.name,
+        request.seed,
+        sum(attempt.iterations for attempt in findings.all),
+        problem.goal_distance(problem.start),
+        message=NOTHING,
+        jobs=findings.jobs,
+        attempts=findings.all,
+        interrupted=True,
+    )
+
+
+class _Team:
+    """The processes or threads, from the start of the first to the end of the last."""
+
+    def __init__(self, findings: Findings, request: Request) -> None:
+        self._findings, self._request = findings, request
+        self._jobs: list[AbstractJob] = []
+
+    @property
+    def exit_code(self) -> int:
+        """What the command returns where all have failed: the first failure's code."""
+        return next((job.failure for job in self._jobs if job.failure), OUT_OF_MEMORY)
+
+    def start(self, problem: Problem, in_threads: bool) -> None:
+        """Start all of them.
+
+        Raises:
+            JobsError: If one of them cannot be started.
+        """
+        parcel = b"" if in_threads else pickle.dumps(problem)
+        for share in self._request.shares(self._findings.jobs):
+            try:
+                if in_threads:
+                    self._jobs.append(ThreadJob(problem, share, self._findings))
+                else:
+                    self._jobs.append(Job(parcel, share, self._findings))
+            except OSError as error:
+                kind = "thread" if in_threads else "process"
+                what = f"its {kind} cannot be started ({error}). Ask for fewer."
+                failed = Attempt(share.seed, "failed", 0, detail=what)
+                raise JobsError([failed], OUT_OF_MEMORY) from error
+
+    def listen(self, budget: Budget, progress: Callable[[int, float], None] | None) -> None:
+        """Hear what they tell until one has won, all have ended, or the user has waited enough."""
+        ending = _Ending()
+        while self._running and not self._won and not ending.reached:
+            ready = wait([job.connection for job in self._running], LOOK)
+            for job in self._running:
+                if job.connection in ready and not (self._won or job.over):
+                    job.hear()
+                    self._let_win(job)
+            if budget.interrupted:
+                ending.press(self._running)
+            elif progress and (seconds := max(job.seconds for job in self._jobs)):
+                progress(sum(job.iterations for job in self._jobs), seconds)
+
+    def _let_win(self, winner: AbstractJob) -> None:
+        """End the others when one has a plan, which that one then improves alone."""
+        if not self._solved:
+            return
+        for job in self._running:
+            if job is not winner:
+                job.drop(self._reason)
+
+    def close(self) -> None:
+        """End what still runs."""
+        reason = self._reason
+        for job in self._jobs:
+            job.kill()
+        for job in self._jobs:
+            job.close(reason)
+
+    @property
+    def _running(self) -> list[AbstractJob]:
+        return [job for job in self._jobs if not job.over]
+
+    @property
+    def _reason(self) -> str:
+        best = self._findings.best
+        return f"seed {best.seed} had won." if self._solved and best else INTERRUPTED
+
+    @property
+    def _solved(self) -> bool:
+        """Whether one has a plan that is enough."""
+        best = self._findings.best
+        return not self._request.anytime and best is not None and best.status == "solved"
+
+    @property
+    def _won(self) -> bool:
+        """Whether that one has also come to its end."""
+        best = self._findings.best
+        return self._solved and any(best and a.seed == best.seed for a in self._findings.attempts)
+
+
+class _Ending:
+    """Ends searches more and more firmly, so that all is over well within a second.
+
+    Attributes:
+        reached: Whether there is no more time to hear what they have.
+    """
+
+    def __init__(self) -> None:
+        self.reached = False
+        self._begun = 0.0
+        self._calls = 0
+
+    def press(self, jobs: Iterable[AbstractJob]) -> None:
+        """Ask, urge or give up, whichever is due."""
+        now = time.monotonic()
+        self._begun = self._begun or now
+        due = 2 if now > self._begun + ASKED else 1
+        if self._calls < due:
+            self._calls = due
+            for job in jobs:
+                job.end_search()
+        self.reached = now > self._begun + ASKED + URGED

@@ -1,0 +1,97 @@
+"""Solve a problem: the one function behind ``problem.solve`` and ``plan SCENARIO``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from kinolab.errors import InputError, Mistake
+from kinolab.problem import Problem
+from kinolab.search import Budget
+from kinolab.solve.attempt import make_planner
+from kinolab.solve.parallel import solve_at_once
+from kinolab.solve.plan import Plan
+from kinolab.solve.request import Request
+from kinolab.solve.sequential_runs import series
+from kinolab.solve.solution_pool import Findings
+
+
+def solve(
+    problem: Problem,
+    planner: str | None = None,
+    seed: int | None = None,
+    time_limit: float | None = None,
+    *,
+    max_iterations: int | None = None,
+    jobs: int = 1,
+    anytime: bool = False,
+    optimize: bool = True,
+    progress: Callable[[int, float], None] | None = None,
+    watch: Callable[[Budget], None] | None = None,
+    improved: Callable[[Plan], None] | None = None,
+    **settings: Any,
+) -> Plan:
+    """Search for a plan, re-simulate it, verify it, and make it exact and shorter.
+
+    The scenario says in ``[planner] improve`` how many seconds that last takes, from the first
+    verified plan on; with ``max_iterations`` a number of subproblems takes the place of time.
+
+    Args:
+        problem: What to solve.
+        planner: Name of the planner; the scenario's when left out, as are the next three.
+        seed: Seed of the random numbers.
+        time_limit: Of the search, in [s].
+        max_iterations: Of the search with each seed.
+        jobs: Number of searches at once, with this seed and the following ones: in threads with a
+            compiled planner, else in processes. The first verified plan ends the others.
+        anytime: Whether to plan on until the time limit, with further seeds, and keep the
+            verified plan of the shortest duration.
+        optimize: Whether to make exact and shorten what is found, and search for more; without
+            it the plan is what the planner found, which may then use ``improve`` itself.
+        progress: Called during the search with the iterations and seconds so far.
+        watch: Called with the budget before each search, so that it can be interrupted.
+        improved: Called with each verified plan that is better than those before.
+        settings: Settings of the planner.
+
+    Raises:
+        EndpointError: If the start or the goal is impossible.
+        InputError: If the planner or a setting does not exist.
+        JobsError: If no process of several came to an end.
+    """
+    if jobs < 1:
+        raise InputError([Mistake("jobs", f"{jobs} processes cannot search.", "Give 1 or more.")])
+    section = problem.scenario.planner
+    searcher = make_planner(problem, planner, settings)
+    problem.check_endpoints()
+    request = Request(
+        planner,
+        settings,
+        seed=section.seed if seed is None else seed,
+        time_limit=section.time_limit if time_limit is None else time_limit,
+        max_iterations=max_iterations or section.max_iterations,
+        anytime=anytime,
+        optimize=optimize,
+    )
+    findings = Findings(jobs, improved)
+    if jobs > 1:
+        return solve_at_once(
+            problem,
+            request,
+            findings,
+            in_threads=searcher.in_threads,
+            progress=progress,
+            watch=watch,
+        )
+    budgets: list[Budget] = []
+
+    def watched(budget: Budget) -> None:
+        budgets.append(budget)
+        if watch:
+            watch(budget)
+
+    told = findings.compare
+    for found, after in series(problem, request, progress=progress, watch=watched, better=told):
+        findings.add(found, after)
+    best = findings.plan(interrupted=any(budget.interrupted for budget in budgets))
+    assert best is not None, "a series makes at least one attempt"
+    return best

@@ -1,0 +1,93 @@
+"""What all seeds came to: the best plan, and how each of them ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from kinolab.solve.plan import Attempt, Improvement, Plan
+
+CENTRE = 1e-4  # SI units between the goal and a motion that ends in the middle of it
+CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
+
+
+@dataclass
+class Findings:
+    """Collects plans and keeps the best one.
+
+    Attributes:
+        jobs: Number of searches at once.
+        improved: Called with each verified plan that is better than all before.
+        best: None as long as no search has ended.
+        attempts: How each seed ended.
+    """
+
+    jobs: int
+    improved: Callable[[Plan], None] | None = None
+    best: Plan | None = None
+    attempts: list[Attempt] = field(default_factory=list)
+    _improvements: set[Improvement] = field(default_factory=set)
+
+    @property
+    def all(self) -> tuple[Attempt, ...]:
+        """All attempts, in the order of their seeds."""
+        return tuple(sorted(self.attempts, key=lambda attempt: attempt.seed))
+
+    def add(self, found: Plan, after: float) -> None:
+        """Count a search that is over, ``after`` seconds of searching."""
+        self.attempts.append(ended(found, after))
+        self.compare(found)
+        if self.best is not None and found.seed == self.best.seed:
+            self.best = found  # with all that there is to say about it
+
+    def compare(self, found: Plan) -> None:
+        """Keep a plan if it is better than all before, and pass it on if it is verified."""
+        self._improvements.update(found.improvements)
+        if self.best is None or rank(found) < rank(self.best):
+            self.best = found
+            if found.status == "solved" and self.improved:
+                self.improved(self._with_all(found))
+
+    def plan(self, *, interrupted: bool) -> Plan | None:
+        """Return the best plan, with how all seeds ended; None where none came to an end."""
+        if self.best is None:
+            return None
+        return replace(self._with_all(self.best), interrupted=interrupted)
+
+    def _with_all(self, found: Plan) -> Plan:
+        improvements = tuple(sorted(self._improvements))
+        return replace(found, jobs=self.jobs, attempts=self.all, improvements=improvements)
+
+
+def ended(found: Plan, after: float) -> Attempt:
+    """Return how a search ended that came to its end."""
+    distance = found.goal_distance if math.isfinite(found.goal_distance) else None
+    return Attempt(
+        found.seed,
+        found.status,
+        found.iterations,
+        found.cost,
+        distance,
+        after,
+        refused=sum(found.refused.values()),
+    )
+
+
+def rank(found: Plan) -> tuple[int, float, float]:
+    """Return what is smaller for a better plan.
+
+    Verified plans that end in the middle of the goal come before those that end somewhere within
+    its tolerance; otherwise they are compared by their duration, what misses the goal or was not
+    verified by its distance from it.
+    """
+    if found.status == "solved":
+        return 0, float(found.goal_distance > CENTRE), found.cost or 0.0
+    distance = found.goal_distance if math.isfinite(found.goal_distance) else math.inf
+    near = (
+        found.status in {"approximate", "local_minimum", "interrupted"}
+        and found.trajectory is not None
+    )
+    kind = "nearest" if near else found.status
+    place = CLASSES.index(kind) if kind in CLASSES else len(CLASSES)
+    return place, distance, 0.0

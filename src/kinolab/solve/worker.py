@@ -1,0 +1,104 @@
+"""A process that searches for another one.
+
+It ignores Ctrl-C, which a terminal sends to all processes of a command: the one that started it
+decides. That one ends a search by SIGTERM, which keeps what was found, and a process by SIGKILL.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import threading
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Connection, wait
+
+from kinolab.errors import KinolabError
+from kinolab.problem import Problem
+from kinolab.search import Budget
+from kinolab.solve.job_messages import Better, Failed, Found, Message, Searching
+from kinolab.solve.plan import Plan
+from kinolab.solve.request import Request
+from kinolab.solve.sequential_runs import series
+
+OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes
+
+
+def enter(handle: int) -> None:
+    """Be such a process, from beginning to end.
+
+    Args:
+        handle: The file descriptor of the connection to the process that started this one.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection = Connection(handle)
+    with suppress(EOFError, BrokenPipeError):
+        request, parcel = connection.recv()
+        threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
+        work(connection, request, parcel)
+    os._exit(0)  # libraries take their time to say goodbye, and OMPL's binding complains
+
+
+def work(connection: Connection, request: Request, parcel: bytes) -> None:
+    """Search, and tell everything through a connection.
+
+    Args:
+        connection: To the process that wants to know.
+        request: What to search for.
+        parcel: The problem, pickled.
+    """
+
+    def heed(budget: Budget) -> None:
+        signal.signal(signal.SIGTERM, lambda *_: budget.end())
+
+    search_and_tell(connection, lambda: pickle.loads(parcel), request, heed)
+
+
+def search_and_tell(
+    connection: Connection,
+    problem: Callable[[], Problem],
+    request: Request,
+    heed: Callable[[Budget], None],
+) -> None:
+    """Search, and tell everything through a connection, failures included.
+
+    Args:
+        connection: To the one that wants to know.
+        problem: Gives what to solve.
+        request: What to search for.
+        heed: Called with the budget before each search, so that it can be interrupted.
+    """
+    try:
+        _search(connection, problem(), request, heed)
+    except (BrokenPipeError, ConnectionResetError):
+        raise  # nobody wants to know any more
+    except MemoryError:
+        connection.send(Failed(OUT_OF_MEMORY, "it ran out of memory."))
+    except KinolabError as error:
+        connection.send(Failed(error.exit_code, str(error)))
+    except Exception:
+        connection.send(Failed(INTERNAL, traceback.format_exc()))
+
+
+def _search(
+    connection: Connection, problem: Problem, request: Request, heed: Callable[[Budget], None]
+) -> None:
+    def tell(message: Message) -> None:
+        connection.send(message)
+
+    def report(iterations: int, seconds: float) -> None:
+        tell(Searching(iterations, seconds))
+
+    def better(plan: Plan) -> None:
+        tell(Better(plan))
+
+    for found, after in series(problem, request, progress=report, watch=heed, better=better):
+        tell(Found(found, after))
+
+
+def _leave_with(connection: Connection) -> None:
+    """Leave no orphan: the other side says nothing more, and what can be read is its end."""
+    wait([connection])
+    os._exit(1)

@@ -1,0 +1,113 @@
+"""Which entries of the state do not matter: how far a wheel has rolled, say."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.language.shapes import Capsule, Cylinder, Disk, Sphere
+from kinolab.problem import Problem
+from kinolab.world.geometry import placement
+
+Array: TypeAlias = NDArray[np.float64]
+
+STATES = 8  # random states at which it is tried
+MOVED = 1e-9  # [m] and [1]: rounding
+ROUNDING = 1e-12  # of the largest derivative
+
+
+@lru_cache(maxsize=8)
+def ignorable(problem: Problem) -> NDArray[np.bool_]:
+    """Return which entries of the state neither change a motion nor what it touches, shape (nx,).
+
+    Those are coordinates without limits or goals that the equations of motion do not contain, and
+    whose change moves no shape, but for spin about an axis of symmetry.
+    """
+    model = problem.model
+    states, u = _states(problem), _inputs(problem)
+    slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # of f's entries by the state's
+    sensitive = (slopes > ROUNDING * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
+    wanted = set(problem.goal.indices) | {i for a in problem.goal.attitudes for i in _entries(a)}
+    found = np.zeros(model.nx, dtype=bool)
+    for i in range(model.nq):
+        unbounded = problem.circular[i] or not np.isfinite(problem.bounds[i]).any()
+        turned = model.space.turns[i] and not model.circular[i]  # part of an attitude
+        bound = sensitive[i] or turned or i in wanted or not unbounded
+        found[i] = not bound and not any(
+            matters(problem, states, i) for matters in (_shows, _turns_what_is_aimed, _demands)
+        )
+    return found
+
+
+def _entries(attitude: object) -> range:
+    first: int = attitude.index  # type: ignore[attr-defined]
+    return range(first, first + 4)
+
+
+def _states(problem: Problem) -> Array:
+    generator = np.random.default_rng(0)
+    return np.array([problem.sample_goal(generator) for _ in range(STATES)])
+
+
+def _inputs(problem: Problem) -> Array:
+    """Return inputs at random: what steers a force shows only where the force is not zero."""
+    lower, upper = problem.model.control_bounds.T
+    return np.random.default_rng(1).uniform(lower, upper, (STATES, problem.model.nu))
+
+
+def _turned(states: Array, i: int) -> Array:
+    turned = states.copy()
+    turned[:, i] += 1.0
+    return turned
+
+
+def _demands(problem: Problem, states: Array, i: int) -> bool:
+    """Say whether what the machine requires depends on an entry of the state."""
+    if not problem.system.requirements:
+        return False
+    u = _inputs(problem)
+    before, after = (problem.model.requirements(x, u) for x in (states, _turned(states, i)))
+    return bool(np.abs(after - before).max() > MOVED)
+
+
+def _shows(problem: Problem, states: Array, i: int) -> bool:
+    """Say whether an entry of the state moves a shape, spin about its own axis apart."""
+    cables = [problem.model.cables(x) for x in (states, _turned(states, i))]
+    if problem.cables and np.abs(cables[1] - cables[0]).max() > MOVED:
+        return True
+    before, after = (
+        problem.frames(x).reshape(STATES, -1, 3, 4) for x in (states, _turned(states, i))
+    )
+    for k, body in enumerate(problem.bodies):
+        for shape in body.shapes:
+            own = placement(shape)
+            for a, b in zip(before[:, k], after[:, k], strict=True):
+                centres = [pose[:, :3] @ own[:, 3] + pose[:, 3] for pose in (a, b)]
+                turns = [(pose[:, :3] @ own[:, :3])[:, _visible(shape)] for pose in (a, b)]
+                if (
+                    max(np.abs(np.subtract(*pair)).max(initial=0.0) for pair in (centres, turns))
+                    > MOVED
+                ):
+                    return True
+    return False
+
+
+def _turns_what_is_aimed(problem: Problem, states: Array, i: int) -> bool:
+    """Say whether an entry of the state moves a body whose points or axes a problem speaks of."""
+    goal = problem.goal
+    bodies = [point.body for point in goal.points]
+    bodies += [axis.body for axis in goal.directions] + [cone.body for cone in problem.keep_outs]
+    if not bodies:
+        return False
+    before, after = (problem.frames(x)[:, bodies] for x in (states, _turned(states, i)))
+    return bool(np.abs(after - before).max() > MOVED)
+
+
+def _visible(shape: object) -> list[int]:
+    """Return the axes of a shape's own frame whose direction one can see; z is that of symmetry."""
+    if isinstance(shape, Sphere):
+        return []
+    return [2] if isinstance(shape, Cylinder | Capsule | Disk) else [0, 1, 2]

@@ -1,0 +1,183 @@
+"""The last step into the goal, from a state that is near it.
+
+A search brings a machine near its goal, hardly to rest in it with every coordinate right. A flat
+machine is steered: it brakes and follows a curve. Otherwise the inputs are held piecewise for
+several durations, and least squares on the goal's errors at the end moves them, each error counted
+in its tolerance.
+
+Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (direct shooting).
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from kinolab.cancel import Stop, StoppedError, look
+from kinolab.numerics.quaternions import multiply
+from kinolab.problem import Problem
+from kinolab.simulation import HeldInputs, Propagator
+from kinolab.steering.nearest_equilibrium import settle
+from kinolab.steering.steering import Steering
+
+Array: TypeAlias = NDArray[np.float64]
+
+GOALS = 2  # states in the goal that a flat machine is steered to
+PIECES = 8  # for which inputs are held, one after the other
+LENGTHS = (1.0, 2.0, 4.0, 8.0)  # durations that are tried, in horizons
+ENOUGH = 0.5  # of the tolerance: what is left covers the integrator's error
+ROUNDS = 15  # of least squares
+EFFORT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
+NUDGE = 1e-4  # of an input's range, for slopes by differences
+FAR = 1e9  # tolerances from the goal that count as no more than that
+GLANCE = 16  # steps of a motion between two looks at whether to stop
+
+
+class Arrival:
+    """Looks for the last motion into the goal.
+
+    Args:
+        problem: With the goal.
+        steps: Of the shortest motion that is tried.
+        propagator: Judges what is found.
+        stop: Says that the search must end.
+        shoots: Whether a flat machine's motions are looked for by shooting as well, which finds
+            shorter ones and takes longer.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        steps: int,
+        propagator: Propagator,
+        stop: Stop,
+        *,
+        shoots: bool = True,
+    ) -> None:
+        self._shoots = shoots or problem.system.flat is None
+        self._problem, self._propagator, self._stop = problem, propagator, stop
+        self._rollout = HeldInputs(problem)
+        self._steering = Steering(problem, stop) if problem.system.flat is not None else None
+        self._goals = [] if self._steering is None else _goals(problem, self._steering)
+        self._failed: Array | None = None  # where nothing was found, so that it is not tried again
+        self._holds = [max(1, round(length * steps / PIECES)) for length in LENGTHS]
+
+    def inputs(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
+        if self._failed is not None and np.array_equal(x, self._failed):
+            return None
+        found: list[list[tuple[Array, Array]]] = []
+        try:
+            for way in (self._steered, self._shot):
+                motion = way(x)
+                found += [] if motion is None else [motion]
+        except StoppedError:
+            return found[0] if found else None
+        if not found:
+            self._failed = x
+        return min(reversed(found), key=len, default=None)
+
+    def _shot(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Return the shortest motion by shooting, as ``inputs`` does."""
+        for hold in dict.fromkeys(self._holds) if self._shoots else ():
+            rows = self._shoot(x, hold)
+            if rows is not None:
+                motion = self._judged(x, np.repeat(rows, hold, axis=0))
+                if motion is not None:
+                    return motion
+        return None
+
+    def _steered(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Return a motion along a flat machine's curves, as ``inputs`` does."""
+        if self._steering is None:
+            return None
+        for goal in self._goals:
+            look(self._stop)
+            for motion in self._steering.steer(x, goal, self._looks_free):
+                judged = self._judged(x, motion.u)
+                if judged is not None:
+                    return judged
+                look(self._stop)
+        return None
+
+    def _looks_free(self, states: Array) -> bool:
+        look(self._stop)
+        return all(self._propagator.is_free(state) for state in states.tolist())
+
+    def _shoot(self, x: Array, hold: int) -> Array | None:
+        """Return inputs (pieces, nu) that lead into the goal, as far as obstacles allow."""
+        model = self._problem.model
+        lower, upper = (np.tile(b, PIECES) for b in model.control_bounds.T)
+        span, middle = upper - lower, (lower + upper) / 2
+
+        def end(shares: Array) -> Array | None:
+            look(self._stop)
+            inputs = (middle + shares * span).reshape(PIECES, model.nu)
+            return self._rollout.end_of(x, inputs, hold)
+
+        def residual(shares: Array) -> Array:
+            reached = end(shares)
+            errors = goal_errors(self._problem, x if reached is None else reached)
+            errors = np.clip(errors, -FAR, FAR)  # what runs away has squares that are not finite
+            return np.concatenate([errors, EFFORT * shares])
+
+        def slopes(shares: Array) -> Array:
+            base = residual(shares)
+            signs = np.where(shares > 0, -NUDGE, NUDGE)
+            moved = [residual(shares + step) for step in np.diag(signs)]
+            return ((np.array(moved) - base) / signs[:, None]).T
+
+        result = least_squares(
+            residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=ROUNDS
+        )
+        reached = end(result.x)
+        if reached is None or self._problem.goal_excess(reached) > ENOUGH:
+            return None
+        found: Array = (middle + result.x * span).reshape(PIECES, model.nu)
+        return np.clip(found, *model.control_bounds.T)
+
+    def _judged(self, x: Array, rows: Array) -> list[tuple[Array, Array]] | None:
+        """Follow inputs until the goal is reached; None where anything is in the way."""
+        motion = []
+        for k, u in enumerate(rows):
+            if k % GLANCE == 0:
+                look(self._stop)
+            reached, free = self._propagator.step(x.tolist(), u.tolist(), self._problem.step)
+            if not free:
+                return None
+            x = np.array(reached)
+            motion.append((u, x))
+        return motion if self._problem.goal_excess(x) <= 1.0 else None
+
+
+def _goals(problem: Problem, steering: Steering) -> list[Array]:
+    """Return states at rest in the goal, its middle first."""
+    generator, found = np.random.default_rng(0), []
+    for k in range(GOALS):
+        x = problem.sample_goal(generator, 1.0 if k else 1e-9)
+        settled = settle(problem, steering.ways.straightened(x))
+        if settled is not None and problem.goal_excess(settled[0]) <= ENOUGH:
+            found.append(settled[0])
+    return found
+
+
+def goal_errors(problem: Problem, x: Array) -> Array:
+    """Return the goal's errors, each in its tolerance; smooth in x, all 0 in the goal's middle."""
+    goal = problem.goal
+    errors = [goal.deviations(x) / goal.tolerances]
+    for attitude in goal.attitudes:
+        away = np.array([-1.0, -1.0, -1.0, 1.0]) * attitude.target
+        turn = multiply(away, x[attitude.entries])
+        errors.append(2 * np.copysign(1.0, turn[3]) * turn[:3] / attitude.tolerance)
+    if goal.needs_frames:
+        poses = problem.frames(x).reshape(-1, 3, 4)
+        for point in goal.points:
+            reached = poses[point.body, :, :3] @ point.at + poses[point.body, :, 3]
+            errors.append((reached - point.position) / point.tolerance)
+        for direction in goal.directions:
+            turned = poses[direction.body, :, :3] @ direction.axis
+            errors.append((turned - direction.target) / direction.tolerance)
+    return np.concatenate(errors)

@@ -1,0 +1,91 @@
+"""Coming to rest from a motion."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.simulation.rollout import Rollout
+from kinolab.steering.maneuver import Maneuver
+from kinolab.steering.nearest_equilibrium import settle
+from kinolab.steering.terminal_correction import Closing
+from kinolab.steering.tracking import Tracker
+
+Array: TypeAlias = NDArray[np.float64]
+
+LEFT = 0.6  # share of every speed that one step of braking should leave
+SLOW = 1e-3  # of the speeds' scales, from where the smallest change of inputs ends at rest
+LONGEST = 60  # steps
+SPARE = 0.95  # share of the inputs' range that braking uses; closing may need the rest
+LAST = 6  # steps that are added for the end, exactly at rest
+
+
+class Brake:
+    """Brings a machine to rest: by feedback where that holds it, else against its speeds.
+
+    Args:
+        problem: Whose machine.
+        rollout: Follows inputs.
+        closing: Makes the motion end exactly at rest.
+        tracker: Knows feedback about an equilibrium.
+    """
+
+    def __init__(
+        self, problem: Problem, rollout: Rollout, closing: Closing, tracker: Tracker
+    ) -> None:
+        self._problem, self._rollout = problem, rollout
+        self._closing, self._tracker = closing, tracker
+        model = problem.model
+        self._speeds = model.speeds
+        self._scales = problem.scales[self._speeds]
+        lower, upper = model.control_bounds.T
+        self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
+
+    def stop(self, x0: Array) -> Maneuver | None:
+        """Return a motion from a state to one exactly at rest; None where none was found."""
+        rough = self._held(x0) or self._slowed(x0)
+        if rough is None:
+            return None
+        settled = settle(self._problem, rough.x[-1])
+        if settled is None:
+            return None
+        rest, hold = settled
+        inputs = np.vstack([rough.u, np.tile(hold, (LAST, 1))])
+        return self._closing.close(x0, inputs, rest)
+
+    def _held(self, x0: Array) -> Maneuver | None:
+        """Return the motion under feedback about the equilibrium near a state."""
+        settled = settle(self._problem, x0)
+        if settled is None:
+            return None
+        return self._tracker.settle_at(x0, *settled, LONGEST)
+
+    def _slowed(self, x0: Array) -> Maneuver | None:
+        """Return the motion under the inputs that take most of every speed, step by step."""
+        states, inputs = [x0], list[Array]()
+        while self._fast(states[-1]) and len(inputs) < LONGEST:
+            u = self._against(states[-1])
+            reached = self._rollout.follow(states[-1], u[None])
+            if reached is None:
+                return None
+            states.append(reached[1])
+            inputs.append(u)
+        found = np.array(inputs).reshape(len(inputs), len(self._middle))
+        return None if self._fast(states[-1]) else Maneuver(np.array(states), found)
+
+    def _fast(self, x: Array) -> bool:
+        return bool(np.abs(x[self._speeds] / self._scales).max(initial=0.0) > SLOW)
+
+    def _against(self, x: Array) -> Array:
+        """Return the inputs that leave a share of the speeds after a step, as well as they can."""
+        model = self._problem.model
+        drift = model.f(x, self._middle)[self._speeds]
+        gain = model.jacobian(x, self._middle)[1][self._speeds]
+        wanted = -(1.0 - LEFT) * x[self._speeds] / self._rollout.step - drift
+        rows = gain * self._half / self._scales[:, None]
+        share = np.linalg.lstsq(rows, wanted / self._scales, rcond=1e-10)[0]
+        largest = max(np.abs(share).max(initial=0.0) / SPARE, 1.0)
+        return np.asarray(self._middle + self._half * share / largest)

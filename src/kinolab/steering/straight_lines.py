@@ -1,0 +1,43 @@
+"""Ways for machines that are not known to be flat: straight lines of all coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.problem import Problem
+from kinolab.steering.path_motion import Path
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class LineWays:
+    """Straight lines, which a machine may or may not be able to follow; attitudes know none.
+
+    Attributes:
+        coordinates: What the paths give.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        coordinates = problem.system.coordinates
+        self.coordinates = tuple(c for c in coordinates if isinstance(c, Coordinate))
+        self._can = len(self.coordinates) == len(coordinates)
+        self._nq = problem.model.nq
+
+    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
+        """Yield nothing: there are no others."""
+        yield from ()
+
+    def straightened(self, x: Array) -> Array:
+        """Return the state as it is: nothing is steered."""
+        return x
+
+    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield the straight way from x0 to x1, both at rest."""
+        begin, way = x0[: self._nq], (x1 - x0)[: self._nq]
+        if self._can and np.abs(way).max(initial=0.0) > 0:
+            yield [lambda share, _rate, _slope: begin + share[:, None] * way]

@@ -1,0 +1,74 @@
+"""A motion that ends near the goal's centre, made to end in it by its last part alone.
+
+What comes before is true already and stays as it is, so that this takes no longer for a long motion
+than for a short one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.cancel import never
+from kinolab.problem import Problem
+from kinolab.simulation.reference import trajectory_under
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.nlp.goal_constraint import Ends
+from kinolab.trajopt.nlp.problem import Task
+from kinolab.trajopt.segments import NEAR_GAPS, Pieces
+from kinolab.trajopt.variable_step_motion import Course, course_of
+
+Array: TypeAlias = NDArray[np.float64]
+
+TAILS = (100, 200, 50, 400)  # steps of the problem, tried one after the other
+ROOMS = (4e-2, 5e-3)  # of the machine's size, for gaps between few knots; tried likewise
+SHARE = 0.5  # of that, for limits of states
+TRUE = 1e-6  # of a scale: by how much a state may miss where the step before leads
+CENTRE = 1e-6  # sum of all that may be missing in the goal, in scales
+
+
+def landed(
+    problem: Problem, motion: Trajectory, late: Callable[[], bool] = never
+) -> Trajectory | None:
+    """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
+
+    What comes before its last steps is looked at from knot to knot, no closer than that.
+
+    Args:
+        problem: That the motion solves.
+        motion: A true one from its start.
+        late: Whether to give up.
+    """
+    given, times = course_of(motion), motion.t - motion.t[0]
+    tasks = [Task(problem, room, share=SHARE, near=NEAR_GAPS) for room in ROOMS]
+    ways = [(task, Pieces(task, late)) for task in tasks]
+    for (task, pieces), steps in product(ways, TAILS):
+        if late():
+            break
+        begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
+        tail = pieces.ended(given.piece(begin, len(given.spans)))
+        if tail is not None and in_the_centre(problem, tail.x[-1]):
+            return _joined(task, given, begin, tail)
+    return None
+
+
+def in_the_centre(problem: Problem, end: Array) -> bool:
+    """Say whether a motion that ends so needs no landing."""
+    return bool(np.abs(Ends(problem, end).miss(end)).sum() <= CENTRE)
+
+
+def _joined(task: Task, given: Course, begin: int, tail: Course) -> Trajectory | None:
+    """Return a motion with another tail, None where the whole breaks anything."""
+    course = given.with_piece(begin, len(given.spans), tail, task.problem.space)
+    made = trajectory_under(task.problem.model, course.times, course.x, course.u)
+    return made if task.keeps_all_at_knots(made) else None
+
+
+def is_true(task: Task, motion: Trajectory) -> bool:
+    """Say whether a motion begins at the start and every step leads to the next state."""
+    away = np.abs(motion.x[0] - task.problem.start) / task.problem.scales
+    return bool(away.max(initial=0.0) <= TRUE) and task.defect(motion) <= TRUE

@@ -1,0 +1,1 @@
+"""Motions from guesses: one after another, until one meets every constraint."""

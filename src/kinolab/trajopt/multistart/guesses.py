@@ -1,0 +1,146 @@
+"""Motions to begin an optimisation with: ways through the configurations, spread over a time.
+
+Nothing about them need be true: they slide sideways, stand still in the air and arrive at once.
+What matters is how long they take and on which side of obstacles they pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.problem.pointing import pointed
+from kinolab.trajopt.nlp.decision import Knots, resampled
+
+Array: TypeAlias = NDArray[np.float64]
+
+SPEEDS = 200  # states and inputs that are drawn to see how quickly each entry changes
+ASIDE = 0.25  # of the range of a coordinate: how far from the straight way at most
+LONG = 100.0  # [s] of speeding up that tells of no limit
+SHAKEN = 0.01  # of their range: inputs that are all alike may be where a derivative vanishes
+
+
+class Guesses:
+    """Guesses for one problem.
+
+    Args:
+        problem: To solve.
+        generator: Of the random numbers.
+    """
+
+    def __init__(self, problem: Problem, generator: np.random.Generator) -> None:
+        self._problem, self._generator = problem, generator
+
+    def straight(self, turns: Sequence[int] = ()) -> Array:
+        """Return the straight way from start to goal, shape (2, nx).
+
+        What the goal leaves open stays as at the start, but for speeds, which vanish, and for
+        attitudes, which turn by the least angle that makes axes point at their targets.
+
+        Args:
+            turns: How many turns each angle on the circle makes more than the shortest way does,
+                negative ones backward; none where it is empty.
+        """
+        problem, goal = self._problem, self._problem.goal
+        start, end = problem.start, problem.start.copy()
+        end[problem.model.nq :] = 0.0
+        end[list(goal.indices)] = goal.targets
+        for attitude in goal.attitudes:
+            own = attitude.entries
+            target = np.array(attitude.target)
+            end[own] = target if start[own] @ target >= 0 else -target
+        end = pointed(problem.model, goal, end[None])[0]
+        circles = self.circles
+        end[circles] -= 2 * np.pi * np.round((end[circles] - start[circles]) / (2 * np.pi))
+        if len(turns):
+            end[circles] += 2 * np.pi * np.asarray(turns)
+        return np.stack([start, end])
+
+    def winding(self) -> Array:
+        """Return a way through one random configuration, with random turns, shape (3, nx)."""
+        problem, generator = self._problem, self._generator
+        nq = problem.model.nq
+        turns = generator.integers(-1, 2, len(self.circles))
+        begin, end = self.straight(turns.tolist())
+        via = (begin + end) / 2
+        lower, upper = problem.sampling_bounds[:nq].T
+        aside = ASIDE * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
+        for own in problem.space.quaternions:
+            aside[own] = 0.0
+        via[:nq] += aside
+        return np.stack([begin, via, end])
+
+    @cached_property
+    def circles(self) -> NDArray[np.int64]:
+        """Coordinates that are angles on the circle."""
+        return np.flatnonzero(self._problem.circular[: self._problem.model.nq])
+
+    def quickest(self, way: Array) -> float:
+        """Return about the least time in [s] in which a motion along a way may be made.
+
+        The largest rates are those of random states and inputs, so that it may be some percent
+        too long; what speeding up takes is left out.
+
+        Args:
+            way: Shape (m, nx).
+        """
+        return float(self._times(way)[-1])
+
+    def knots(self, way: Array, steps: int, h: float) -> Knots:
+        """Return knots along a way, one leg after the other, each with its share of the time.
+
+        Inputs are in the middle of their ranges, but shaken a little.
+
+        Args:
+            way: Shape (m, nx).
+            steps: Number of them.
+            h: Length of each in [s].
+        """
+        problem, generator = self._problem, self._generator
+        times = self._times(way)
+        if not times[-1] > 0:  # the same place, at other speeds
+            times = np.linspace(0.0, 1.0, len(way))
+        lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
+        held = np.tile((lower + upper) / 2, (len(way) - 1, 1))
+        even = resampled(times, way, held, steps, problem.space)
+        shaken = SHAKEN * generator.standard_normal(even.u.shape) * (upper - lower)
+        return Knots(even.x, even.u + shaken, h)
+
+    def _times(self, way: Array) -> Array:
+        """Return when each configuration is reached if every coordinate is as fast as it gets."""
+        nq = self._problem.model.nq
+        needed = np.abs(np.diff(way[:, :nq], axis=0)) / self._fastest
+        return np.concatenate([[0.0], np.cumsum(needed.max(axis=1, initial=0.0))])
+
+    @cached_property
+    def starting(self) -> float:
+        """Return about how long in [s] it takes from rest to the limit of the slowest speed."""
+        problem = self._problem
+        limits = np.abs(problem.bounds[problem.model.nq :]).max(axis=1, initial=0.0)
+        slopes = np.median(np.abs(self._slopes[:, problem.model.nq :]), axis=0)
+        times = limits[np.isfinite(limits)] / np.maximum(slopes[np.isfinite(limits)], 1e-9)
+        return float(times[times < LONG].max(initial=0.0))
+
+    @cached_property
+    def _fastest(self) -> Array:
+        """The largest rate of each coordinate in [1/s] that was seen, shape (nq,)."""
+        rates = np.abs(self._slopes[:, : self._problem.model.nq]).max(axis=0)
+        seen: Array = np.maximum(rates, 1e-9)
+        return seen
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Slopes at states and under inputs anywhere within their limits, shape (SPEEDS, nx)."""
+        problem, generator = self._problem, np.random.default_rng(0)
+        model = problem.model
+        lower, upper = np.clip(problem.sampling_bounds.T, -1e3, 1e3)
+        x = model.space.unit(generator.uniform(lower, upper, (SPEEDS, model.nx)))
+        lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
+        u = generator.uniform(lower, upper, (SPEEDS, model.nu))
+        slopes: Array = np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])
+        return slopes

@@ -1,0 +1,87 @@
+"""From a guess that breaks everything to a motion that breaks nothing: direct multiple shooting.
+
+First with few knots, between which the inputs are held for several steps of the problem; then with
+a knot after every step. Where a motion would make errors grow too much to be repeated, a faster one
+is looked for in between.
+
+Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
+IFAC 1984.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from kinolab.problem import Problem
+from kinolab.simulation.reference import trajectory_under
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.exact import repair
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.problem import Task
+from kinolab.trajopt.sqp.minimum_time import quicken
+from kinolab.trajopt.sqp.restoration import restored
+
+ROOM = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
+CLOSED = 1e-6  # sum of all that is missing, in scales, from which on knots may become many
+PACE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
+FINE = 12  # subproblems with many knots, where little is missing
+FASTER = 0.25  # times the duration of a motion that makes errors grow: how short it may get
+
+
+def shoot(
+    problem: Problem,
+    guess: Knots,
+    block: int,
+    iterations: int,
+    late: Callable[[], bool] = lambda: False,
+) -> Trajectory | None:
+    """Return a motion from the start exactly into the goal's centre, or None.
+
+    Args:
+        problem: To solve.
+        guess: To begin with.
+        block: Steps of the problem from knot to knot.
+        iterations: Largest number of subproblems with few knots.
+        late: Whether to give up.
+    """
+    task = Task(problem, ROOM)
+    knots = _closed(task, guess, block, iterations, late)
+    if knots is None:
+        return None
+    given = _step_by_step(task, knots, block)
+    motion = given if task.repeatable(given) else _faster(task, knots, block, late)
+    return None if motion is None else repair(problem, motion, late, FINE, held=True)
+
+
+def _closed(
+    task: Task, guess: Knots, block: int, iterations: int, late: Callable[[], bool]
+) -> Knots | None:
+    """Return knots of the same step length from which hardly anything is missing, or None."""
+    return restored(
+        task, guess, late, iterations=iterations, times=block, enough=CLOSED / 10, most=CLOSED,
+        pace=PACE,
+    )  # fmt: skip
+
+
+def _step_by_step(task: Task, knots: Knots, block: int) -> Trajectory:
+    fine, model = task.refined(knots, block), task.problem.model
+    t = fine.h * np.arange(len(fine.u) + 1.0)
+    return trajectory_under(model, t, fine.x, fine.u)
+
+
+def _faster(task: Task, knots: Knots, block: int, late: Callable[[], bool]) -> Trajectory | None:
+    """Return a faster motion in whole steps of the problem, fewer per knot; or None."""
+    exact = _closed(task, knots, block, FINE, late)
+    if exact is None:
+        return None
+    scaling = task.scaling(FASTER * knots.h, knots.h)
+    fast = quicken(task.transcription(exact, block), exact, scaling, late=late)
+    h = task.problem.step
+    block = max(1, math.floor(fast.h / h))
+    steps = math.ceil(fast.duration / (block * h))
+    guess = fast.in_steps(steps, task.problem.space)
+    found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE, late)
+    return None if found is None else _step_by_step(task, found, block)

@@ -1,0 +1,1 @@
+"""A problem as a nonlinear program: unknowns, constraints and their derivatives."""

@@ -1,0 +1,388 @@
+"""Gaps to whatever is near along a trajectory, with their derivatives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.struct import Record
+from kinolab.problem import Problem
+from kinolab.simulation.machine import call_at
+from kinolab.trajopt.nlp.linear_inequalities import Rows
+from kinolab.trajopt.nlp.samples import Samples
+from kinolab.world.cable import span
+from kinolab.world.collision.broadphase import Scene, enclose, make_scene, place
+from kinolab.world.collision.checker import own_pairs
+from kinolab.world.collision.clearance import Fixtures, fixtures
+from kinolab.world.collision.clearance_bound import box_bound, own_bound, plane_bound
+from kinolab.world.collision.gjk import TRIANGLE, box_gap
+from kinolab.world.collision.signed_distance import extent, gap_along, signed_gap
+from kinolab.world.collision.triangle_grid import Integers
+from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
+from kinolab.world.geometry import sizes
+from kinolab.world.redundant_obstacles import outermost
+
+Array: TypeAlias = NDArray[np.float64]
+
+NUDGE = 1e-6  # of a coordinate
+TOUCHING = 1e-12  # [m] of gap that counts as none
+MOST = 64  # gaps of one pose that are kept
+QUEUE = 128  # boxes of triangles that wait at most
+TRIANGLES = 4  # that are kept of those near one shape
+ALIKE = 0.999  # cosine between normals of triangles of which the nearer one is enough
+GROUND, OWN = -2, -3  # stand for an obstacle
+
+
+class Around(NamedTuple):
+    """The machine and its world for compiled code."""
+
+    frames: int
+    cables: int
+    p: Array
+    scene: Scene
+    strung: Integers  # rows of the cables that collide
+    fixtures: Fixtures
+    tree: TriangleTree
+    bodies: int
+    strings: int
+    coordinates: int
+    clearance: float  # [m] that gaps beside obstacles must leave
+
+
+class Found(NamedTuple):
+    """Gaps of one pose, and memory to find them."""
+
+    mover: Integers  # (MOST,) shape of the machine
+    what: Integers  # (MOST,) an obstacle, a triangle after them, GROUND, or OWN less a shape
+    normal: Array  # (MOST + 1, 3) from the other one to the shape; the last is scratch
+    gap: Array  # (MOST,)
+    half: Array  # (shapes, 3) half sizes; of cables as long as they are
+    turns: Array  # (shapes, 3, 3)
+    places: Array  # (shapes, 3)
+    box: Array  # (shapes, 6)
+    poses: Array  # (bodies, 12)
+    ends: Array  # (cables, 6)
+    corners: Array  # (3, 3)
+    scratch: Array  # (9, 3)
+    queue: Integers  # (QUEUE,)
+
+
+class Obstacles:
+    """Margins of all gaps: obstacles, the ground, and bodies that may not touch each other.
+
+    Args:
+        problem: Whose machine and world.
+        room: What every gap keeps in reserve, in [m].
+        near: Gaps that ``rows`` looks at beyond that, as a share of half the largest shape.
+
+    Attributes:
+        size: Of the machine: between half its smallest shape and half its largest one, in [m].
+    """
+
+    begins = False  # gaps do not jump with the inputs
+
+    def __init__(self, problem: Problem, room: float, near: float = 1.0) -> None:
+        model = self._model = problem.model  # owns the code
+        self._around, touching = surroundings(problem)
+        self._room, self._near = room, near
+        shapes = [shape for body in problem.bodies for shape in body.shapes]
+        radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
+        self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
+        lengths = problem.scales[: model.nq][~problem.circular[: model.nq]]
+        self._large, self._farthest = float(lengths.max(initial=1.0)), max(radii, default=0.0)
+        self._any = bool(problem.world.obstacles or problem.world.ground or touching)
+
+    def violation(self, at: Samples) -> float:
+        """Return the sum of all that is missing at samples, in [m]."""
+        if not self._any:
+            return 0.0
+        _, value, _ = self._gaps(at.x, self._room, derive=False)
+        return float(np.maximum(self._room - value, 0.0).sum())
+
+    def rows(self, at: Samples, reach: float) -> Rows:
+        """Return the gaps that a change may use up, none longer than is ``near``.
+
+        Args:
+            at: Where to look.
+            reach: Largest change of any variable, as a share of what counts as large.
+        """
+        nu = at.u.shape[1]
+        longest = self._room + min(reach * self._large, self._near * self._farthest)
+        which, value, slope = self._gaps(at.x, longest)
+        return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
+
+    def free(self, x: Array) -> bool:
+        """Say whether nothing touches at several states (m, nx)."""
+        if not self._any:
+            return True
+        gaps = self._gaps(x, TOUCHING, derive=False)[1]  # some that are larger are among them
+        return bool((gaps >= TOUCHING).all())
+
+    def least(self, x: Array) -> float:
+        """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""
+        if not self._any:
+            return math.inf
+        return float(np.min(self._gaps(x, self._farthest, derive=False)[1], initial=math.inf))
+
+    def _gaps(
+        self, x: Array, reach: float, *, derive: bool = True
+    ) -> tuple[NDArray[np.int64], Array, Array]:
+        """Return which state, its gap in [m] and the derivative of that, of all within reach."""
+        states, nx = np.ascontiguousarray(x), x.shape[1]
+        size = 4 * len(states) + MOST
+        side, memory = np.zeros(nx), Record(_memory(self._around.held))
+        while True:
+            which, value = np.zeros(size, np.int64), np.zeros(size)
+            slope = np.zeros((size if derive else 1, nx))
+            found = find(
+                self._around, states, reach, int(derive), which, value, slope, side, memory
+            )
+            if found <= size - MOST:
+                return which[:found], value[:found], slope[: found if derive else 0]
+            size *= 2
+
+
+@lru_cache(maxsize=4)
+def surroundings(problem: Problem) -> tuple[Record, bool]:
+    """Return the machine and its world for compiled code, and whether bodies may touch each other.
+
+    Building the search trees of large meshes takes longer than many a small program.
+    """
+    model, bodies, cables = problem.model, problem.bodies, problem.cables
+    lines = [cable for cable in cables if cable.collides]
+    names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
+    parts = [body.name for body in bodies] + [cable.name for cable in cables]
+    pairs = own_pairs(names, parts, problem.system.collisions)
+    world = replace(problem.world, obstacles=outermost(problem.world.obstacles))
+    scene, mesh = make_scene(bodies, lines, world, pairs)
+    record = Record(
+        Around(
+            frames=model.address("frames"),
+            cables=model.address("cables"),
+            p=np.append(model.parameter_vector(), 0.0),
+            scene=scene,
+            strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
+            fixtures=fixtures(world),
+            tree=triangle_tree(mesh.triangles),
+            bodies=len(bodies),
+            strings=len(cables),
+            coordinates=model.nq,
+            clearance=problem.world.clearance,
+        )
+    )
+    return record, bool(pairs)
+
+
+def _memory(around: Around) -> Found:
+    shapes = len(around.scene.kind)
+    return Found(
+        mover=np.zeros(MOST, np.int64),
+        what=np.zeros(MOST, np.int64),
+        normal=np.zeros((MOST + 1, 3)),
+        gap=np.zeros(MOST),
+        half=around.scene.half.copy(),
+        turns=np.zeros((shapes, 3, 3)),
+        places=np.zeros((shapes, 3)),
+        box=np.zeros((shapes, 6)),
+        poses=np.zeros((max(around.bodies, 1), 12)),
+        ends=np.zeros((max(around.strings, 1), 6)),
+        corners=np.zeros((3, 3)),
+        scratch=np.zeros((9, 3)),
+        queue=np.zeros(QUEUE, np.int64),
+    )
+
+
+@kernel
+def placed(around, x, found):  # type: ignore[no-untyped-def]
+    """Place all shapes of the machine at a state."""
+    p, scene, strung = around.p.ctypes.data, around.scene, around.strung
+    call_at(around.frames, x.ctypes.data, p, found.poses.ctypes.data)
+    solid = scene.kind.shape[0] - strung.shape[0]
+    for s in range(solid):
+        place(found.poses[scene.body[s]], scene.own[s], found.turns[s], found.places[s])
+    if strung.shape[0]:
+        call_at(around.cables, x.ctypes.data, p, found.ends.ctypes.data)
+        for c in range(strung.shape[0]):
+            s = solid + c
+            span(found.ends[strung[c]], found.half[s], found.turns[s], found.places[s])
+
+
+@kernel
+def gap_of(c, around, found):  # type: ignore[no-untyped-def]
+    """Give a gap where the machine is now, its normal held."""
+    s, k, n = found.mover[c], found.what[c], found.normal[c]
+    kind, fixed = around.scene.kind, around.fixtures
+    half, turn, at = found.half[s], found.turns[s], found.places[s]
+    if k == GROUND:
+        return at[2] - extent(kind[s], half, turn, n)
+    if k <= OWN:
+        b = OWN - k
+        return gap_along(
+            kind[s], half, turn, at, kind[b], found.half[b], found.turns[b], found.places[b], n
+        )
+    if k < fixed.kind.shape[0]:
+        return gap_along(
+            kind[s], half, turn, at, fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k], n
+        )
+    corners_of(around.tree.triangles[k - fixed.kind.shape[0]], found.corners)
+    return gap_along(kind[s], half, turn, at, TRIANGLE, half, found.corners, at, n)
+
+
+@kernel
+def corners_of(triangle, corners):  # type: ignore[no-untyped-def]
+    """Write a triangle's corners (9,) as columns (3, 3)."""
+    for i in range(9):
+        corners[i % 3, i // 3] = triangle[i]
+
+
+@kernel
+def find(around, x, reach, derive, which, value, slope, side, found):  # type: ignore[no-untyped-def]
+    """List the gaps of all states that are within reach; return how many there are.
+
+    The list ends where fewer than MOST places are left.
+    """
+    total = 0
+    for m in range(x.shape[0]):
+        if total > which.shape[0] - MOST:
+            return which.shape[0]
+        count = find_at(around, x[m], reach + around.clearance, found)
+        for c in range(count):
+            beside = around.clearance if found.what[c] >= 0 else 0.0
+            which[total + c], value[total + c] = m, found.gap[c] - beside
+        if derive and count:
+            for i in range(x.shape[1]):
+                side[i] = x[m, i]
+            for j in range(around.coordinates):
+                for sign in (1.0, -1.0):
+                    side[j] = x[m, j] + sign * NUDGE
+                    placed(around, side, found)
+                    for c in range(count):
+                        moved = gap_of(c, around, found)
+                        slope[total + c, j] += sign * moved / (2.0 * NUDGE)
+                side[j] = x[m, j]
+        total += count
+    return total
+
+
+@kernel
+def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
+    """Find the gaps of one state that are within reach; return how many there are."""
+    scene = around.scene
+    placed(around, x, found)
+    count = 0
+    for s in range(scene.kind.shape[0]):
+        enclose(scene.kind[s], found.half[s], found.turns[s], found.places[s], 0.0, found.box[s])
+        if scene.ground and not scene.rests[s] and count < MOST:
+            n = found.normal[count]
+            n[0], n[1], n[2] = 0.0, 0.0, 1.0
+            found.mover[count], found.what[count] = s, GROUND
+            found.gap[count] = gap_of(count, around, found)
+            count += found.gap[count] < reach
+        for k in range(scene.obstacle.shape[0]):
+            near = scene.mesh[k] < 0 and box_gap(found.box[s], scene.obstacle[k]) < reach
+            if near and count < MOST:
+                fixed = around.fixtures
+                found.mover[count], found.what[count] = s, k
+                found.gap[count] = signed_gap(
+                    scene.kind[s], found.half[s], found.turns[s], found.places[s],
+                    fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
+                    found.scratch, found.normal[count],
+                )  # fmt: skip
+                count += found.gap[count] < reach
+        if around.tree.boxes.shape[0]:
+            count = near_triangles(s, count, reach, around, found)
+    for k in range(scene.own_pairs.shape[0]):
+        a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
+        if count < MOST and box_gap(found.box[a], found.box[b]) < reach:
+            found.mover[count], found.what[count] = a, OWN - b
+            found.gap[count] = signed_gap(
+                scene.kind[a], found.half[a], found.turns[a], found.places[a],
+                scene.kind[b], found.half[b], found.turns[b], found.places[b],
+                found.scratch, found.normal[count],
+            )  # fmt: skip
+            count += found.gap[count] < reach
+    return count
+
+
+@kernel
+def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-def]
+    """Append the triangles nearest to a shape, one for every direction; return the new count."""
+    tree, queue = around.tree, found.queue
+    box, turn, at = found.box[s], found.turns[s], found.places[s]
+    kind, half = around.scene.kind[s], found.half[s]
+    first, left, limit = count, 1, reach
+    queue[0] = 0
+    while left > 0:
+        left -= 1
+        node = queue[left]
+        if box_bound(kind, half, turn, at, box, tree.boxes[node]) >= limit:
+            continue
+        one, other = tree.child[node, 0], tree.child[node, 1]
+        if one >= 0:
+            if left + 2 <= queue.shape[0]:
+                if box_gap(box, tree.boxes[one]) < box_gap(box, tree.boxes[other]):
+                    one, other = other, one
+                queue[left], queue[left + 1] = one, other  # the nearer one goes on top
+                left += 2
+            continue
+        for t in range(tree.span[node, 0], tree.span[node, 1]):
+            if plane_bound(kind, half, turn, at, tree.planes[t]) >= limit:
+                continue
+            if own_bound(kind, half, turn, at, tree.triangles[t]) >= limit:
+                continue
+            count = look(s, t, first, count, limit, around, found)
+            limit = limit_of(first, count, reach, found)
+    return count
+
+
+@kernel
+def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-def]
+    """Keep the gap between a shape and a triangle if it is within a limit; return the count."""
+    corners, n = found.corners, found.normal[MOST]
+    corners_of(around.tree.triangles[t], corners)
+    gap = signed_gap(
+        around.scene.kind[s], found.half[s], found.turns[s], found.places[s],
+        TRIANGLE, found.half[s], corners, around.tree.triangles[t, :3], found.scratch, n,
+    )  # fmt: skip
+    if gap < limit:
+        return kept(s, t + around.fixtures.kind.shape[0], gap, n, first, count, found)
+    return count
+
+
+@kernel
+def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
+    """Give the gap in [m] from which on no further triangle is kept."""
+    if count - first < TRIANGLES:
+        return reach
+    largest = -math.inf
+    for c in range(first, count):
+        largest = max(largest, found.gap[c])
+    return largest
+
+
+@kernel
+def kept(s, what, gap, n, first, count, found):  # type: ignore[no-untyped-def]
+    """Keep a triangle if it is nearer than what it stands for or the farthest; return the count."""
+    here = -1
+    for c in range(first, count):
+        v = found.normal[c]
+        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > ALIKE:
+            here = c
+    if here < 0 and count - first < TRIANGLES and count < MOST:
+        here, count = count, count + 1
+        found.gap[here] = math.inf
+    elif here < 0:
+        for c in range(first, count):
+            if here < 0 or found.gap[c] > found.gap[here]:
+                here = c
+    if here >= 0 and gap < found.gap[here]:
+        found.gap[here], found.mover[here], found.what[here] = gap, s, what
+        for i in range(3):
+            found.normal[here, i] = n[i]
+    return count

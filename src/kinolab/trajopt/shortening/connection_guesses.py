@@ -1,0 +1,93 @@
+"""Guesses of motions from one state of a motion to another one, past all obstacles.
+
+Machines that are known to be flat have curves that they follow from rest to rest; that they are in
+motion at both ends is left to the optimiser. Others are thought to move straight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.steering.path_families import ways_of
+from kinolab.steering.path_motion import PathMotion
+from kinolab.trajopt.multistart.geometric_path import FreeWays
+from kinolab.trajopt.multistart.guesses import Guesses
+from kinolab.trajopt.multistart.path_time_scaling import in_motion
+from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.segment_problem import straight
+from kinolab.trajopt.segments import FEWEST
+
+Array: TypeAlias = NDArray[np.float64]
+
+LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
+
+
+class Bridges:
+    """Guesses for one machine in one world.
+
+    Args:
+        problem: That the whole motion solves.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._guesses = Guesses(problem, np.random.default_rng(0))
+        self._ways = FreeWays(problem, np.random.default_rng(0))
+        model, self._curves = problem.model, None
+        # Inputs along a curve are forces, which feedback would choose by itself.
+        if problem.system.flat is not None and not model.attitudes and model.plant is model:
+            self._curves = ways_of(problem)
+            self._paths = PathMotion(problem, self._curves.coordinates)
+
+    def least(self, begin: Array, end: Array) -> float:
+        """Return about the least time in [s] that a motion takes from one state to another."""
+        way = straight(self._problem, begin, end)
+        return self._guesses.quickest(way) + self._guesses.starting
+
+    def between(self, begin: Array, end: Array, knots: int) -> Iterator[Knots]:
+        """Yield guesses of motions, the likeliest first.
+
+        Args:
+            begin: State, shape (nx,).
+            end: State, shape (nx,).
+            knots: How many there are, at most.
+        """
+        way = straight(self._problem, begin, end)
+        if self._curves is not None:
+            yield from self._along_curves(way, knots)
+        elif self._ways.is_free(*way):
+            yield self._straight(way, knots)
+
+    def _straight(self, way: Array, knots: int) -> Knots:
+        duration = LEISURE * self.least(*way)
+        count = self._count(duration, knots)
+        return in_motion(self._problem, self._guesses.knots(way, count, duration / count))
+
+    def _along_curves(self, way: Array, knots: int) -> Iterator[Knots]:
+        assert self._curves is not None
+        step, (begin, end) = self._problem.step, self._at_rest(way)
+        for paths in self._curves.ways(begin, self._curves.straightened(end)):
+            looks = (self._paths.looks(path, begin) for path in reversed(paths))
+            if not all(self._ways.are_free(states) for states in looks):
+                continue
+            motion = self._paths.chain(paths, begin)
+            if motion is None or not motion.steps:
+                continue
+            times = step * np.arange(motion.steps + 1.0)
+            count = self._count(times[-1], knots)
+            guess = resampled(times, motion.x, motion.u, count, self._problem.space)
+            guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
+            yield guess
+
+    def _at_rest(self, way: Array) -> Array:
+        resting = way.copy()
+        resting[:, self._problem.model.nq :] = 0.0
+        return resting
+
+    def _count(self, duration: float, most: int) -> int:
+        return max(FEWEST, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))

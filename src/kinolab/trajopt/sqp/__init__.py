@@ -1,0 +1,1 @@
+"""Sequential quadratic programming within trust regions."""

@@ -1,0 +1,39 @@
+"""What is far from exact is made exact with inputs that are held for several steps at once.
+
+The motion under them is the same as in single steps, so that the smaller program, which is faster
+and has fewer wrong ways to go, leaves little or nothing to do for the whole one.
+
+Source: Cagienard, Grieder, Kerrigan, Morari, Move blocking strategies in receding horizon control,
+Journal of Process Control 17(6), 2007.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.problem import Task
+from kinolab.trajopt.sqp.restoration import restored
+
+FAR = 1.0  # sum of all that is missing, in scales, from which on it is worth a try
+TIMES = (4, 3, 2)  # steps for which inputs are held
+FEWEST = 50  # of such steps that leave inputs enough freedom
+ITERATIONS = 30  # subproblems
+
+
+def closer(task: Task, knots: Knots, late: Callable[[], bool]) -> Knots:
+    """Return knots of the same duration from which little is missing, or the given ones.
+
+    Args:
+        task: The problem.
+        knots: Within the limits of states and inputs.
+        late: Whether to give up.
+    """
+    steps = len(knots.u)
+    times = next((k for k in TIMES if steps % k == 0 and steps >= k * FEWEST), 1)
+    if times == 1 or not sum(task.transcription(knots).missing(knots)) > FAR:
+        return knots
+    held = knots.u.reshape(steps // times, times, -1).mean(axis=1)
+    coarse = Knots(knots.x[::times], held, times * knots.h)
+    found = restored(task, coarse, late, iterations=ITERATIONS, times=times)
+    return knots if found is None else task.refined(found, times)

@@ -1,0 +1,174 @@
+"""The convex subproblem: a sparse quadratic program over all knots at once.
+
+Variables are changes, as shares of what counts as large: of the states, the inputs and the step,
+what is missing in the goal and in the inequalities, and the share of all defects that stays open.
+With that share (Powell's) the program has a solution whatever the limits and the trust region are.
+
+Source: Powell, A fast algorithm for nonlinearly constrained optimization calculations, 1978;
+solver: Schwan, Jiang, Kuhn, Jones, PIQP: a proximal interior-point quadratic programming solver,
+CDC 2023.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.linear_inequalities import Rows
+from kinolab.trajopt.nlp.linearization import Change, Local, change_of
+from kinolab.trajopt.nlp.scaling import Scaling, Weights
+from kinolab.trajopt.sqp.trust_region import Box, box, within
+
+Array: TypeAlias = NDArray[np.float64]
+
+CLOSED = 1e-9  # sum of defects below which none of them is left open
+BEST = 1e-8  # share of what the merit is at most, to which it is minimised
+STEADY = 1e-8  # regularisation; with less of it programs with many best points are given up
+DAMPING = 1e-8  # of a change, squared: makes the program strictly convex
+
+
+def solve(
+    local: Local, scaling: Scaling, weights: Weights, radius: float, accuracy: float = 1e-9
+) -> Change | None:
+    """Return the best change within a trust region, None where the solver fails.
+
+    Args:
+        local: The linearisation.
+        scaling: Of the variables.
+        weights: Of what counts.
+        radius: Largest change of any variable, as a share of what counts as large.
+        accuracy: Of the solution, as a share of what counts as large.
+    """
+    import piqp  # late: nothing else needs it
+
+    knots, limits = local.knots, box(local.knots, scaling, radius)
+    rows = within(local.rows, scaling, limits)
+    nx, nu, steps = knots.x.shape[1], knots.u.shape[1], len(knots.u)
+    columns = _Columns(nx, nu, steps, rows, len(local.miss))
+    open_defects = local.open_defects(scaling)
+    missing = local.missing(scaling)
+    A, b = _equalities(local, scaling, columns)
+    G, low = _inequalities(rows, scaling, columns)
+    P, c = _cost(knots, scaling, weights, columns, open_defects)
+    lower, upper = _limits(limits, columns, open_defects)
+    solver = piqp.SparseSolver()
+    settings = solver.settings
+    settings.eps_abs, settings.eps_rel = accuracy, accuracy
+    settings.max_iter = 60
+    settings.reg_lower_limit = STEADY
+    worst = weights.penalty * missing + weights.time * knots.duration
+    settings.eps_duality_gap_abs = max(BEST * worst, accuracy)
+    solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
+    status = solver.solve()
+    if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
+        return None
+    z = np.asarray(solver.result.x)
+    if not np.isfinite(z).all():
+        return None
+    z = np.clip(z, lower, upper)
+    promised = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
+    shares = z[columns.x], z[columns.u], float(z[columns.h])
+    return change_of(knots, scaling, shares, promised, int(solver.result.info.iter))
+
+
+class _Columns:
+    """Where which variable is: those of a knot side by side, the global ones last."""
+
+    def __init__(self, nx: int, nu: int, steps: int, rows: Rows, goals: int) -> None:
+        last = np.full(nx, steps)
+        stage = np.concatenate(
+            [
+                np.repeat(np.arange(steps), nx),
+                last,
+                np.repeat(np.arange(steps), nu),
+                rows.knot,
+                np.full(2 * goals, steps),
+                [steps + 1, steps + 1],
+            ]
+        )
+        self.size = len(stage)
+        place = np.empty(self.size, dtype=np.int64)
+        place[np.argsort(stage, kind="stable")] = np.arange(self.size)
+        parts = np.cumsum([(steps + 1) * nx, steps * nu, len(rows.knot), goals, goals])
+        x, u, slack, over, under, rest = np.split(place, parts)
+        self.x, self.u = x.reshape(steps + 1, nx), u.reshape(steps, nu)
+        self.slack, self.over, self.under = slack, over, under
+        self.h, self.left = rest
+
+
+def _matrix(entries: list[tuple[Any, Any, Any]], shape: tuple[int, int]) -> Any:
+    """Return a sparse matrix of (row, column, value), each broadcast against the others."""
+    parts = [np.broadcast_arrays(*entry) for entry in entries]
+    row, column, value = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
+    return sparse.csc_matrix((value, (row, column)), shape=shape)
+
+
+def _equalities(local: Local, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
+    """Return the dynamics, the start and the goal."""
+    steps, nx = local.defects.shape
+    nu = len(scaling.u)
+    defects = local.defects / scaling.x
+    tangents = local.tangents / scaling.x[:, None]
+    row = np.arange(steps * nx).reshape(steps, nx)
+    first = steps * nx + np.arange(nx)
+    goal = (steps + 1) * nx + np.arange(len(local.miss))
+    entries = [
+        (row, at.x[1:], 1.0),
+        (row[:, :, None], at.x[:-1, None, :], -tangents[:, :, :nx] * scaling.x),
+        (row[:, :, None], at.u[:, None, :], -tangents[:, :, nx : nx + nu] * scaling.u),
+        (row, at.h, -tangents[:, :, -1] * local.knots.h),
+        (row, at.left, defects),
+        (first, at.x[0], 1.0),
+        (goal[:, None], at.x[-1], local.dmiss * scaling.x),
+        (goal, at.over, 1.0),
+        (goal, at.under, -1.0),
+    ]
+    size = (steps + 1) * nx + len(local.miss)
+    right = np.concatenate([defects.ravel(), np.zeros(nx), -local.miss])
+    return _matrix(entries, (size, at.size)), right
+
+
+def _inequalities(rows: Rows, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
+    """Return value + derivative * change + slack >= 0."""
+    row = np.arange(len(rows.knot))
+    here = np.minimum(rows.knot, len(at.u) - 1)  # the last knot has no inputs of its own
+    after = np.minimum(rows.knot + 1, len(at.x) - 1)
+    entries = [
+        (row[:, None], at.x[rows.knot], rows.dx * scaling.x),
+        (row[:, None], at.x[after], rows.dx_next * scaling.x),
+        (row[:, None], at.u[here], rows.du * scaling.u),
+        (row, at.slack, 1.0),
+    ]
+    return _matrix(entries, (len(row), at.size)), -rows.value
+
+
+def _cost(
+    knots: Knots, scaling: Scaling, weights: Weights, at: _Columns, open_defects: float
+) -> tuple[Any, Array]:
+    steps, nu = knots.u.shape
+    square, linear = np.full(at.size, DAMPING), np.zeros(at.size)
+    share = np.divide(knots.u, scaling.u)
+    linear[at.h] = weights.time * steps * knots.h
+    linear[at.u] = 2 * weights.effort * share / max(steps * nu, 1)
+    square[at.u] += 2 * (weights.effort + weights.stay) / max(steps * nu, 1)
+    square[at.x] += 2 * weights.stay / knots.x.size
+    for part in (at.slack, at.over, at.under):
+        linear[part] = weights.penalty
+    linear[at.left] = weights.penalty * open_defects
+    return sparse.diags(square, format="csc"), linear
+
+
+def _limits(limits: Box, at: _Columns, open_defects: float) -> tuple[Array, Array]:
+    """Return the limits of all variables."""
+    lower, upper = np.empty(at.size), np.empty(at.size)
+    for place, (least, most) in ((at.x, limits.x), (at.u, limits.u), (at.h, limits.h)):
+        lower[place], upper[place] = least, most
+    for part in (at.slack, at.over, at.under):
+        lower[part], upper[part] = 0.0, np.inf
+    lower[at.left], upper[at.left] = 0.0, float(open_defects > CLOSED)
+    lower[at.x[0]], upper[at.x[0]] = -np.inf, np.inf  # fixed by an equation
+    return lower, upper

@@ -1,0 +1,57 @@
+"""What is missing from knots is closed, while they change as little as that allows.
+
+Knots may be several steps of the problem apart: the inputs are held in between, and the motion is
+the same as in single steps.
+
+Source: Martinez, Pilotta, Inexact-restoration algorithm for constrained optimization, Journal of
+Optimization Theory and Applications 104(1), 2000; Cagienard, Grieder, Kerrigan, Morari, Move
+blocking strategies in receding horizon control, Journal of Process Control 17(6), 2007.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.problem import Task
+from kinolab.trajopt.sqp.minimum_time import PENALTY, closing
+from kinolab.trajopt.sqp.solver import EXACT, descend
+
+ROUNDED = 100 * EXACT  # sum of all that is missing, in scales, that rounding may leave
+
+
+def restored(
+    task: Task,
+    knots: Knots,
+    late: Callable[[], bool],
+    *,
+    iterations: int,
+    times: int = 1,
+    lengths: tuple[float, float] | None = None,
+    enough: float = EXACT,
+    most: float = ROUNDED,
+    pace: float = 0.0,
+    penalty: float = PENALTY,
+) -> Knots | None:
+    """Return knots near given ones from which nothing is missing; None where none are found.
+
+    Args:
+        task: The problem.
+        knots: To begin with; what passes a limit of states or inputs is clipped first.
+        late: Whether to give up.
+        iterations: Largest number of subproblems.
+        times: Steps of the problem from knot to knot.
+        lengths: Range of the step length in [s]; it is held where none is given.
+        enough: Sum of all that is missing, in scales, that ends it.
+        most: Sum that counts as nothing once it has ended.
+        pace: Share of what is missing that every few subproblems must get rid of.
+        penalty: Of what is missing, against the change.
+    """
+    knots = task.within_limits(knots)
+    scaling = task.scaling(*(lengths or (knots.h, knots.h)))
+    transcription = task.transcription(knots, times)
+    descent = descend(
+        transcription, knots, scaling, closing(penalty),
+        iterations=iterations, enough=enough, pace=pace, late=late,
+    )  # fmt: skip
+    return descent.knots if sum(descent.missing) <= most else None

@@ -1,0 +1,158 @@
+"""How much room a machine has at a state and along a motion, and beside what it has least.
+
+Along a motion the next look is where the room could have become less than the least so far: no
+point moves further than the room changes.
+
+Source: Piyavskii, An algorithm for finding the absolute extremum of a function, USSR Computational
+Mathematics and Mathematical Physics 12(4), 1972 (minima of functions of limited slope).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.verification.dense_motion import Walk
+from kinolab.world import CollisionChecker
+
+Array: TypeAlias = NDArray[np.float64]
+
+JUST = 1e-5  # [m] beyond the room there is, where something touches
+TIGHT = 1e-4  # [m] by which less room may be overlooked between two looks
+SHARE = 0.01  # of the least room: the same, where that is more
+MOST = 20_000  # looks, after which twice as much may be overlooked, and so on
+GOLDEN = (math.sqrt(5) - 1) / 2
+CUTS = 24  # of the neighbourhood of the least room found, to 1e-5 of it
+
+
+@dataclass(frozen=True)
+class Room:
+    """The room at a state.
+
+    Attributes:
+        clearance: How far every point may move, in [m]; infinite where nothing is around.
+        beside: The pairs of body and obstacle that touch first.
+    """
+
+    clearance: float
+    beside: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{100 * self.clearance:.2g} cm of room ({', '.join(self.beside)})"
+
+
+@dataclass(frozen=True)
+class Margin:
+    """The least room along a motion.
+
+    Attributes:
+        room: How far every point may move before anything can touch, in [m].
+        time: When, in [s].
+        beside: The pairs of body and obstacle, or of two bodies, that would touch first.
+    """
+
+    room: float
+    time: float
+    beside: tuple[str, ...]
+
+    def __str__(self) -> str:
+        beside = f" ({', '.join(self.beside)})" if self.beside else ""
+        return f"least room {1000 * self.room:.3g} mm at t = {self.time:.6g} s{beside}"
+
+
+def room_at(problem: Problem, x: Array, checker: CollisionChecker) -> Room:
+    """Return the room at a state; 0 where it collides."""
+    place = problem.placement(x)
+    clearance = checker.clearance(*place)
+    if math.isinf(clearance):
+        return Room(clearance, ())
+    reaching = checker.inflated(clearance + JUST, ground=problem.world.ground)
+    pairs = (f"{contact.body} – {contact.obstacle}" for contact in reaching.contacts(*place))
+    return Room(clearance, tuple(dict.fromkeys(pairs)))
+
+
+def least_room(walk: Walk) -> Margin | None:
+    """Return the least room along a motion; None where there is nothing to collide with.
+
+    What is overlooked has at most ``TIGHT`` or ``SHARE`` less room, as far as the bound on the
+    speed holds.
+
+    Raises:
+        TooFastError: Where that bound cannot be had.
+    """
+    look = _Looks(walk)
+    for k, time in enumerate(walk.motion.t.tolist()):  # much less to look at is left in between
+        look.at_state(time, walk.motion.x[k])
+    if not math.isfinite(look.least):
+        return None
+    spare = look.at_state(float(walk.motion.t[0]), walk.motion.x[0])
+    for k, begin, end, speed in walk.steps.rows():
+        now = begin
+        while spare - speed * (end - now) < look.least - look.overlooked:
+            now += (spare - look.least + look.overlooked) / speed
+            spare = look.at(k, now)
+        spare -= speed * (end - now)
+    look.closely()
+    return look.margin()
+
+
+class _Looks:
+    """Looks at the room along a motion, of which the least is kept.
+
+    Attributes:
+        least: Room so far, in [m].
+    """
+
+    def __init__(self, walk: Walk) -> None:
+        self._problem, self._motion = walk.problem, walk.motion
+        self._checker = walk.problem.checker()
+        self.least, self._time, self._x, self._count = math.inf, 0.0, walk.motion.x[0], 0
+
+    @property
+    def overlooked(self) -> float:
+        """By how much less room may be overlooked now, in [m]."""
+        return max(TIGHT, SHARE * self.least) * 2.0 ** (self._count // MOST)
+
+    def at(self, k: int, time: float) -> float:
+        """Return the room at a time in interval k."""
+        return self.at_state(time, self._motion.between(k, np.array([time]))[0])
+
+    def at_state(self, time: float, x: Array) -> float:
+        """Return the room at a state, and keep it if it is the least so far."""
+        room = self._checker.clearance(*self._problem.placement(x))
+        self._count += 1
+        if room < self.least:
+            self.least, self._time, self._x = room, time, x
+        return room
+
+    def closely(self) -> None:
+        """Look around the least room by golden sections, on both sides of a knot if it is at one.
+
+        Source: Kiefer, Sequential minimax search for a maximum, Proc. AMS 4(3), 1953.
+        """
+        t, time = self._motion.t, self._time
+        last = len(t) - 2
+        for k in {int(np.searchsorted(t, time, side)) - 1 for side in ("left", "right")}:
+            if 0 <= k <= last:
+                self._section(k, float(t[k]), float(t[k + 1]), time)
+
+    def _section(self, k: int, begin: float, end: float, time: float) -> None:
+        """Look around a time within an interval."""
+        reach = (end - begin) / 8
+        low, high = max(begin, time - reach), min(end, time + reach)
+        for _ in range(CUTS):
+            one, other = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+            if self.at(k, one) < self.at(k, other):
+                high = other
+            else:
+                low = one
+
+    def margin(self) -> Margin:
+        """Return the least room."""
+        beside = room_at(self._problem, self._x, self._checker).beside
+        return Margin(self.least, self._time, beside)

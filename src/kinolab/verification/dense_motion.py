@@ -1,0 +1,130 @@
+"""Along a true motion, so densely that nothing is missed: what the verifier looks at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.simulation.reference import Motion
+from kinolab.trajectory import Trajectory
+
+Array: TypeAlias = NDArray[np.float64]
+
+SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
+MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
+PROBES = 5  # of the speed within one integrator step
+CAUTION = 1.2  # factor on the fastest probe
+AT_ONCE = 20_000  # states, more or less, that are looked at together
+
+
+class TooFastError(Exception):
+    """A motion that cannot be sampled finely enough to be judged."""
+
+    def __init__(self, begin: float, end: float, speed: float) -> None:
+        what = "the motion is too fast, or too close to something, to be checked"
+        super().__init__(f"from t = {begin:.6g} s {what}: {speed:.3g} m/s for {end - begin:.3g} s")
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """The integrator's own steps, with a bound on the speed of all points in each.
+
+    Attributes:
+        knots: The interval that each lies in, shape (m,), in order.
+        begin: Times in [s], shape (m,).
+        end: Times in [s], shape (m,).
+        speed: In [m/s], shape (m,).
+    """
+
+    knots: NDArray[np.intp]
+    begin: Array
+    end: Array
+    speed: Array
+
+    def rows(self) -> Iterator[tuple[int, float, float, float]]:
+        """Yield (knot, begin, end, speed)."""
+        columns = (self.knots, self.begin, self.end, self.speed)
+        yield from zip(*(column.tolist() for column in columns), strict=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A trajectory's true motion, to be looked at from its beginning to its end.
+
+    Attributes:
+        problem: That the trajectory solves.
+        trajectory: With the inputs.
+        motion: Under them.
+    """
+
+    problem: Problem
+    trajectory: Trajectory
+    motion: Motion
+
+    @cached_property
+    def steps(self) -> Steps:
+        """The integrator's own steps.
+
+        Those are short wherever the motion changes, so that probes within them find the fastest
+        point: a motion that rests at the knots is not taken for one that rests.
+
+        Raises:
+            TooFastError: Where samples SPACING apart would be too many.
+        """
+        ends = [np.asarray(piece.ts, dtype=float) for piece in self.motion.pieces]
+        if not ends:
+            nothing = np.zeros(0)
+            return Steps(np.zeros(0, dtype=np.intp), nothing, nothing, nothing)
+        knots = np.repeat(np.arange(len(ends)), [len(times) - 1 for times in ends])
+        begin = np.concatenate([times[:-1] for times in ends])
+        end = np.concatenate([times[1:] for times in ends])
+        parts = range(0, len(knots), AT_ONCE // PROBES)
+        speed = np.concatenate(
+            [self._speed(knots[at], begin[at], end[at]) for at in map(_part, parts)]
+        )
+        late = np.flatnonzero(~(speed * (end - begin) <= MOST_SAMPLES * SPACING))
+        if late.size:
+            k = late[0]
+            raise TooFastError(float(begin[k]), float(end[k]), float(speed[k]))
+        return Steps(knots, begin, end, speed)
+
+    def samples(self) -> Iterator[tuple[Array, Array, Array]]:
+        """Yield (times, states, inputs held) of many moments at once, all in order.
+
+        They are so dense that no point moves more than SPACING in between; the ends of each of the
+        integrator's steps are among them.
+        """
+        steps = self.steps
+        counts = np.ceil(steps.speed * (steps.end - steps.begin) / SPACING).astype(int) + 1
+        group = np.cumsum(counts + 1) // AT_ONCE
+        for rows in np.split(np.arange(len(counts)), np.flatnonzero(np.diff(group)) + 1):
+            k = np.repeat(rows, counts[rows] + 1)
+            last = np.cumsum(counts[rows] + 1)
+            number = np.arange(len(k)) - np.repeat(last - counts[rows] - 1, counts[rows] + 1)
+            span = steps.end[k] - steps.begin[k]
+            times = np.minimum(steps.begin[k] + span * (number / counts[k]), steps.end[k])
+            knots = steps.knots[k]
+            if len(k):
+                yield times, self.motion.along(knots, times), self.trajectory.u[knots]
+
+    def _speed(self, knots: NDArray[np.intp], begin: Array, end: Array) -> Array:
+        """Return a bound on the speed of all points, by probes within each step."""
+        model, share = self.problem.model.plant, np.linspace(0.0, 1.0, PROBES)
+        times = np.minimum(begin[:, None] + (end - begin)[:, None] * share, end[:, None])
+        each = np.repeat(knots, PROBES)
+        states, held = self.motion.along(each, times.ravel()), self.trajectory.u[each]
+        fastest = np.max(model.point_speed(states, held), axis=1, initial=0.0)
+        if self.problem.cables:
+            fastest = np.maximum(fastest, model.cable_speed(states, held).max(axis=1, initial=0.0))
+        speed: Array = CAUTION * fastest.reshape(-1, PROBES).max(axis=1)
+        return speed
+
+
+def _part(first: int) -> slice:
+    return slice(first, first + AT_ONCE // PROBES)

@@ -1,0 +1,1 @@
+"""Contact, clearance and distance, by FCL and by proved bounds."""

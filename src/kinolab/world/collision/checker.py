@@ -1,0 +1,391 @@
+"""Does the machine collide, with what, and how much room is left?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.numerics.struct import Record
+from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
+from kinolab.world.collision.broadphase import (
+    SLACK,
+    Scratch,
+    enclose,
+    grounded,
+    inside,
+    make_scene,
+    near_surface,
+    overlap,
+    place,
+    screen,
+    screen_from,
+)
+from kinolab.world.collision.clearance import fixtures, room
+from kinolab.world.collision.fcl import TOUCH, Obstacles, body_object, cable_object, make_touches
+from kinolab.world.geometry import Array, BodyGeometry, sizes
+from kinolab.world.shrinking import slimmer_body, slimmer_cable
+from kinolab.world.world import World
+
+GROUND_NAME = "ground"
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One reason why a pose collides.
+
+    ``body`` is a body's or a cable's name. ``obstacle`` is an obstacle's name, "ground", or the
+    name of another part of the machine; it is empty where the body's own pose is not finite.
+    ``kind`` says how: the surfaces meet ("touches"), the body is wholly inside a solid mesh
+    ("inside"), it rests on the ground but is pressed into it ("sinks"), it is closer than the
+    world's clearance ("near"), or it could not be judged ("error").
+    """
+
+    body: str
+    obstacle: str
+    kind: Literal["touches", "inside", "sinks", "near", "error"]
+
+
+class CollisionChecker:
+    """Judges poses of one machine in one world.
+
+    A pose table holds one row [R | p] per body in the order of ``bodies``: (bodies, 12) or
+    (bodies, 3, 4), world from body, in metres. A table of ends holds both ends of each cable in
+    the world in metres: (cables, 6) or (cables, 2, 3). A machine without cables needs none. A
+    checker writes into its own scratch memory: give every thread its own.
+
+    Args:
+        bodies: What moves.
+        world: What does not. Less than its clearance beside an obstacle is a collision too.
+        cables: What is stretched between moving points. The ground lets it pass.
+        margin: By how much to inflate bodies and cables, in [m]. A resting body is not inflated
+            towards the ground. The corners of a box come to lie up to 1.7 margins outside.
+        self_pairs: Names of bodies or cables that may not touch each other.
+
+    Raises:
+        UnknownNameError: If ``self_pairs`` names a body or cable that does not exist.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[BodyGeometry],
+        world: World,
+        *,
+        cables: Sequence[CableGeometry] = (),
+        margin: float = 0.0,
+        self_pairs: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        self.bodies, self.cables = tuple(bodies), tuple(cables)
+        self.world = world
+        shapes = [shape for body in bodies for shape in body.shapes]
+        lines = [cable for cable in cables if cable.collides]
+        self._names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
+        parts = [body.name for body in bodies] + [cable.name for cable in cables]
+        pairs = own_pairs(self._names, parts, self_pairs)
+        self.scene, self.grid = make_scene(self.bodies, lines, world, pairs)
+        self._fixtures = fixtures(world)
+        self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
+        self._rows = np.flatnonzero([cable.collides for cable in cables])
+        self._first_cable = len(shapes)
+        self._obstacles = Obstacles(world.obstacles)
+        self._touches = make_touches()
+        self._beside: _Beside | None = None
+        if world.clearance > 0:
+            alone = CollisionChecker(bodies, World(world.obstacles), cables=cables)
+            self._beside = _Beside(alone, world.clearance)
+        self._inflate(margin, world.ground)
+
+    def inflated(self, margin: float, *, ground: bool) -> CollisionChecker:
+        """Return a checker with another margin in [m], with or without the ground.
+
+        It shares the obstacles with this one, not the scratch memory.
+        """
+        twin = copy(self)
+        twin._beside = self._beside and self._beside.inflated(margin)
+        twin._inflate(margin, ground)
+        return twin
+
+    def slimmer(self, by: float) -> CollisionChecker:
+        """Return a checker of bodies and cables slimmer by a length in [m] on every side.
+
+        It shares the obstacles with this one, not the scratch memory, and asks for no clearance.
+        """
+        twin = copy(self)
+        twin._beside = None
+        twin.bodies = tuple(slimmer_body(body, by) for body in self.bodies)
+        twin.cables = tuple(slimmer_cable(cable, by) for cable in self.cables)
+        slim = [sizes(shape)[1] for body in twin.bodies for shape in body.shapes]
+        slim += [np.array([c.radius, c.radius, 0.0]) for c in twin.cables if c.collides]
+        twin.scene = self.scene._replace(half=np.array(slim).reshape(-1, 3))
+        twin._inflate(self.margin, self.scene.ground)
+        return twin
+
+    def build(self) -> None:
+        """Build the search trees of all meshes, which would be built when they are first needed."""
+        for k in range(len(self._obstacles)):
+            self._obstacles[k]
+
+    def _inflate(self, margin: float, ground: bool) -> None:
+        grow, self.margin = TOUCH + margin, margin
+        half = self.scene.half.copy()  # the lengths of cables are written into it
+        self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
+        self._arrays = (*self.scene, *self.grid)
+        self._records = (Record(self.scene), Record(self.grid))
+        lines = [cable for cable in self.cables if cable.collides]
+        strung = [cable_object(line.radius, grow) for line in lines]
+        self._capsules = [capsule for _, capsule in strung]
+        solids = [shape for body in self.bodies for shape in body.shapes]
+        self._allocate([body_object(shape, grow) for shape in solids] + [m for m, _ in strung])
+
+    def _allocate(self, movers: Sequence[object]) -> None:
+        shapes = len(movers)
+        most = shapes * len(self._obstacles) + len(self.scene.own_pairs)
+        self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
+        self._around = np.zeros((shapes, 6))
+        self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
+        self._scratch = Scratch(self._turns, self._places, self._around, self._pairs)
+        self._scratch_record = Record(self._scratch)
+        # Views made once: FCL wants arrays, and slicing costs as much as setting.
+        self._where = list(zip(movers, self._turns, self._places, strict=True))
+
+    def collides(self, poses: Array, ends: Array = NO_ENDS) -> bool:
+        """Say whether anything touches; what cannot be judged counts as touching."""
+        if self._touching(poses, ends):
+            return True
+        return self._beside is not None and self._beside.near(poses, ends)
+
+    def _touching(self, poses: Array, ends: Array) -> bool:
+        if self._capsules and not self._span(ends):
+            return True
+        left = screen(self._table(poses), *self._scratch, *self._arrays)
+        return bool(left < 0) if left <= 0 else self._asked(left)
+
+    def _asked(self, left: int) -> bool:
+        """Ask FCL about the first pairs that the screen has left."""
+        try:
+            return self._any_touch(self._pairs[:left].tolist())
+        except Exception:  # whatever FCL raises, the pose was not found to be free
+            return True
+
+    def first_collision(self, poses: Array, ends: Array | None = None) -> int | None:
+        """Return which of several poses is the first that collides, as ``collides`` judges each.
+
+        Args:
+            poses: A pose table each, shape (poses, bodies, 12) or (poses, bodies, 3, 4).
+            ends: A table of ends each, shape (poses, cables, 6) or (poses, cables, 2, 3).
+
+        Returns:
+            The number of the pose; None where all are free.
+        """
+        table = np.ascontiguousarray(poses, dtype=np.float64)
+        table = table.reshape(len(table), *self._shape)
+        strung = np.zeros((len(table), 0)) if ends is None else ends
+        if strung.size != 6 * len(self.cables) * len(table):
+            raise _wrong_ends(len(self.cables), len(table), strung.size)
+        strung = np.ascontiguousarray(strung, dtype=np.float64)
+        strung = strung.reshape(len(table), *self._ends_shape)
+        k = 0
+        while k < len(table):
+            k, left = screen_from(
+                k, table, strung, self._rows, self._scratch_record, *self._records
+            )
+            if k < len(table) and (left < 0 or self._asked(left)):
+                break
+            k += 1
+        if self._beside is not None:
+            k = self._beside.first(table[:k], strung[:k])
+        return int(k) if k < len(table) else None
+
+    def contacts(self, poses: Array, ends: Array = NO_ENDS) -> list[Contact]:
+        """List everything that touches, each pair of body and obstacle once; empty if free."""
+        table, whole = self._table(poses), self._finite(poses, ends)
+        found = [Contact(name, "", "error") for name, sound in whole.items() if not sound]
+        self._span(ends)
+        sound_shapes = [s for s, name in enumerate(self._names) if whole[name]]
+        for shape in sound_shapes:
+            self._place(shape, table)
+            found += self._ground_contacts(shape)
+            found += self._obstacle_contacts(shape)
+        found += self._own_contacts(set(sound_shapes))
+        if not found and self._beside is not None:
+            found += self._beside.contacts(poses, ends)
+        return list(dict.fromkeys(found))
+
+    def clearance(self, poses: Array, ends: Array = NO_ENDS) -> float:
+        """Bound from below how far every point may move before anything can touch.
+
+        This is the smallest distance to an obstacle or the ground, or half the distance between
+        the two of a self pair, less the margin. It is within 1e-8 m of the true value (of a
+        cable longer than 1 m, within 1e-8 of its length) and never above it. The ground counts
+        neither for bodies that rest on it nor for cables.
+
+        Returns:
+            A distance in [m]; 0 when colliding, infinite where there is nothing to collide with.
+        """
+        if self._touching(poses, ends):
+            return 0.0
+        beside = np.inf if self._beside is None else self._beside.room(poses, ends)
+        scene, grid = self.scene, self.grid
+        free = room(
+            *(self._turns, self._places, self._around),
+            *(scene.kind, scene.half, scene.rests, scene.obstacle, scene.own_pairs),
+            *(scene.grow, scene.ground),
+            *(*self._fixtures, grid.triangles, grid.boxes),
+        )
+        return max(min(float(free) - self.margin, beside), 0.0)
+
+    def _table(self, poses: Array) -> Array:
+        if poses.shape == self._shape and poses.dtype == np.float64 and poses.flags.c_contiguous:
+            return poses
+        return np.ascontiguousarray(poses, dtype=np.float64).reshape(self._shape)
+
+    def _ends(self, ends: Array) -> Array:
+        if ends.shape == self._ends_shape and ends.dtype == np.float64 and ends.flags.c_contiguous:
+            return ends
+        if ends.size != 6 * len(self.cables):
+            raise _wrong_ends(len(self.cables), 1, ends.size)
+        return np.ascontiguousarray(ends, dtype=np.float64).reshape(self._ends_shape)
+
+    def _span(self, ends: Array) -> bool:
+        """Stretch the capsules between their ends; False where an end is not finite."""
+        table, half = self._ends(ends), self.scene.half
+        return bool(span_all(table, self._rows, half, self._turns, self._places))
+
+    def _finite(self, poses: Array, ends: Array) -> dict[str, bool]:
+        """Say by name which bodies and which cables that collide have a place."""
+        found = zip(self.bodies, np.isfinite(self._table(poses)), strict=True)
+        strung = zip(self.cables, np.isfinite(self._ends(ends)), strict=True)
+        sound = {body.name: bool(entries.all()) for body, entries in found}
+        return sound | {c.name: bool(entries.all()) for c, entries in strung if c.collides}
+
+    def _any_touch(self, pairs: list[list[int]]) -> bool:
+        """Ask FCL about pairs of a shape and an obstacle, or of two shapes."""
+        touches, count, placed = self._touches, len(self._obstacles), -1
+        for shape, other in pairs:
+            if shape != placed:
+                mover, placed = self._moved(shape), shape
+            fixed = self._obstacles[other] if other < count else self._moved(other - count)
+            if touches(mover, fixed):
+                return True
+        return False
+
+    def _moved(self, shape: int) -> object:
+        mover, turn, at = self._where[shape]
+        if shape >= self._first_cable:
+            capsule = self._capsules[shape - self._first_cable]
+            capsule.lz = 2.0 * self.scene.half[shape, 2]  # type: ignore[attr-defined]
+        mover.setRotation(turn)  # type: ignore[attr-defined]
+        mover.setTranslation(at)  # type: ignore[attr-defined]
+        return mover
+
+    def _place(self, shape: int, table: Array) -> None:
+        scene, turn, at = self.scene, self._turns[shape], self._places[shape]
+        if shape < self._first_cable:
+            place(table[scene.body[shape]], scene.own[shape], turn, at)
+        size = (scene.kind[shape], scene.half[shape])
+        enclose(*size, turn, at, scene.grow + SLACK, self._around[shape])
+
+    def _ground_contacts(self, shape: int) -> Iterator[Contact]:
+        scene, rests = self.scene, self.scene.rests[shape]
+        low = self._around[shape, 2] + scene.grow + SLACK
+        if shape < self._first_cable and scene.ground and grounded(low, rests, scene.margin):
+            yield Contact(self._names[shape], GROUND_NAME, "sinks" if rests else "touches")
+
+    def _obstacle_contacts(self, shape: int) -> Iterator[Contact]:
+        for k, obstacle in enumerate(self.world.obstacles):
+            if overlap(self._around[shape], self.scene.obstacle[k]):
+                kind = self._kind(shape, k)
+                if kind is not None:
+                    yield Contact(self._names[shape], obstacle.name, kind)
+
+    def _kind(self, shape: int, k: int) -> Literal["touches", "inside", "error"] | None:
+        mesh, grid = self.scene.mesh[k], self.grid
+        index = (grid.frame, grid.extent, grid.start, grid.entries)
+        try:
+            near = mesh < 0 or near_surface(self._around[shape], mesh, grid.boxes, *index)
+            if near and self._touches(self._moved(shape), self._obstacles[k]):
+                return "touches"
+        except Exception:  # as in ``collides``
+            return "error"
+        parts = (grid.triangles, grid.part, grid.volume)
+        if mesh >= 0 and inside(self._places[shape], mesh, *parts, *index):
+            return "inside"
+        return None
+
+    def _own_contacts(self, sound: set[int]) -> Iterator[Contact]:
+        for a, b in self.scene.own_pairs.tolist():
+            if {a, b} <= sound and overlap(self._around[a], self._around[b]):
+                try:
+                    if self._touches(self._moved(a), self._moved(b)):
+                        yield Contact(self._names[a], self._names[b], "touches")
+                except Exception:  # as in ``collides``
+                    yield Contact(self._names[a], self._names[b], "error")
+
+
+class _Beside:
+    """The room beside obstacles, of which a clearance must be left.
+
+    Args:
+        alone: Judges obstacles and nothing else.
+        clearance: Of the world, in [m].
+        margin: What is asked for in addition, in [m].
+    """
+
+    def __init__(self, alone: CollisionChecker, clearance: float, margin: float = 0.0) -> None:
+        self._alone, self._clearance, self._keep = alone, clearance, clearance + margin
+        self._wide = alone.inflated(self._keep, ground=False)  # by more, at corners of boxes
+
+    def inflated(self, margin: float) -> _Beside:
+        """Return the same with another margin in [m], with scratch memory of its own."""
+        return _Beside(self._alone.inflated(0.0, ground=False), self._clearance, margin)
+
+    def room(self, poses: Array, ends: Array) -> float:
+        """Return how far every point may move before too little is left, in [m]; 0 or less now."""
+        return self._alone.clearance(poses, ends) - self._keep
+
+    def near(self, poses: Array, ends: Array) -> bool:
+        """Say whether too little is left."""
+        return self._wide.collides(poses, ends) and not self.room(poses, ends) > 0
+
+    def first(self, poses: Array, ends: Array) -> int:
+        """Return the first pose at which too little is left, their number where there is none."""
+        k = 0
+        while k < len(poses):
+            found = self._wide.first_collision(poses[k:], ends[k:])
+            k = len(poses) if found is None else k + found
+            if k < len(poses) and self.near(poses[k], ends[k]):
+                break
+            k += 1
+        return min(k, len(poses))
+
+    def contacts(self, poses: Array, ends: Array) -> list[Contact]:
+        """Name what is too near."""
+        if not self.near(poses, ends):
+            return []
+        return [replace(contact, kind="near") for contact in self._wide.contacts(poses, ends)]
+
+
+def _wrong_ends(cables: int, poses: int, numbers: int) -> InputError:
+    each = "" if poses == 1 else f" in each of {poses} poses"
+    what = f"the ends of {cables} cables are needed{each}, not {numbers} numbers."
+    return InputError([Mistake("cables", what, "Give model.cables(x) after the poses.")])
+
+
+def own_pairs(
+    owners: Sequence[str], parts: Sequence[str], names: Sequence[tuple[str, str]]
+) -> list[tuple[int, int]]:
+    """Expand pairs of parts into pairs of their shapes; ``owners`` has each shape's part.
+
+    Raises:
+        UnknownNameError: If a part does not exist.
+    """
+    shapes: dict[str, list[int]] = {part: [] for part in parts}
+    for shape, owner in enumerate(owners):
+        shapes[owner].append(shape)
+    for name in (name for pair in names for name in pair if name not in shapes):
+        raise UnknownNameError("body", name, known=shapes, where="self-collision pairs")
+    return [(a, b) for one, other in names for a in shapes[one] for b in shapes[other]]

@@ -1,0 +1,90 @@
+"""How far every point of the machine may move before anything can touch, as a proved bound."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.numerics.jit import allocating
+from kinolab.world.collision.gjk import box_gap, mesh_separation, separation
+from kinolab.world.collision.triangle_grid import Integers
+from kinolab.world.geometry import Array, placement, sizes
+from kinolab.world.obstacle import Obstacle
+from kinolab.world.world import World
+
+
+class Fixtures(NamedTuple):
+    """The obstacles of a world as numbers: a primitive's shape, or which triangles are a mesh's."""
+
+    kind: Integers  # (obstacles,) values of ``geometry.Kind``; of meshes unused
+    half: Array  # (obstacles, 3) half sizes in [m]
+    turn: Array  # (obstacles, 3, 3)
+    at: Array  # (obstacles, 3) centre in [m]
+    first: Integers  # (obstacles,) the first triangle of a mesh in the grid
+    last: Integers  # (obstacles,) one past its last triangle; 0 for a primitive
+
+
+def fixtures(world: World) -> Fixtures:
+    """Gather the obstacles in arrays, the triangles counted as ``grid.mesh_grid`` lists them."""
+    rows = [_shape(obstacle) for obstacle in world.obstacles]
+    count = np.array(
+        [len(o.faces) * (o.primitive is None) for o in world.obstacles], dtype=np.int64
+    )
+    last = np.cumsum(count)
+    return Fixtures(
+        kind=np.array([kind for kind, _, _ in rows], dtype=np.int64),
+        half=np.array([half for _, half, _ in rows]).reshape(-1, 3),
+        turn=np.array([pose[:, :3] for _, _, pose in rows]).reshape(-1, 3, 3),
+        at=np.array([pose[:, 3] for _, _, pose in rows]).reshape(-1, 3),
+        first=last - count,
+        last=np.where(count > 0, last, 0),
+    )
+
+
+def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
+    if obstacle.primitive is None:
+        return 0, np.zeros(3), np.zeros((3, 4))
+    shape, pose = obstacle.primitive
+    kind, half = sizes(shape)
+    own = placement(shape)
+    world = np.column_stack([pose[:, :3] @ own[:, :3], pose[:, :3] @ own[:, 3] + pose[:, 3]])
+    return int(kind), half, world
+
+
+@allocating
+def room(  # type: ignore[no-untyped-def]
+    turns, places, around, kind, half, rests, obstacle, own_pairs, grow, ground,
+    fixed_kind, fixed_half, fixed_turn, fixed_at, first, last, triangles, boxes,
+):  # fmt: skip
+    """Bound the room of placed shapes from below, in [m]; infinite in an empty world.
+
+    Two shapes of the machine can approach each other from both sides: half their gap counts.
+    """
+    best = math.inf
+    for s in range(kind.shape[0]):
+        if ground and not rests[s]:
+            best = min(best, around[s, 2] + grow)
+        for k in range(obstacle.shape[0]):
+            if box_gap(around[s], obstacle[k]) >= best:
+                continue
+            if last[k] > 0:
+                best = mesh_separation(
+                    kind[s], half[s], turns[s], places[s], around[s],
+                    triangles, boxes, first[k], last[k], best,
+                )  # fmt: skip
+            else:
+                gap = separation(
+                    kind[s], half[s], turns[s], places[s],
+                    fixed_kind[k], fixed_half[k], fixed_turn[k], fixed_at[k],
+                )  # fmt: skip
+                best = min(best, gap)
+    for k in range(own_pairs.shape[0]):
+        a, b = own_pairs[k, 0], own_pairs[k, 1]
+        if 0.5 * box_gap(around[a], around[b]) < best:
+            gap = separation(
+                kind[a], half[a], turns[a], places[a], kind[b], half[b], turns[b], places[b]
+            )
+            best = min(best, 0.5 * gap)
+    return best

@@ -1,0 +1,420 @@
+"""Certified clearance: how far every point of a machine may move before anything can touch.
+
+Cheap bounds come first: balls that contain the bodies, in a grid of distances. Where these are not
+enough, the distance to what is near is worked out exactly. No answer is ever too large, and none is
+below the true room by more than ``MARGIN`` where that is smaller than what was asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.struct import Record
+from kinolab.world.cable import CableGeometry, finite, span
+from kinolab.world.collision.broadphase import SINKING, Scene, enclose, inside, make_scene, place
+from kinolab.world.collision.checker import own_pairs
+from kinolab.world.collision.clearance import Fixtures, fixtures
+from kinolab.world.collision.distance_field import DistanceGrid, bound, digest
+from kinolab.world.collision.distance_field_cache import kept_grid
+from kinolab.world.collision.gjk import TRIANGLE, box_gap, separation_within
+from kinolab.world.collision.sphere_tree import Cover, cover
+from kinolab.world.collision.triangle_grid import Integers, MeshGrid
+from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
+from kinolab.world.geometry import Array, BodyGeometry
+from kinolab.world.support_functions import half_extent, reach_along
+from kinolab.world.world import World
+
+MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
+BEYOND = 2.0  # times ``fine``: how far away what is near is looked for
+DEEPEST = 64  # balls that wait at most, at a tree's depth
+MOST = 3  # balls that are divided
+PIECES = 16  # balls along a cable
+SHARE = 0.25  # of a body's smallest half size, as which cells need not be finer
+
+
+_one_at_a_time = Lock()
+
+
+class Scratch(NamedTuple):
+    """Memory to work in: one for every thread."""
+
+    turns: Array  # (shapes, 3, 3) of placed shapes
+    places: Array  # (shapes, 3)
+    around: Array  # (shapes, 6) boxes of placed shapes
+    queue: Integers  # (DEEPEST,)
+    gaps: Array  # (DEEPEST,)
+    corners: Array  # (3, 3) of a triangle
+    simplex: Array  # (9, 3)
+
+
+def scratch_for(all_around: Surroundings) -> Scratch:
+    """Return memory to work in."""
+    shapes = len(all_around.scene.kind)
+    return Scratch(
+        turns=np.zeros((shapes, 3, 3)),
+        places=np.zeros((shapes, 3)),
+        around=np.zeros((shapes, 6)),
+        queue=np.zeros(DEEPEST, np.int64),
+        gaps=np.zeros(DEEPEST),
+        corners=np.zeros((3, 3)),
+        simplex=np.zeros((9, 3)),
+    )
+
+
+class Surroundings(NamedTuple):
+    """A machine's shapes and a world in flat arrays, for compiled code."""
+
+    scene: Scene
+    mesh: MeshGrid
+    triangles: TriangleTree
+    fixtures: Fixtures
+    cover: Cover
+    distance: DistanceGrid
+    strung: Integers  # (shapes of cables,) their rows among the ends
+    glides: bool  # whether bodies keep their height, so that no motion leads down to the ground
+    clearance: float  # [m] that must be left beside obstacles, which takes it off the room
+
+
+def surroundings(
+    bodies: Sequence[BodyGeometry],
+    world: World,
+    *,
+    cables: Sequence[CableGeometry] = (),
+    self_pairs: Sequence[tuple[str, str]] = (),
+    glides: bool = False,
+) -> Surroundings:
+    """Gather what ``room_within`` needs; most arguments are those of ``CollisionChecker``."""
+    shapes = [shape for body in bodies for shape in body.shapes]
+    lines = [cable for cable in cables if cable.collides]
+    names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
+    parts = [body.name for body in bodies] + [cable.name for cable in cables]
+    pairs = own_pairs(names, parts, self_pairs)
+    scene, mesh = make_scene(bodies, lines, world, pairs)
+    sizes = scene.half[: len(shapes)]
+    finest = SHARE * float(sizes[sizes > 0].min(initial=math.inf))
+    grid = _grid(world, finest if math.isfinite(finest) else 0.0)
+    return Surroundings(
+        scene,
+        mesh,
+        triangle_tree(mesh.triangles),
+        fixtures(world),
+        cover(shapes, grid.width),
+        grid,
+        np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),
+        glides,
+        world.clearance,
+    )
+
+
+def _grid(world: World, finest: float) -> DistanceGrid:
+    with _one_at_a_time:  # threads that begin together want the same one
+        return _kept(_World(world, digest(world.obstacles)), finest)
+
+
+class _World:
+    """A world as a key: equal where its obstacles are."""
+
+    def __init__(self, world: World, name: str) -> None:
+        self.world, self.name = world, name
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _World) and other.name == self.name
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
+
+@lru_cache(maxsize=4)
+def _kept(world: _World, finest: float) -> DistanceGrid:
+    return kept_grid(world.world.obstacles, finest, world.name)
+
+
+@kernel
+def room_within(poses, ends, least, wanted, need, fine, scratch, all_around):  # type: ignore[no-untyped-def]
+    """Bound the room of a placed machine from below, in [m].
+
+    Args:
+        poses: One row [R | p] per body, shape (bodies, 12).
+        ends: Of the cables, shape (cables, 6).
+        least: Less room than this in [m] need not be told apart.
+        wanted: Room in [m] that is looked for even where it must be worked out.
+        need: More room than this in [m] is of no interest.
+        fine: Where the grid shows this much room in [m], its bound is good enough.
+        scratch: ``Scratch``.
+        all_around: ``Surroundings``.
+
+    Returns:
+        A bound, at most ``need``. Between ``least`` and the smaller of ``fine`` and ``need`` it is
+        exact but for ``MARGIN``; below ``least`` where the room is; 0 or less where anything
+        touches, sinks into the ground, is inside a solid or is not finite.
+    """
+    scene, distance, kept = all_around.scene, all_around.distance, all_around.clearance
+    turns, places, around = scratch.turns, scratch.places, scratch.around
+    shapes, strung = scene.kind.shape[0], all_around.strung
+    solid = shapes - strung.shape[0]
+    best = min(need, room_above(poses, scratch, all_around))
+    for c in range(strung.shape[0]):
+        if not finite(ends[strung[c]]):
+            return -1.0
+        s = solid + c
+        span(ends[strung[c]], scene.half[s], turns[s], places[s])
+    for s in range(shapes):
+        if best <= 0.0:
+            return best
+        if s < solid:
+            free = covered(
+                s, turns[s], places[s], min(best, fine) + kept, best + kept, all_around.cover,
+                distance, scratch,
+            )  # fmt: skip
+        else:
+            most = min(best, fine) + kept
+            free = covered_line(scene.half[s], turns[s], places[s], most, distance)
+        free -= kept
+        if free < min(best, fine):
+            enclose(scene.kind[s], scene.half[s], turns[s], places[s], 0.0, around[s])
+            within = min(best, max(BEYOND * fine, wanted)) + kept + MARGIN
+            free = nearest(
+                s, turns[s], places[s], around[s], least + kept, within, all_around, scratch
+            )
+            free -= kept
+        best = min(best, free)
+    return min(best, room_between(best, least, scratch, all_around))
+
+
+@kernel
+def room_above(poses, scratch, all_around):  # type: ignore[no-untyped-def]
+    """Place the bodies' shapes, and bound their room above the ground; negative in it."""
+    scene, best = all_around.scene, math.inf
+    for s in range(scene.kind.shape[0] - all_around.strung.shape[0]):
+        pose = poses[scene.body[s]]
+        for j in range(12):
+            if not math.isfinite(pose[j]):
+                return -1.0
+        turn = scratch.turns[s]
+        place(pose, scene.own[s], turn, scratch.places[s])
+        if scene.ground:
+            reach = half_extent(scene.kind[s], scene.half[s], turn[2, 0], turn[2, 1], turn[2, 2])
+            low = scratch.places[s, 2] - reach
+            if low < -SINKING or not (scene.rests[s] or low > MARGIN):
+                return -1.0
+            if not (scene.rests[s] or all_around.glides):
+                best = min(best, low - MARGIN)
+    return best
+
+
+@kernel
+def room_between(best, least, scratch, all_around):  # type: ignore[no-untyped-def]
+    """Bound the room of placed shapes that must not touch each other, if it is below ``best``."""
+    scene, turns, places = all_around.scene, scratch.turns, scratch.places
+    around = scratch.around
+    for k in range(scene.own_pairs.shape[0]):
+        a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
+        for s in (a, b):
+            enclose(scene.kind[s], scene.half[s], turns[s], places[s], 0.0, around[s])
+        if 0.5 * box_gap(around[a], around[b]) - MARGIN < best:
+            gap = separation_within(
+                scene.kind[a], scene.half[a], turns[a], places[a],
+                scene.kind[b], scene.half[b], turns[b], places[b],
+                2.0 * (least + MARGIN), math.inf, scratch.simplex,
+            )  # fmt: skip
+            best = min(best, 0.5 * gap - MARGIN)
+    return best
+
+
+@kernel
+def covered(s, turn, at, need, enough, cover, grid, scratch):  # type: ignore[no-untyped-def]
+    """Bound the room of a shape by its balls.
+
+    Less than ``need`` is not worked out in full, and more than ``enough`` is of no interest.
+    """
+    child, radii, waiting, frees = cover.child, cover.radius, scratch.queue, scratch.gaps
+    best, left, looked = math.inf, 1, 0
+    waiting[0], frees[0] = cover.root[s], around_ball(cover.root[s], turn, at, cover, grid)
+    while left > 0:
+        left -= 1
+        ball, free = waiting[left], frees[left]
+        # Smaller balls would show at most their radius more.
+        if free >= enough or free >= max(need, radii[ball]):
+            best = min(best, free)
+            continue
+        one, other = child[ball, 0], child[ball, 1]
+        looked += 1
+        if (one < 0 and other < 0) or looked > MOST:
+            best = min(best, free)
+            if best < need:
+                break  # what is near must be looked at
+            continue
+        free_one = around_ball(one, turn, at, cover, grid) if one >= 0 else math.inf
+        free_other = around_ball(other, turn, at, cover, grid) if other >= 0 else math.inf
+        if free_one < free_other:  # the one with less room goes on top
+            one, other, free_one, free_other = other, one, free_other, free_one
+        if one >= 0:
+            waiting[left], frees[left] = one, free_one
+            left += 1
+        waiting[left], frees[left] = other, free_other
+        left += 1
+    return best
+
+
+@kernel
+def around_ball(ball, turn, at, cover, grid):  # type: ignore[no-untyped-def]
+    """Bound the room of one ball of a placed shape."""
+    u, v, w = cover.center[ball, 0], cover.center[ball, 1], cover.center[ball, 2]
+    x = at[0] + turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w - grid.low[0]
+    y = at[1] + turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w - grid.low[1]
+    z = at[2] + turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w - grid.low[2]
+    return bound(grid.width, grid.distance, x, y, z) - cover.radius[ball]
+
+
+@kernel
+def covered_line(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
+    """Bound the room of a cable by balls around its pieces, as ``covered`` does."""
+    best, piece = math.inf, half[2] / PIECES
+    radius = math.hypot(half[0], piece) if piece > half[0] else half[0] + piece
+    for i in range(PIECES):
+        z = (2 * i + 1) * piece - half[2]
+        x, y, z = at[0] + turn[0, 2] * z, at[1] + turn[1, 2] * z, at[2] + turn[2, 2] * z
+        x, y, z = x - grid.low[0], y - grid.low[1], z - grid.low[2]
+        best = min(best, bound(grid.width, grid.distance, x, y, z) - radius)
+        if best < need:
+            break
+    return best
+
+
+@kernel
+def nearest(s, turn, at, box, least, within, all_around, scratch):  # type: ignore[no-untyped-def]
+    """Work out the room of one shape less MARGIN, if it is below ``within``; 0 inside a solid."""
+    least += MARGIN
+    scene, fixed, mesh = all_around.scene, all_around.fixtures, all_around.mesh
+    kind, half = scene.kind[s], scene.half[s]
+    best = nearest_triangle(kind, half, turn, at, box, least, within, all_around.triangles, scratch)
+    for k in range(scene.obstacle.shape[0]):
+        if best < least or best <= MARGIN:
+            break
+        if box_gap(box, scene.obstacle[k]) >= best:
+            continue
+        if scene.mesh[k] < 0:
+            gap = separation_within(
+                kind, half, turn, at,
+                fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
+                least, best, scratch.simplex,
+            )  # fmt: skip
+            best = min(best, gap)
+        elif inside(
+            at, scene.mesh[k], mesh.triangles, mesh.part, mesh.volume,
+            mesh.frame, mesh.extent, mesh.start, mesh.entries,
+        ):  # fmt: skip
+            return -1.0
+    return best - MARGIN
+
+
+@kernel
+def nearest_triangle(kind, half, turn, at, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and all triangles, if it is below ``within``."""
+    best, waiting, gaps = within, scratch.queue, scratch.gaps
+    if tree.boxes.shape[0] == 0:
+        return best
+    waiting[0], gaps[0], left = 0, 0.0, 1
+    while left > 0:
+        left -= 1
+        node = waiting[left]
+        if gaps[left] >= best:
+            continue
+        if tree.child[node, 0] < 0:
+            for t in range(tree.span[node, 0], tree.span[node, 1]):
+                if plane_bound(kind, half, turn, at, tree.planes[t]) >= best:
+                    continue
+                if own_bound(kind, half, turn, at, tree.triangles[t]) >= best:
+                    continue
+                gap = to_triangle(kind, half, turn, at, tree.triangles[t], least, best, scratch)
+                best = min(best, gap)
+                if best < least or best <= MARGIN:
+                    return best
+            continue
+        one, other = tree.child[node, 0], tree.child[node, 1]
+        gap_one = box_bound(kind, half, turn, at, box, tree.boxes[one])
+        gap_other = box_bound(kind, half, turn, at, box, tree.boxes[other])
+        if gap_one < gap_other:  # the nearer one goes on top
+            one, other, gap_one, gap_other = other, one, gap_other, gap_one
+        waiting[left], gaps[left] = one, gap_one
+        waiting[left + 1], gaps[left + 1] = other, gap_other
+        left += 2
+    return best
+
+
+@kernel
+def to_triangle(kind, half, turn, at, triangle, least, enough, scratch):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and a triangle (9,)."""
+    corners = scratch.corners
+    for i in range(9):
+        corners[i % 3, i // 3] = triangle[i]
+    return separation_within(
+        kind, half, turn, at, TRIANGLE, half, corners, triangle, least, enough, scratch.simplex
+    )
+
+
+@kernel
+def plane_bound(kind, half, turn, at, plane):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset."""
+    a, b, c = plane[0], plane[1], plane[2]
+    away = abs(a * at[0] + b * at[1] + c * at[2] - plane[3])
+    x = a * turn[0, 0] + b * turn[1, 0] + c * turn[2, 0]
+    y = a * turn[0, 1] + b * turn[1, 1] + c * turn[2, 1]
+    z = a * turn[0, 2] + b * turn[1, 2] + c * turn[2, 2]
+    return away - half_extent(kind, half, x, y, z)
+
+
+@kernel
+def box_bound(kind, half, turn, at, around, box):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and a box (6,): along the world's axes, and along its own."""
+    total = 0.0
+    a, b, c = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
+    u, v, w = a + box[0] - at[0], b + box[1] - at[1], c + box[2] - at[2]
+    for i in range(3):
+        x, y, z = turn[0, i], turn[1, i], turn[2, i]
+        away = abs(x * u + y * v + z * w) - abs(x) * a - abs(y) * b - abs(z) * c
+        gap = max(away - reach_along(kind, half, i), 0.0)
+        total += gap * gap
+    return max(math.sqrt(total), box_gap(around, box))
+
+
+@kernel
+def own_bound(kind, half, turn, at, triangle):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and a triangle (9,) along the shape's own axes."""
+    total = 0.0
+    for i in range(3):
+        x, y, z = turn[0, i], turn[1, i], turn[2, i]
+        middle = x * at[0] + y * at[1] + z * at[2]
+        one = x * triangle[0] + y * triangle[1] + z * triangle[2]
+        two = x * triangle[3] + y * triangle[4] + z * triangle[5]
+        three = x * triangle[6] + y * triangle[7] + z * triangle[8]
+        low, high = min(one, two, three) - middle, max(one, two, three) - middle
+        gap = max(max(low, -high) - reach_along(kind, half, i), 0.0)
+        total += gap * gap
+    return math.sqrt(total)
+
+
+class Room:
+    """Asks ``room_within`` from Python, with scratch memory of its own: one for every thread.
+
+    Args:
+        all_around: The machine's shapes and the world.
+    """
+
+    def __init__(self, all_around: Surroundings) -> None:
+        # The lengths of cables are written into the scene.
+        half = all_around.scene.half.copy()
+        self._around = Record(all_around._replace(scene=all_around.scene._replace(half=half)))
+        self._scratch = Record(scratch_for(all_around))
+
+    def within(self, poses: Array, ends: Array, need: float, fine: float = math.inf) -> float:
+        """Return the room of a pose, as ``room_within`` does."""
+        table, strung = poses.reshape(-1, 12), ends.reshape(-1, 6)
+        return float(room_within(table, strung, 0.0, 0.0, need, fine, self._scratch, self._around))

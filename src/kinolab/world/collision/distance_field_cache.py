@@ -1,0 +1,90 @@
+"""Distance grids on disk, by content: of which obstacles, how fine, built by which code.
+
+An entry that does not match its own checksum is built anew; it is never trusted. An entry takes at
+most 20 MB, all of them 1 GB: those that were used last stay.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from kinolab.dynamics.codegen.cache import code_in, folder
+from kinolab.files import read_sealed, write_sealed
+from kinolab.world.collision.distance_field import DistanceGrid, digest, distance_grid
+from kinolab.world.obstacle import Obstacle
+
+MAGIC = b"kinolab distance grid 1\n"
+SUFFIX = ".distances"
+MOST = 2**30  # [bytes] of all entries
+WORTH = 2**18  # cells, below which building a grid takes hardly longer than reading it
+HEAD = np.dtype([("low", "<f8", 3), ("width", "<f8"), ("shape", "<i8", 3)])
+
+
+def kept_grid(
+    obstacles: Sequence[Obstacle], finest: float = 0.0, name: str | None = None
+) -> DistanceGrid:
+    """Return the grid of some obstacles as ``distance_grid`` does, from disk where it is there.
+
+    Args:
+        obstacles: Of a world.
+        finest: Edge of a cell in [m] below which nothing is gained.
+        name: Their ``digest``, where it is known.
+    """
+    if not obstacles:
+        return distance_grid(obstacles, finest)
+    path = folder() / f"{_key(name or digest(obstacles), finest)}{SUFFIX}"
+    grid = _read(path)
+    if grid is None:
+        grid = distance_grid(obstacles, finest)
+        if grid.distance.size >= WORTH:
+            _write(path, grid)
+            make_room(path)
+    return grid
+
+
+def make_room(newest: Path) -> None:
+    """Remove the entries that were not used for longest, until all take no more than ``MOST``."""
+    with suppress(OSError):
+        found = [(path, path.stat()) for path in newest.parent.glob(f"*{SUFFIX}")]
+        left = sum(about.st_size for _, about in found)
+        for path, about in sorted(found, key=lambda entry: entry[1].st_mtime):
+            if left <= MOST:
+                return
+            if path != newest:
+                path.unlink(missing_ok=True)
+                left -= about.st_size
+
+
+def _key(name: str, finest: float) -> str:
+    return hashlib.sha256("\0".join([name, repr(finest), _own_code()]).encode()).hexdigest()
+
+
+@cache
+def _own_code() -> str:
+    return code_in(Path(__file__).parents[1])
+
+
+def _read(path: Path) -> DistanceGrid | None:
+    """Return an entry, None where there is none or it is damaged."""
+    content = read_sealed(path, MAGIC)
+    if content is None:
+        return None
+    with suppress(OSError):
+        os.utime(path)  # it is used
+    head = np.frombuffer(content, HEAD, 1)[0]
+    distance = np.frombuffer(content, np.float32, offset=HEAD.itemsize).reshape(head["shape"])
+    aligned = np.require(distance, requirements=["ALIGNED", "WRITEABLE"])
+    return DistanceGrid(head["low"].copy(), float(head["width"]), aligned)
+
+
+def _write(path: Path, grid: DistanceGrid) -> None:
+    head = np.zeros(1, HEAD)
+    head["low"], head["width"], head["shape"] = grid.low, grid.width, grid.distance.shape
+    write_sealed(path, MAGIC, head.tobytes() + grid.distance.tobytes())

@@ -1,0 +1,133 @@
+"""Signed gaps between convex things, and the planes that tell them apart.
+
+For any unit normal the distance between two parallel planes that touch the things from opposite
+sides is no larger than their gap; for the best normal it is the gap, and inside an overlap it is
+the least way out, taken negative. So one formula serves both, and its derivative is that of the
+planes with the normal held: no points of contact are needed.
+
+Source: Schulman and others, Motion planning with sequential convex optimization and convex
+collision checking, IJRR 33(9), 2014; Danskin, The theory of max-min, 1966 (the derivative).
+"""
+
+from __future__ import annotations
+
+import math
+
+from kinolab.numerics.jit import kernel
+from kinolab.world.collision.gjk import TRIANGLE, separation_within
+from kinolab.world.support_functions import half_extent
+
+APART = 1e-7  # [m] between cores from which on the search's direction can be trusted
+PARALLEL = 1e-6  # length of a cross product of unit vectors that has no direction
+
+
+@kernel
+def extent(kind, half, turn, n):  # type: ignore[no-untyped-def]
+    """Give the reach of a shape from its centre along n (3,), in [m]."""
+    x = n[0] * turn[0, 0] + n[1] * turn[1, 0] + n[2] * turn[2, 0]
+    y = n[0] * turn[0, 1] + n[1] * turn[1, 1] + n[2] * turn[2, 1]
+    z = n[0] * turn[0, 2] + n[1] * turn[1, 2] + n[2] * turn[2, 2]
+    return half_extent(kind, half, x, y, z)
+
+
+@kernel
+def highest(kind, half, turn, at, n):  # type: ignore[no-untyped-def]
+    """Give the farthest offset of a shape, or of a triangle as in ``separation``, along n."""
+    if kind == TRIANGLE:
+        best = -math.inf
+        for c in range(3):
+            best = max(best, n[0] * turn[0, c] + n[1] * turn[1, c] + n[2] * turn[2, c])
+        return best
+    return n[0] * at[0] + n[1] * at[1] + n[2] * at[2] + extent(kind, half, turn, n)
+
+
+@kernel
+def gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
+    """Give the distance of the planes with normal n, which points from the other one to a shape."""
+    lowest = n[0] * at[0] + n[1] * at[1] + n[2] * at[2] - extent(kind, half, turn, n)
+    return lowest - highest(other, other_half, other_turn, other_at, n)
+
+
+@kernel
+def signed_gap(  # type: ignore[no-untyped-def]
+    kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n
+):  # fmt: skip
+    """Return the signed gap in [m] between a shape and another one or a triangle; write n (3,).
+
+    Inside an overlap the best of a few normals is taken: those of faces and of pairs of edges,
+    which is exact between boxes and triangles, and the line between the centres.
+    """
+    separation_within(
+        kind, half, turn, at, other, other_half, other_turn, other_at,
+        -math.inf, math.inf, scratch,
+    )  # fmt: skip
+    v = scratch[4]
+    length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    if length > APART:
+        for i in range(3):
+            n[i] = v[i] / length
+        return gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, n)
+    return overlap(kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n)
+
+
+@kernel
+def overlap(  # type: ignore[no-untyped-def]
+    kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n
+):  # fmt: skip
+    """Return the largest gap along normals that may be the best one where things overlap."""
+    best, corners = -math.inf, other == TRIANGLE
+    trial, one, two = scratch[5], scratch[6], scratch[7]
+    for a in range(-1, 3):
+        for b in range(-1, 3):
+            axis_of(a, False, turn, one)
+            axis_of(b, corners, other_turn, two)
+            for i in range(3):
+                if a < 0 and b < 0:
+                    trial[i] = at[i] - other_at[i]
+                elif b < 0 or a < 0:
+                    trial[i] = one[i] if b < 0 else two[i]
+            if a >= 0 and b >= 0:
+                across(one, two, trial)
+            best = better(
+                best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n
+            )
+    if corners:
+        axis_of(0, True, other_turn, one)
+        axis_of(1, True, other_turn, two)
+        across(one, two, trial)
+        best = better(best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n)
+    return best
+
+
+@kernel
+def across(a, b, out):  # type: ignore[no-untyped-def]
+    """Write the cross product of two vectors (3,)."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[i] = a[j] * b[k] - a[k] * b[j]
+
+
+@kernel
+def axis_of(i, corners, columns, out):  # type: ignore[no-untyped-def]
+    """Write column i, an axis of a shape; or where the columns are corners, an edge."""
+    for k in range(3):
+        if 0 <= i < 3:
+            out[k] = columns[k, (i + 1) % 3] - columns[k, i] if corners else columns[k, i]
+
+
+@kernel
+def better(best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
+    """Return the gap along a trial direction or its opposite if it is larger; write n then."""
+    length = math.sqrt(trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2])
+    if not length > PARALLEL:
+        return best
+    for sign in (1.0, -1.0):
+        for i in range(3):
+            trial[i] *= sign / length
+        length = 1.0
+        gap = gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, trial)
+        if gap > best:
+            best = gap
+            for i in range(3):
+                n[i] = trial[i]
+    return best

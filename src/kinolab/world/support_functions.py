@@ -1,0 +1,67 @@
+"""Support functions of the convex shapes, compiled: how far a shape reaches in a direction.
+
+Shapes are given as ``geometry.sizes`` gives them: a kind and half sizes in their own frame.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+# The values of ``geometry.Kind``; numba reads them as compile-time constants.
+BOX, SPHERE, CYLINDER, CAPSULE = 0, 1, 2, 3
+
+
+@kernel  # type: ignore[untyped-decorator]
+def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> float:
+    """Give the shape's reach from its centre along the unit vector n of its own frame, in [m]."""
+    if kind == BOX:
+        return abs(nx) * half[0] + abs(ny) * half[1] + abs(nz) * half[2]  # type: ignore[no-any-return]
+    if kind == SPHERE:
+        return half[0]  # type: ignore[no-any-return]
+    if kind == CYLINDER:
+        return half[0] * math.sqrt(nx * nx + ny * ny) + half[2] * abs(nz)  # type: ignore[no-any-return]
+    return half[0] + half[2] * abs(nz)  # type: ignore[no-any-return]
+
+
+@kernel  # type: ignore[untyped-decorator]
+def core_radius(kind: int, half: Array) -> float:
+    """Give the ball that rounds the core: a sphere is a swollen point, a capsule a segment."""
+    return half[0] if kind in (SPHERE, CAPSULE) else 0.0
+
+
+@kernel  # type: ignore[untyped-decorator]
+def core_support(kind: int, half: Array, n: Array, point: Array) -> None:
+    """Write the core's farthest point along n (3,), any length, own frame, to ``point`` (3,)."""
+    point[0], point[1], point[2] = 0.0, 0.0, 0.0
+    if kind == SPHERE:
+        return
+    point[2] = math.copysign(half[2], n[2])
+    if kind == BOX:
+        point[0], point[1] = math.copysign(half[0], n[0]), math.copysign(half[1], n[1])
+    if kind == CYLINDER:
+        across = math.sqrt(n[0] * n[0] + n[1] * n[1])
+        if across > 0.0:
+            point[0], point[1] = half[0] * n[0] / across, half[0] * n[1] / across
+
+
+@kernel  # type: ignore[untyped-decorator]
+def reach_along(kind: int, half: Array, axis: int) -> float:
+    """Give the shape's reach from its centre along an axis of its own frame, in [m]."""
+    if kind == BOX:
+        return half[axis]  # type: ignore[no-any-return]
+    if kind == SPHERE or axis < 2:
+        return half[0]  # type: ignore[no-any-return]
+    return half[2] if kind == CYLINDER else half[2] + half[0]  # type: ignore[no-any-return]
+
+
+@kernel  # type: ignore[untyped-decorator]
+def dot(a: Array, b: Array) -> float:
+    """Multiply two vectors (3,); a library call would take longer than the sum."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]  # type: ignore[no-any-return]

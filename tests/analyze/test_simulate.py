@@ -1,0 +1,119 @@
+"""Machines that move by themselves: plan simulate, plan examine, plan new."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinolab.analyze.examine import examine
+from kinolab.analyze.simulate import simulate
+from kinolab.cli import run
+from kinolab.cli.new import write_starter
+from kinolab.dynamics import Body, System, Torque, Wrench, angle, move, rate, rot_z
+from kinolab.errors import InputError
+from kinolab.loading import build_problem, find_scenario
+from tests.machines import MACHINES
+
+
+def test_a_released_pendulum_falls_as_its_elliptic_integral_says() -> None:
+    """From theta = 2 at rest; a quarter period is K(sin 1) sqrt(l/g) with K(sin 1) by the AGM."""
+    a, b = 1.0, np.cos(1.0)
+    for _ in range(6):
+        a, b = (a + b) / 2, np.sqrt(a * b)
+    quarter = np.pi / (2 * a) / np.sqrt(9.81)
+    problem = build_problem(
+        find_scenario("pendulum", overrides=["start.theta=2.0"]), planning=False
+    )
+    trajectory = simulate(problem, quarter)
+    assert trajectory.duration == pytest.approx(quarter, abs=1e-12)
+    assert trajectory.x[-1, 0] == pytest.approx(0.0, abs=1e-8)  # [rad], rtol of the integrator
+
+
+def test_simulate_writes_a_run_that_can_be_checked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["simulate", "pendulum", "--start", "theta=1", "--duration", "0.5", "--quiet"]) == 0
+    folder = tmp_path / "runs" / "pendulum_simulated"
+    assert (folder / "animation.gif").is_file()
+    with (folder / "trajectory.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[0]["theta"]) == 1.0
+    assert rows[0]["torque"] == "0.0"
+
+
+def test_inputs_from_a_file_are_held_until_the_next_row(tmp_path: Path) -> None:
+    table = tmp_path / "inputs.csv"
+    table.write_text("t,torque\n0,1.0\n0.2,-2.0\n")
+    problem = build_problem(find_scenario("pendulum"), planning=False)
+    trajectory = simulate(problem, 0.4, table)
+    assert trajectory.u[:, 0].tolist() == [1.0] * 4 + [-2.0] * 4
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("t\n0\n", "no column torque"),
+        ("t,torque\n0,much\n", "no number"),
+        ("t,torque\n0,1\n0,2\n", "does not increase"),
+        ("", "no column t, torque"),
+    ],
+)
+def test_a_file_of_inputs_with_a_mistake_is_refused(tmp_path: Path, text: str, told: str) -> None:
+    table = tmp_path / "inputs.csv"
+    table.write_text(text)
+    problem = build_problem(find_scenario("pendulum"), planning=False)
+    with pytest.raises(InputError, match=told):
+        simulate(problem, 1.0, table)
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, float("nan"), float("inf"), 1e12])
+def test_a_duration_that_is_none_is_refused(duration: float) -> None:
+    problem = build_problem(find_scenario("pendulum"), planning=False)
+    with pytest.raises(InputError, match="no duration"):
+        simulate(problem, duration)
+
+
+@pytest.mark.parametrize(
+    "name", ["driven_crane", "wheeled_hull", "loose_snakeboard", "kinematic_car", "four_bar"]
+)
+def test_nothing_is_odd_about_sound_machines(name: str) -> None:
+    assert [str(finding) for finding in examine(MACHINES[name]()) if not finding.holds] == []
+
+
+def test_a_kink_is_found() -> None:
+    """A torque that jumps with the direction of motion has no derivative there."""
+    theta = angle("theta", speed=1e-6)
+    wheel = Body("wheel", rot_z(theta) @ move(0.1), mass=1.0)
+    friction = Wrench(on=wheel, torque=(0, 0, -abs(rate(theta))))
+    motor = Torque("motor", on=wheel, about=rot_z(theta).z, limit=1.0)
+    broken = [
+        f.law
+        for f in examine(System("kinked", bodies=[wheel], efforts=[friction], inputs=[motor]))
+        if not f.holds
+    ]
+    assert broken == ["derivatives of f equal finite differences"]
+
+
+def test_a_new_machine_runs_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "my_puck"]) == 0
+    assert run(["examine", "my_puck.py:my_puck"]) == 0
+    assert run(["examine", "my_puck.py"]) == 0
+    assert run(["equations", "my_puck.py", "--latex"]) == 0
+    assert run(["my_puck.toml", "--quiet", "--no-animation"]) == 0
+    assert run(["check", "runs/my_puck"]) == 0
+    assert run(["simulate", "my_puck.py", "--quiet", "--no-animation"]) == 0
+
+
+def test_a_new_machine_never_overwrites_and_needs_a_usable_name(tmp_path: Path) -> None:
+    write_starter("puck", tmp_path)
+    (tmp_path / "puck.toml").unlink()
+    with pytest.raises(InputError, match=r"puck\.py: this file exists already"):
+        write_starter("puck", tmp_path)
+    assert not (tmp_path / "puck.toml").exists()
+    with pytest.raises(InputError, match="cannot be the name"):
+        write_starter("my-puck", tmp_path)

@@ -1,0 +1,373 @@
+"""Ctrl-C at any moment: over within a second, with what was found, and nothing left behind.
+
+A terminal sends the signal to every process of a command; so do these tests.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kinolab.problem import Problem
+from kinolab.search import Budget
+from tests.support import ENTER, OPEN, ROOT, environment
+
+pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are read in /proc")
+
+LATEST = 3.0  # [s]; 1 is promised, on a machine that does nothing else
+HARD = ("--set", "goal.x=4", "--set", "goal.tolerance=1e-9")  # is not hit by chance
+# So many steps of so short a time that the motion takes seconds to re-simulate and to verify.
+FINE = ("integration.step=0.0005", "planner.max_steps=400", "planner.min_steps=50")
+FINELY = tuple(word for setting in FINE for word in ("--set", setting))
+# One extension makes 100 000 steps, which takes seconds without a look at the budget.
+LONG = ("integration.step=0.00001", "planner.max_steps=100000", "planner.min_steps=100000")
+LONG_CALLS = tuple(word for setting in LONG for word in ("--set", setting))
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What became of a command that was interrupted."""
+
+    code: int
+    seconds: float
+    out: str
+    err: str
+    home: Path
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """The report of the run, None where none was written."""
+        path = self.home / "runs" / "table" / "report.json"
+        return json.loads(path.read_text()) if path.is_file() else None
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """A working folder with the table in it."""
+    (tmp_path / "table.toml").write_text(OPEN)
+    return tmp_path
+
+
+def start(home: Path, *arguments: str, **extra: str) -> subprocess.Popen[str]:
+    """Start the command as a terminal does, with a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", ENTER, *arguments],
+        cwd=home,
+        env=environment(**extra),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def listen(process: subprocess.Popen[str], word: str) -> str:
+    """Read stderr until a word is said, and return what was read."""
+    assert process.stderr is not None
+    heard = ""
+    for line in process.stderr:
+        heard += line
+        if word in line:
+            break
+    return heard
+
+
+def of_session(session: int) -> list[str]:
+    """The states of all processes of a session that are more than a name on their grave."""
+    states = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            state, _, _, own = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue  # it has just left
+        if int(own) == session:
+            states.append(state)
+    return states
+
+
+def interrupt(
+    home: Path,
+    *arguments: str,
+    after: float,
+    word: str = "",
+    again: float | None = None,
+    **extra: str,
+) -> Ended:
+    """Send Ctrl-C some seconds after a word, and check what holds at any moment."""
+    process = start(home, *arguments, **extra)
+    heard = listen(process, word) if word else ""
+    time.sleep(after)
+    begun = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    if again is not None:
+        time.sleep(again)
+        os.killpg(process.pid, signal.SIGINT)
+    process.wait(timeout=60)
+    seconds = time.monotonic() - begun
+    left = of_session(process.pid)
+    out, err = process.communicate(timeout=10)
+    ended = Ended(process.returncode, seconds, out, heard + err, home)
+    assert ended.code == 130, ended.err
+    assert ended.seconds < LATEST
+    assert left == []
+    for sign in ("Traceback", "Exception", "nanobind", "mistake in kinolab"):
+        assert sign not in ended.err
+    assert [path for path in home.rglob(".*") if path.is_file()] == []  # half-written files
+    return ended
+
+
+# --- at many moments ---
+
+# In [s] after the start; before the first of them the interpreter itself is starting.
+MOMENTS = [0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0]
+
+
+@pytest.mark.parametrize("after", MOMENTS)
+def test_a_search_can_be_interrupted_at_any_moment(after: float, home: Path) -> None:
+    """Imports, the machine, the start, the search: a report exists only where one began."""
+    ended = interrupt(home, "table.toml", *HARD, "--no-animation", after=after)
+    if ended.report is not None:
+        assert ended.report["status"] == "interrupted"
+        assert ended.report["iterations"] > 0
+        assert ended.out.startswith("interrupted: ")
+
+
+@pytest.mark.parametrize("after", MOMENTS[2:])
+def test_several_processes_can_be_interrupted_at_any_moment(after: float, home: Path) -> None:
+    options = (*HARD, "--jobs", "2", "--no-animation")
+    ended = interrupt(home, "table.toml", *options, word="searching", after=after)
+    if ended.report is not None:
+        assert ended.report["status"] == "interrupted"
+        assert (home / "runs" / "table" / "trajectory.csv").is_file()
+
+
+@pytest.mark.parametrize("after", [0.5, 1.0, 1.5, 2.5])
+def test_re_simulation_and_verification_can_be_interrupted(after: float, home: Path) -> None:
+    ended = interrupt(home, "table.toml", *FINELY, word="searching", after=after)
+    if ended.report is not None:
+        assert ended.report["status"] in {"interrupted", "solved"}
+
+
+@pytest.mark.parametrize(("after", "cold"), [(0.0, False), (0.2, False), (1.0, True)])
+def test_a_picture_can_be_interrupted_and_the_plan_stays(
+    after: float, cold: bool, home: Path
+) -> None:
+    """Cold is a renderer that has to be compiled first."""
+    extra = {"NUMBA_CACHE_DIR": str(home / "numba")} if cold else {}
+    ended = interrupt(home, "table.toml", word="drawing", after=after, **extra)
+    assert ended.report is not None
+    assert ended.report["status"] == "solved"
+    assert not (home / "runs" / "table" / "animation.gif").exists()
+
+
+@pytest.mark.parametrize("after", [0.0, 0.3, 1.0])
+def test_deriving_and_compiling_can_be_interrupted(after: float, home: Path) -> None:
+    extra = {"KINOLAB_CACHE": str(home / "cache"), "NUMBA_CACHE_DIR": str(home / "numba")}
+    ended = interrupt(home, "submarine_corridor", word="deriving", after=after, **extra)
+    assert not (home / "runs").exists()
+    assert ended.out == ""
+
+
+@pytest.mark.parametrize("command", ["examine", "equations"])
+def test_other_commands_can_be_interrupted(command: str, home: Path) -> None:
+    assert interrupt(home, command, "submarine", after=1.0).out == ""
+
+
+# --- what must not stand in the way ---
+
+
+def test_a_long_call_of_ompl_comes_to_its_end(home: Path) -> None:
+    ended = interrupt(home, "table.toml", *LONG_CALLS, word="searching", after=2.0)
+    assert ended.report is None or ended.report["status"] == "interrupted"
+
+
+MACHINE = """
+import sys, time
+print("stuck", file=sys.stderr, flush=True)
+def make():
+    {}
+"""
+STUCK = {
+    "native code that holds the interpreter's lock": "sum(range(10**12))",
+    "native code that lets others run": "import ctypes; ctypes.CDLL(None).usleep(60_000_000)",
+    "a library that swallows KeyboardInterrupt": """
+    while True:
+        try:
+            time.sleep(0.01)
+        except BaseException:
+            pass
+""",
+}
+
+
+@pytest.mark.parametrize("code", STUCK.values(), ids=STUCK.keys())
+def test_nothing_holds_the_command(code: str, home: Path) -> None:
+    (home / "own.py").write_text(MACHINE.format(code))
+    (home / "own.toml").write_text(OPEN.replace('name = "rolling_disk"', 'file = "own.py:make"'))
+    interrupt(home, "own.toml", word="stuck", after=0.5)
+    assert not (home / "runs").exists()
+
+
+def test_the_signal_may_come_twice_for_one_press(home: Path) -> None:
+    """From the terminal and from the program that started the command: the plan is kept."""
+    options = (*HARD, "--no-animation")
+    ended = interrupt(home, "table.toml", *options, word="searching", after=3.0, again=0.01)
+    assert ended.report is not None
+
+
+def test_the_second_press_ends_at_once(home: Path) -> None:
+    ended = interrupt(home, "table.toml", *FINELY, word="searching", after=2.0, again=0.2)
+    assert ended.seconds < 0.2 + LATEST
+
+
+# --- what is kept ---
+
+
+def test_a_plan_that_was_verified_before_stays_solved(home: Path) -> None:
+    """Ctrl-C means that it is good enough."""
+    options = ("--anytime", "--time-limit", "60")
+    ended = interrupt(home, "table.toml", *options, word="s of motion", after=0.5)
+    assert ended.report is not None
+    assert (ended.report["status"], ended.report["interrupted"]) == ("solved", True)
+    assert ended.out.startswith("solved: ")
+    assert "Interrupted" in ended.out
+
+
+def test_an_earlier_run_stays_where_nothing_was_found(home: Path) -> None:
+    folder = home / "runs" / "table"
+    folder.mkdir(parents=True)
+    (folder / "trajectory.csv").write_text("mine")
+    interrupt(home, "table.toml", *HARD, "--jobs", "2", word="searching", after=0.1)
+    assert (folder / "trajectory.csv").read_text() == "mine"
+
+
+def test_processes_leave_when_the_one_that_started_them_is_killed(home: Path) -> None:
+    process = start(home, "table.toml", *HARD, "--jobs", "2", "--quiet")
+    deadline = time.monotonic() + 30
+    while len(of_session(process.pid)) < 3 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert len(of_session(process.pid)) == 3
+    process.kill()
+    process.communicate()
+    deadline = time.monotonic() + 10
+    while set(of_session(process.pid)) - {"Z"} and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert set(of_session(process.pid)) <= {"Z"}  # nobody may be there to bury them
+
+
+def test_a_motion_that_nobody_waits_for_is_the_planners_own(
+    table: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The truth takes DOP853 its time; one step of the planner's integrator per knot does not."""
+    budgets: list[Budget] = []
+
+    def broken_off(*_: Any) -> None:
+        budgets[0].end()
+
+    monkeypatch.setattr("kinolab.solve.attempt.resimulate", broken_off)
+    found = table.solve(seed=1, max_iterations=5000, watch=budgets.append)
+    assert (found.status, found.interrupted, found.exit_code) == ("interrupted", True, 130)
+    assert found.certificate is None
+    motion = found.trajectory
+    assert motion is not None
+    assert (motion.x[0] == table.start).all()
+    for k, u in enumerate(motion.u):
+        after = table.model.step(motion.x[k], u, table.step)
+        assert np.abs(motion.x[k + 1] - after).max() < 1e-12  # the times are rounded
+
+
+def test_a_plan_that_was_not_verified_in_time_says_so(
+    table: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    budgets: list[Budget] = []
+    monkeypatch.setattr("kinolab.solve.attempt.verify", lambda *_: budgets[0].end())
+    found = table.solve(seed=1, max_iterations=5000, watch=budgets.append)
+    assert found.status == "interrupted"
+    assert found.message == "Interrupted before what was found had been verified."
+    assert found.trajectory is not None
+    assert table.goal_excess(found.trajectory.x[-1]) <= 1.0
+
+
+# --- a budget that is ended ---
+
+
+def test_the_first_call_of_end_asks_and_the_second_breaks_off() -> None:
+    budget = Budget(10.0)
+
+    def work() -> str:
+        budget.end()
+        assert budget.spent()
+        budget.end()
+        return "done"  # pragma: no cover
+
+    assert budget.breaking(work, patience=1) is None
+    assert Budget(10.0).breaking(lambda: "done") == "done"
+
+
+def test_what_a_library_makes_of_the_interrupt_is_understood() -> None:
+    budget = Budget(10.0)
+
+    def work() -> None:
+        try:
+            budget.end()
+        except KeyboardInterrupt as error:
+            raise RuntimeError("no compiled object yet") from error
+
+    assert budget.breaking(work) is None
+
+
+def test_an_error_of_its_own_is_not_taken_for_an_interrupt() -> None:
+    budget = Budget(10.0)
+    budget.end()
+    with pytest.raises(ZeroDivisionError):
+        budget.breaking(lambda: 1 / 0)
+    with pytest.raises(KeyboardInterrupt):  # from the user of a program, not from ``end``
+        budget.breaking(lambda: signal.raise_signal(signal.SIGINT))
+
+
+def test_nothing_is_broken_off_outside() -> None:
+    budget = Budget(10.0)
+    for _ in range(3):
+        budget.end()
+    assert budget.breaking(lambda: "later") == "later"
+    budget.end()
+
+
+# --- where nobody hears it ---
+
+DEAF = """
+import signal, sys, pytest
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+sys.exit(pytest.main(["-q", "-n", "0", "-p", "no:cacheprovider", *sys.argv[1:]]))
+"""
+HEARD = """
+import signal, subprocess, sys
+
+def test_ctrl_c_is_heard_here_and_in_a_process_that_is_started() -> None:
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    asked = "import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, check=True)
+    assert done.stdout == b"True\\n"
+"""
+
+
+def test_these_tests_do_not_mind_who_ignores_ctrl_c(tmp_path: Path) -> None:
+    """As nohup and shells in the background do; it is handed on to every process."""
+    (tmp_path / "test_hearing.py").write_text(HEARD)
+    (tmp_path / "conftest.py").write_text("from tests.conftest import _ctrl_c_is_heard as _heard")
+    done = subprocess.run(
+        [sys.executable, "-c", DEAF, str(tmp_path / "test_hearing.py"), f"--rootdir={ROOT}",
+         "-c", str(ROOT / "pyproject.toml")],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout

@@ -1,0 +1,80 @@
+"""A hand derivation is right, or the term that is wrong is named."""
+
+from __future__ import annotations
+
+import sympy
+
+from kinolab import systems
+from kinolab.dynamics import acceleration, rate
+from kinolab.dynamics.language.symbols import InputSymbol
+
+PENDULUM = systems.get("pendulum")
+THETA = PENDULUM.coordinates[0]
+G, L, M = PENDULUM.parameters
+TORQUE = InputSymbol("torque")
+
+DISK = systems.get("rolling_disk")
+X, Y, PSI, PHI = DISK.coordinates
+R, MASS = DISK.parameters
+DRIVE, STEER = InputSymbol("drive"), InputSymbol("steer")
+
+
+def test_the_right_equation_agrees_up_to_a_factor() -> None:
+    hand = sympy.Eq(acceleration(THETA) + G / L * sympy.sin(THETA), TORQUE / (M * L**2))
+    verdict = PENDULUM.agrees_with([hand])
+    assert verdict
+    assert str(verdict) == "equation 1: agrees."
+
+
+def test_a_wrong_sign_of_gravity_is_named() -> None:
+    hand = M * L**2 * acceleration(THETA) - M * G * L * sympy.sin(THETA) - TORQUE
+    verdict = PENDULUM.agrees_with([hand])
+    assert not verdict
+    assert str(verdict) == "equation 1: lacks 2 m g l sin(\u03b8)."
+
+
+def test_a_forgotten_torque_and_an_invented_term_are_named() -> None:
+    hand = M * L**2 * acceleration(THETA) + M * G * L * sympy.sin(THETA) + M * rate(THETA) ** 2
+    verdict = PENDULUM.agrees_with([hand])
+    assert not verdict
+    assert "has too much m \u03b8\u0307\u00b2" in str(verdict)
+    assert "torque" in str(verdict)
+
+
+def test_an_identity_that_nobody_simplified_is_no_difference() -> None:
+    s, c = sympy.sin(THETA / 2), sympy.cos(THETA / 2)
+    assert PENDULUM.agrees_with([M * L**2 * acceleration(THETA) + 2 * M * G * L * s * c - TORQUE])
+
+
+def test_reduced_and_multiplier_forms_of_the_disk_both_count_in_any_order() -> None:
+    reduced = [
+        sympy.Eq(3 * MASS * R**2 * acceleration(PHI), 2 * DRIVE),
+        sympy.Eq(MASS * R**2 * acceleration(PSI), 4 * STEER),
+    ]
+    assert DISK.agrees_with(reduced)
+    one, two = sympy.symbols("lambda_1 lambda_2", real=True)
+    c, s = sympy.cos(PSI), sympy.sin(PSI)
+    full = [
+        sympy.Eq(MASS * R**2 / 4 * acceleration(PSI), STEER),
+        sympy.Eq(MASS * R**2 / 2 * acceleration(PHI), DRIVE - R * two),
+        sympy.Eq(MASS * acceleration(X), two * c - one * s),
+        sympy.Eq(MASS * acceleration(Y), one * c + two * s),
+    ]
+    assert DISK.agrees_with(full)
+
+
+def test_the_classical_mistake_of_forgetting_the_rolling_mass_is_named() -> None:
+    """m R^2 of the translation is missing, so everything else is off by the factor 3."""
+    hand = [
+        sympy.Eq(MASS * R**2 * acceleration(PHI) / 2, DRIVE),
+        sympy.Eq(MASS * R**2 * acceleration(PSI) / 4, STEER),
+    ]
+    verdict = DISK.agrees_with(hand)
+    assert verdict.agreed == (False, True)
+
+
+def test_an_equation_that_is_left_out_is_missed() -> None:
+    verdict = DISK.agrees_with([sympy.Eq(3 * MASS * R**2 * acceleration(PHI), 2 * DRIVE)])
+    assert not verdict
+    assert len(verdict.missing) == 1
+    assert "steer" in verdict.missing[0]

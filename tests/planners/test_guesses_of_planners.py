@@ -1,0 +1,90 @@
+"""Planners that optimise guesses: what flies is planned soon, and ways around too far are left."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinolab import planners
+from kinolab.cancel import never
+from kinolab.problem import Problem
+from kinolab.search import Budget, Outcome
+from kinolab.trajopt.multistart.multistart import Shots
+from tests.planners.test_planners import bits
+from tests.support import problem_of
+from tests.trajopt.multistart.test_geometric_path import door, hall
+from tests.trajopt.scenarios import FLY
+from tests.trajopt.test_trajopt import EXACT
+
+MOST = 4000  # iterations of the trees before the first guess, which is made then
+SHORT = 15.0  # [s]: at 0.5 m/s some more than through the near door, less than through the far one
+ROUNDABOUT = 7  # a seed of which the first guesses lead through the far door too
+
+
+@pytest.fixture
+def rotor(tmp_path: Path) -> Problem:
+    return problem_of(tmp_path, FLY)
+
+
+@pytest.mark.parametrize("name", ["auto", "shooting"])
+def test_a_rotor_climbs_into_the_middle_of_the_goal(name: str, rotor: Problem) -> None:
+    found = rotor.solve(planner=name, seed=1, max_iterations=MOST, optimize=False)
+    assert found.status == "solved"
+    assert found.goal_distance < EXACT
+
+
+@pytest.mark.parametrize("name", ["kpiece_fast", "rrt_fast"])
+def test_trees_alone_would_not_have_got_it_there(name: str, rotor: Problem) -> None:
+    """Otherwise the one above would not tell of guesses."""
+    found = rotor.solve(planner=name, seed=1, max_iterations=MOST, optimize=False)
+    assert found.status in {"approximate", "not_found"}
+
+
+@pytest.mark.parametrize("name", ["auto", "shooting"])
+def test_equal_seeds_give_the_same_bits_where_a_guess_leads_there(
+    name: str, rotor: Problem
+) -> None:
+    one, other, third = (
+        rotor.solve(planner=name, seed=seed, max_iterations=MOST, optimize=False)
+        for seed in (2, 2, 3)
+    )
+    assert one.trajectory is not None
+    assert bits(one) == bits(other) != bits(third)
+    assert one.iterations == other.iterations
+
+
+def test_a_search_that_is_interrupted_says_so(rotor: Problem) -> None:
+    budget = Budget(60.0, interrupted=True)
+    found = planners.get("shooting")().solve(rotor, 1, budget)
+    assert (found.outcome, len(found.u)) == (Outcome.INTERRUPTED, 0)
+    assert found.iterations == 0
+
+
+def doors(problem: Problem, seed: int, below: float) -> set[str]:
+    """Return through which doors the motions lead that come of the first guesses."""
+    shots = Shots(problem, 80, seed, never, below)
+    motions = [shots.next().motion for _ in range(2)]
+    return {door(motion.x) for motion in motions if motion is not None}
+
+
+def test_ways_that_cannot_be_shorter_than_a_motion_that_there_is_are_left_out(
+    tmp_path: Path,
+) -> None:
+    problem = hall(tmp_path, "near", "far")
+    assert "far" in doors(problem, ROUNDABOUT, math.inf)
+    assert doors(problem, ROUNDABOUT, SHORT) == {"near"}
+
+
+def test_the_budget_says_below_which_duration_a_guess_is_worth_it(tmp_path: Path) -> None:
+    problem = hall(tmp_path, "near", "far")
+    found = planners.get("shooting")().solve(problem, 1, Budget(60.0, 1, below=SHORT))
+    expected, other = (
+        Shots(problem, 80, 1, never, below).next().motion for below in (SHORT, math.inf)
+    )
+    assert expected is not None
+    assert other is not None
+    assert np.array_equal(found.u, expected.u)
+    assert not np.array_equal(found.u, other.u)

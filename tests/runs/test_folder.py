@@ -1,0 +1,435 @@
+"""The folder of a run: complete, exact, self-contained, and honest when somebody changed it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import math
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import kinolab
+from kinolab import cli
+from kinolab.errors import InputError
+from kinolab.files import write_whole
+from kinolab.runs import check_run, read_run, write_run
+from kinolab.runs.folder import PICTURES
+from kinolab.scenario import load_scenario
+from tests.conftest import Finished, Solved
+from tests.support import OPEN, plan, problem_of
+
+Capture = pytest.CaptureFixture[str]
+
+
+def code_of(folder: Path) -> int:
+    return cli.run(["check", str(folder)])
+
+
+def rewrite(path: Path, change: Callable[[Any], Any]) -> None:
+    """Change a JSON file."""
+    path.write_text(json.dumps(change(json.loads(path.read_text()))))
+
+
+# --- what is in it ---
+
+
+def test_a_run_has_the_files_that_are_promised(maze_run: Finished) -> None:
+    found = {str(path.relative_to(maze_run.folder)) for path in maze_run.folder.rglob("*")}
+    assert found == {
+        "trajectory.csv",
+        "trajectory.npz",
+        "search.npz",
+        "report.json",
+        "scenario.toml",
+        "animation.gif",
+        "scene.html",
+        "result.glb",
+        "assets",
+        "assets/machine.json",
+        "assets/1_rolling_disk_maze.stl",
+    }
+    assert maze_run.folder.name == "rolling_disk_maze"
+    assert maze_run.code == 0
+
+
+def test_the_report_has_the_keys_that_are_promised(maze_run: Finished) -> None:
+    report = maze_run.report
+    promised = {"schema_version", "status", "planner", "seed", "iterations", "cost", "duration"}
+    promised |= {"goal_distance", "timings", "verification", "diagnosis", "versions"}
+    assert promised <= set(report)
+    assert report["status"] == "solved"
+    assert (report["planner"], report["seed"]) == ("auto", 1)
+    assert report["iterations"] > 0
+    assert all(seconds >= 0 for seconds in report["timings"].values())
+    for check in report["verification"]:
+        assert {"name", "value", "limit", "passed"} <= set(check)
+        assert check["passed"] is True
+    assert report["versions"]["kinolab"] == kinolab.__version__
+
+
+def test_the_report_is_strict_json(maze_run: Finished) -> None:
+    def refuse(word: str) -> None:
+        raise AssertionError(f"{word} is not JSON")
+
+    json.loads((maze_run.folder / "report.json").read_text(), parse_constant=refuse)
+
+
+def test_the_csv_file_says_what_the_npz_file_says_bit_for_bit(maze_run: Finished) -> None:
+    lines = (maze_run.folder / "trajectory.csv").read_text().splitlines()
+    arrays = np.load(maze_run.folder / "trajectory.npz", allow_pickle=False)
+    states, controls = arrays["state_names"].tolist(), arrays["control_names"].tolist()
+    assert lines[0] == "t,x,y,psi,phi,psi_dot,phi_dot,drive,steer"
+    assert lines[0] == ",".join(["t", *states, *controls])
+    rows = [
+        [float(value) if value else math.nan for value in line.split(",")] for line in lines[1:]
+    ]
+    table = np.array(rows)
+    assert table[:, 0].tobytes() == arrays["t"].tobytes()
+    assert table[:, 1:7].tobytes() == arrays["x"].tobytes()
+    assert table[:-1, 7:].tobytes() == arrays["u"].tobytes()
+    assert lines[-1].endswith(",,")
+    assert arrays["u"].shape == (len(arrays["t"]) - 1, 2)
+
+
+def test_there_is_one_row_per_propagation_step(maze_run: Finished) -> None:
+    t = np.load(maze_run.folder / "trajectory.npz")["t"]
+    assert t == pytest.approx(0.05 * np.arange(len(t)), abs=1e-9)  # [s]
+    assert maze_run.report["duration"] == pytest.approx(t[-1])
+
+
+def test_the_reported_distance_is_that_of_the_last_row(maze_run: Finished) -> None:
+    x = np.load(maze_run.folder / "trajectory.npz")["x"][-1]
+    expected = math.hypot(x[0] - 9.0, x[1] - 9.0)
+    assert maze_run.report["goal_distance"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_every_asset_has_its_hash_in_the_report(maze_run: Finished) -> None:
+    assets = maze_run.folder / "assets"
+    digests = {
+        file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in assets.iterdir()
+    }
+    assert maze_run.report["assets"] == digests
+
+
+def test_the_scenario_has_every_default_written_out(maze_run: Finished) -> None:
+    text = (maze_run.folder / "scenario.toml").read_text()
+    for line in ('method = "rk4"', "seed = 1", "improve = 2.0", "at_rest = false", "speed = 1.0"):
+        assert line in text
+    assert "assets/machine.json" in text
+    assert "assets/1_rolling_disk_maze.stl" in text
+    before, after = (
+        load_scenario("rolling_disk_maze"),
+        load_scenario(maze_run.folder / "scenario.toml"),
+    )
+    for section in ("start", "goal", "bounds", "metric", "integration", "planner", "render"):
+        assert getattr(before, section) == getattr(after, section)
+
+
+def test_a_run_as_it_ran_has_the_overrides_in_it(tmp_path: Path) -> None:
+    (tmp_path / "table.toml").write_text(OPEN)
+    options = ["--seed", "5", "--set", "start.y=0.25", "--max-iterations", "5000"]
+    out = tmp_path / "out"
+    code = cli.run([str(tmp_path / "table.toml"), *options, "--no-animation", "--out", str(out)])
+    scenario = load_scenario(out / "scenario.toml")
+    assert code == 0
+    assert (scenario.planner.seed, scenario.planner.max_iterations) == (5, 5000)
+    assert scenario.start["y"] == 0.25
+
+
+def test_the_animation_moves(maze_run: Finished) -> None:
+    with Image.open(io.BytesIO((maze_run.folder / "animation.gif").read_bytes())) as film:
+        assert getattr(film, "n_frames", 1) > 50
+        assert film.size == (800, 600)
+
+
+def test_the_animation_can_be_left_out(table_run: Finished) -> None:
+    assert not any((table_run.folder / name).exists() for name in PICTURES)
+
+
+# --- it can be mailed ---
+
+
+def test_a_run_checks_itself_where_nothing_else_is_left(
+    table_run: Finished, tmp_path: Path
+) -> None:
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(table_run.folder, moved)
+    hidden = table_run.folder.parents[1]
+    aside = hidden.rename(hidden.with_name("hidden"))
+    try:
+        done = plan("check", "elsewhere", cwd=tmp_path)
+    finally:
+        aside.rename(hidden)
+    assert done.returncode == 0, done.stderr
+    assert "elsewhere: passed" in done.stdout
+
+
+def test_a_checked_run_is_not_changed(run_copy: Path) -> None:
+    before = {path: path.read_bytes() for path in run_copy.rglob("*") if path.is_file()}
+    assert code_of(run_copy) == 0
+    assert {path: path.read_bytes() for path in run_copy.rglob("*") if path.is_file()} == before
+
+
+def test_a_mailed_run_that_names_a_python_file_does_not_run_it(run_copy: Path) -> None:
+    """A machine is data; code runs only where the user names it."""
+    proof = run_copy / "it_ran"
+    (run_copy / "assets" / "machine.py").write_text(
+        f"open({str(proof)!r}, 'w').close()\n"
+        "from kinolab.systems import get\ndef make():\n    return get('rolling_disk')\n"
+    )
+    scenario = run_copy / "scenario.toml"
+    scenario.write_text(scenario.read_text().replace("machine.json", "machine.py:make"))
+    code = code_of(run_copy)
+    assert not proof.exists()
+    assert code in (2, 7)
+
+
+def test_two_meshes_of_one_name_are_both_kept(tmp_path: Path, short: Solved) -> None:
+    for k, folder in enumerate(("a", "b")):
+        (tmp_path / folder).mkdir()
+        off = f"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 {k + 1}\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+        (tmp_path / folder / "post.off").write_text(off)
+    posts = "".join(
+        f'\n[[world.obstacle]]\nmesh = "{folder}/post.off"\nposition = [3, {y}, 0]\n'
+        for folder, y in (("a", 3), ("b", -3))
+    )
+    problem = problem_of(tmp_path, OPEN + posts)
+    write_run(tmp_path / "run", problem, short.plan)
+    assert check_run(tmp_path / "run").passed
+    vertices = [o.vertices for o in read_run(tmp_path / "run").problem.world.obstacles]
+    expected = [o.vertices for o in problem.world.obstacles]
+    for found, wanted in zip(vertices, expected, strict=True):
+        assert (found == wanted).all()
+
+
+# --- what somebody changed ---
+
+
+def test_an_untouched_run_passes(run_copy: Path, capsys: Capture) -> None:
+    assert code_of(run_copy) == 0
+    assert "passed" in capsys.readouterr().out
+
+
+def test_a_mesh_that_changed_fails(run_copy: Path, capsys: Capture) -> None:
+    (mesh,) = (run_copy / "assets").glob("*.off")
+    mesh.write_text(mesh.read_text().replace("0 0 1\n", "0 0 2\n", 1))
+    assert code_of(run_copy) == 7
+    out = capsys.readouterr().out
+    assert "FAILED assets" in out
+    assert mesh.name in out
+
+
+def test_a_machine_that_changed_fails(run_copy: Path, capsys: Capture) -> None:
+    machine = run_copy / "assets" / "machine.json"
+    machine.write_text(machine.read_text().replace('"default": 1.0', '"default": 1.01'))
+    assert code_of(run_copy) == 7
+    out = capsys.readouterr().out
+    assert "FAILED assets" in out
+    assert "FAILED dynamics" in out
+    assert "machine.json" in out
+
+
+def test_a_machine_that_changed_by_a_blank_fails(run_copy: Path) -> None:
+    machine = run_copy / "assets" / "machine.json"
+    machine.write_text(machine.read_text() + " ")
+    assert code_of(run_copy) == 7
+
+
+@pytest.mark.parametrize("assets", ["yes", [], {}, None, ["machine.json"], 3])
+def test_a_report_without_its_hashes_fails(run_copy: Path, assets: object) -> None:
+    rewrite(run_copy / "report.json", lambda report: {**report, "assets": assets})
+    assert code_of(run_copy) in (2, 7)
+
+
+def test_a_mesh_that_the_report_does_not_list_fails(run_copy: Path) -> None:
+    def forget(report: dict[str, Any]) -> dict[str, Any]:
+        return {**report, "assets": {"machine.json": report["assets"]["machine.json"]}}
+
+    rewrite(run_copy / "report.json", forget)
+    (mesh,) = (run_copy / "assets").glob("*.off")
+    mesh.write_text(mesh.read_text().replace("0 0 1\n", "0 0 2\n", 1))
+    assert code_of(run_copy) == 7
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "check"),
+    [
+        ("position = [3.0, 3.0, 0.0]", "position = [-1.2, -0.5, 0.0]", "collision"),
+        ("x = 0.0", "x = 4.0", "goal"),
+        ("x = -1.0", "x = -1.001", "start"),
+    ],
+)
+def test_a_scenario_that_changed_fails(
+    run_copy: Path, capsys: Capture, old: str, new: str, check: str
+) -> None:
+    scenario = run_copy / "scenario.toml"
+    assert old in scenario.read_text()
+    scenario.write_text(scenario.read_text().replace(old, new))
+    assert code_of(run_copy) == 7
+    assert f"FAILED {check}" in capsys.readouterr().out
+
+
+def change_cell(folder: Path, row: int, column: int, value: str) -> None:
+    path = folder / "trajectory.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[row].split(",")
+    cells[column] = value
+    lines[row] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "value", "code"),
+    [
+        (4, 1, "0.5", 7),  # a state
+        (4, 7, "1.5", 7),  # an input beyond its limit
+        (4, 0, "0.0", 7),  # a time that goes back
+        (4, 0, "0.1", 7),  # a time that stands still
+        (1, 0, "0.01", 7),  # a late beginning
+        (4, 1, "nan", 2),
+        (4, 1, "", 2),
+        (0, 1, "y", 2),
+    ],
+)
+def test_a_trajectory_that_changed_fails(
+    run_copy: Path, capsys: Capture, row: int, column: int, value: str, code: int
+) -> None:
+    change_cell(run_copy, row, column, value)
+    assert code_of(run_copy) == code
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "name", ["trajectory.csv", "report.json", "scenario.toml", "assets/machine.json"]
+)
+@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe\x00", b"[" * 100_000, b"{}"])
+def test_a_missing_or_damaged_file_is_bad_input(
+    run_copy: Path, capsys: Capture, name: str, content: bytes | None
+) -> None:
+    (run_copy / name).unlink()
+    if content is not None:
+        (run_copy / name).write_bytes(content)
+    expected = (2, 7) if (name, content) == ("report.json", b"{}") else (2,)
+    assert code_of(run_copy) in expected
+    err = capsys.readouterr().err
+    assert "Traceback" not in err
+    assert expected != (2,) or Path(name).name in err
+
+
+def test_a_machine_file_cannot_keep_its_reader_busy(run_copy: Path) -> None:
+    """Ten to the power of a billion is a short text, and hours of work for who multiplies it."""
+    machine = run_copy / "assets" / "machine.json"
+    text = machine.read_text()
+    assert text.count('"expression": "m"') == 1
+    tower = '"expression": ["mul", "m", ["pow", 10, ["pow", 10, 9]]]'
+    machine.write_text(text.replace('"expression": "m"', tower))
+    try:
+        code = plan("check", str(run_copy), cwd=run_copy, timeout=60).returncode
+    except subprocess.TimeoutExpired:
+        code = None
+    assert code in (2, 7)
+
+
+def test_a_missing_mesh_is_bad_input(run_copy: Path, capsys: Capture) -> None:
+    (mesh,) = (run_copy / "assets").glob("*.off")
+    mesh.unlink()
+    assert code_of(run_copy) == 2
+    assert mesh.name in capsys.readouterr().err
+
+
+def test_reading_names_every_missing_file_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_run(tmp_path / "nothing")
+    for name in ("trajectory.csv", "report.json", "scenario.toml"):
+        assert name in str(caught.value)
+
+
+# --- writing ---
+
+
+def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(
+    table_run: Finished, short: Solved, tmp_path: Path
+) -> None:
+    """The first has a mesh and a picture, the second has neither."""
+    run = read_run(table_run.folder)
+    write_run(tmp_path / "run", run.problem, short.plan)
+    for name in PICTURES:
+        write_whole(tmp_path / "run" / name, b"of the first")
+    write_run(tmp_path / "run", short.problem, short.plan)
+    found = {str(p.relative_to(tmp_path / "run")) for p in (tmp_path / "run").rglob("*")}
+    write_run(tmp_path / "fresh", short.problem, short.plan)
+    fresh = {str(p.relative_to(tmp_path / "fresh")) for p in (tmp_path / "fresh").rglob("*")}
+    assert found == fresh
+
+
+def test_a_run_that_finds_nothing_leaves_no_motion_of_the_one_before(
+    short: Solved, tmp_path: Path
+) -> None:
+    write_run(tmp_path, short.problem, short.plan)
+    for name in PICTURES:
+        write_whole(tmp_path / name, b"of the one before")
+    still = problem_of(tmp_path / "still", OPEN, "bounds.psi_dot=[-1e-9, 1e-9]", "start.y=1")
+    found = still.solve(max_iterations=5)
+    if found.trajectory is not None:
+        pytest.fail("the search was meant to find nothing")
+    report = write_run(tmp_path, still, found)
+    assert report["status"] == "not_found"
+    for name in ("trajectory.csv", "trajectory.npz", *PICTURES):
+        assert not (tmp_path / name).exists()
+    assert code_of(tmp_path) == 2  # there is no trajectory to check
+
+
+def test_files_that_are_not_the_runs_are_left_alone(short: Solved, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    write_run(tmp_path, short.problem, short.plan)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+class DiskFullError(OSError):
+    """What a full disk raises."""
+
+
+@pytest.mark.parametrize("full_after", range(5))
+def test_a_disk_that_fills_up_leaves_no_half_file(
+    short: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full_after: int
+) -> None:
+    """Every file is whole, and there is no report: it would vouch for what is missing."""
+    for name in ("whole", "run"):
+        write_run(tmp_path / name, short.problem, short.plan)
+    written: list[Path] = []
+    write = Path.write_bytes
+
+    def limited(path: Path, content: bytes) -> int:
+        if len(written) == full_after:
+            write(path, content[: len(content) // 2])
+            raise DiskFullError(28, "No space left on device")
+        written.append(path)
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", limited)
+    with pytest.raises(DiskFullError):
+        write_run(tmp_path / "run", short.problem, short.plan)
+    files = [path for path in (tmp_path / "run").rglob("*") if path.is_file()]
+    for path in files:
+        assert (
+            path.read_bytes()
+            == (tmp_path / "whole" / path.relative_to(tmp_path / "run")).read_bytes()
+        )
+    assert not (tmp_path / "run" / "report.json").exists()
+
+
+def test_check_of_an_approximate_run_fails_at_the_goal(tmp_path: Path, capsys: Capture) -> None:
+    far = problem_of(tmp_path, OPEN, "goal.x=4", "goal.tolerance=1e-3")
+    write_run(tmp_path / "run", far, far.solve(seed=1, max_iterations=30))
+    assert code_of(tmp_path / "run") == 7
+    out = capsys.readouterr().out
+    assert out.count("FAILED") == 2  # the folder and the goal
+    assert "FAILED goal" in out

@@ -1,0 +1,107 @@
+"""A planner that is not kinolab's grows its own tree on what a problem offers OMPL."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from ompl import base as ob
+from ompl import control as oc
+
+from kinolab.problem import Problem
+from kinolab.search.ompl import Bridge
+from tests.support import coin_after
+
+
+@dataclass
+class Node:
+    """A state of OMPL's that was allocated here, and how it was reached."""
+
+    state: Any
+    parent: Node | None = None
+    control: Any = None
+    steps: int = 0
+
+
+class RandomTree(ob.Planner):  # type: ignore[misc]
+    """Grows from any of its states, under any input: the least that a control planner may do."""
+
+    def __init__(self, bridge: Bridge) -> None:
+        super().__init__(bridge.space_information, "random tree")
+        self._information, self._generator = bridge.space_information, np.random.default_rng(1)
+        self._limits = bridge.problem.model.control_bounds.T
+        self._start = self._information.allocState()  # getStartState would give its own away
+        bridge.write(self._start, bridge.problem.start.tolist())
+
+    def setup(self) -> None:
+        """Do nothing."""
+
+    def clear(self) -> None:
+        """Do nothing: every search has a tree of its own."""
+
+    def solve(self, ended: Callable[[], bool]) -> Any:
+        """Search until the goal is reached or the condition says so."""
+        definition, information = self.getProblemDefinition(), self._information
+        tree = [Node(self._start)]
+        while not ended():
+            node = self._grown(tree[int(self._generator.integers(len(tree)))])
+            if node.steps >= information.getMinControlDuration():
+                tree.append(node)
+                if definition.getGoal().isSatisfied(node.state):
+                    definition.addSolutionPath(self._path(node), False, 0.0, self.getName())
+                    return ob.PlannerStatus(ob.PlannerStatus.EXACT_SOLUTION)
+        return ob.PlannerStatus(ob.PlannerStatus.TIMEOUT)
+
+    def _grown(self, parent: Node) -> Node:
+        information = self._information
+        control, state = information.getControlSpace().allocControl(), information.allocState()
+        for i, value in enumerate(self._generator.uniform(*self._limits)):
+            control[i] = float(value)
+        longest = int(self._generator.integers(1, information.getMaxControlDuration() + 1))
+        steps = information.propagateWhileValid(parent.state, control, longest, state)
+        return Node(state, parent, control, steps)
+
+    def _path(self, last: Node) -> Any:
+        way, node = [last], last.parent
+        while node is not None:
+            way.insert(0, node)
+            node = node.parent
+        path, step = oc.PathControl(self._information), self._information.getPropagationStepSize()
+        path.append(way[0].state)
+        for node in way[1:]:
+            path.append(node.state, node.control, node.steps * step)
+        return path
+
+
+def test_a_planner_that_kinolab_does_not_know_solves_a_problem(table: Problem) -> None:
+    """What it found is the coin's motion in closed form, and ends in the goal."""
+    bridge = table.to_ompl()
+    planner = RandomTree(bridge)
+    planner.setProblemDefinition(bridge.problem_definition)
+    planner.setup()
+    status = planner.solve(ob.timedPlannerTerminationCondition(60.0))
+    assert status.getStatus() == ob.PlannerStatus.EXACT_SOLUTION
+    path = bridge.problem_definition.getSolutionPath()
+    states = np.array([bridge.read(path.getState(k)) for k in range(path.getStateCount())])
+    held = [[path.getControl(k)[i] for i in range(2)] for k in range(path.getControlCount())]
+    ends = [
+        coin_after(x, np.array(u), np.array([duration]))[0]
+        for x, u, duration in zip(states, held, path.getControlDurations(), strict=False)
+    ]
+    off = np.array(ends) - states[1:]
+    off[:, 2:4] = (off[:, 2:4] + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(off).max() < 1e-4  # Runge-Kutta's steps of 0.05 s
+    assert states[0] == pytest.approx(table.start)
+    assert np.abs(states[-1, :2]).max() <= 0.5
+
+
+def test_the_planner_that_kinolab_does_not_know_can_be_ended(table: Problem) -> None:
+    bridge = table.to_ompl()
+    planner = RandomTree(bridge)
+    planner.setProblemDefinition(bridge.problem_definition)
+    status = planner.solve(ob.PlannerTerminationCondition(lambda: True))
+    assert status.getStatus() == ob.PlannerStatus.TIMEOUT
+    assert not bridge.problem_definition.hasSolution()

@@ -1,0 +1,29 @@
+"""Work beside the main thread: its result, its failure, and an end at once where one is asked."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from kinolab.search.potential.interruptible import unless_stopped
+from tests.support import within
+
+
+def test_the_result_is_returned() -> None:
+    assert unless_stopped(lambda: 42, lambda: False) == 42
+
+
+def test_a_failure_is_raised_here() -> None:
+    def fail() -> None:
+        raise ValueError("no way")
+
+    with pytest.raises(ValueError, match="no way"):
+        unless_stopped(fail, lambda: False)
+
+
+def test_work_that_never_ends_is_given_up() -> None:
+    gate = threading.Event()
+    with within(60):
+        assert unless_stopped(gate.wait, lambda: True) is None
+    gate.set()

@@ -1,0 +1,179 @@
+"""The file that a motion becomes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kinolab.dynamics.language.shapes import Disk
+from kinolab.files import whole_file
+from kinolab.show.film import Picture, gif, write_gif
+from kinolab.show.film.film import make_film
+from kinolab.show.film.palette import shared_palette
+from kinolab.show.film.text import lettered, time_stamp
+from kinolab.world.geometry import BodyGeometry
+from kinolab.world.obstacle import box_obstacle
+
+SIZE = (200, 150)
+PICTURE = Picture(
+    bodies=[BodyGeometry("coin", (Disk(0.25, 0.05, "y"),))],
+    obstacles=[box_obstacle("wall", (0.2, 2.0, 0.5), (1.0, 1.5, 0.25))],
+    ground=True,
+    bounds={"x": (0.0, 3.0), "y": (0.0, 2.0)},
+)
+
+
+def rolling(duration: float = 1.0, speed: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """A coin that rolls along x."""
+    times = np.linspace(0.0, duration, 21)
+    poses = np.zeros((21, 1, 3, 4))
+    for g, x in zip(poses[:, 0], speed * times, strict=True):
+        c, s = np.cos(x / 0.25), np.sin(x / 0.25)
+        g[:] = [[c, 0, s, 0.5 + x], [0, 1, 0, 0.4], [-s, 0, c, 0.25]]
+    return times, poses.reshape(21, 1, 12)
+
+
+def durations(path: Path) -> list[int]:
+    """How long each frame stays, in [ms]."""
+    with Image.open(path) as film:
+        found = []
+        for i in range(film.n_frames):
+            film.seek(i)
+            found.append(int(film.info["duration"]))
+        return found
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_one_second_at_25_fps_is_25_steps_of_40_ms_and_a_second_at_the_end(
+    tmp_path: Path, speed: float
+) -> None:
+    """Also while nothing moves: no frame is merged with its neighbour."""
+    write_gif(tmp_path / "a.gif", PICTURE, *rolling(speed=speed), size=SIZE)
+    assert durations(tmp_path / "a.gif") == [40] * 25 + [1000]
+
+
+def test_the_film_loops_and_has_the_size_that_was_asked_for(tmp_path: Path) -> None:
+    write_gif(tmp_path / "a.gif", PICTURE, *rolling(), size=(203, 151))
+    with Image.open(tmp_path / "a.gif") as film:
+        assert film.size == (203, 151)
+        assert film.info["loop"] == 0
+
+
+def test_every_frame_reads_back_as_it_was_drawn(tmp_path: Path) -> None:
+    """255 colours for a few flat ones and their mixtures: a few levels of 255 are lost."""
+    write_gif(tmp_path / "a.gif", PICTURE, *rolling(), size=SIZE, title="A coin")
+    film = make_film(PICTURE, *rolling(), size=SIZE, title="A coin")
+    with Image.open(tmp_path / "a.gif") as file:
+        for i, image in enumerate(film.frames()):
+            file.seek(i)
+            shown = np.asarray(file.convert("RGB")).astype(int)
+            error = abs(shown - image.astype(int)).max(axis=-1)
+            assert np.quantile(error, 0.99) < 10
+            assert error.max() < 80
+
+
+def test_what_stands_still_does_not_flicker(tmp_path: Path) -> None:
+    write_gif(tmp_path / "a.gif", PICTURE, *rolling(), size=SIZE)
+    with Image.open(tmp_path / "a.gif") as film:
+        corners = []
+        for i in range(film.n_frames):
+            film.seek(i)
+            corners.append(np.asarray(film.convert("RGB"))[-40:, -60:])
+    assert all((corner == corners[0]).all() for corner in corners)
+
+
+def test_a_long_motion_says_how_fast_it_is_shown() -> None:
+    film = make_film(PICTURE, *rolling(30.0, 0.05), size=SIZE)
+    assert len(film) <= 400
+    assert film.playback.speed == 2.0
+    assert time_stamp(1.25, film.playback.speed).endswith("2x")
+    assert "x" not in time_stamp(1.25, 1.0)
+
+
+def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+
+    def failing(*_: object, **__: object) -> list[bytes]:
+        calls.append(1)
+        if len(calls) > 3:
+            raise OSError("disk full")
+        return [b""]
+
+    monkeypatch.setattr(gif, "getdata", failing)
+    with pytest.raises(OSError, match="disk full"):
+        write_gif(tmp_path / "a.gif", PICTURE, *rolling(), size=SIZE)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_write_keeps_what_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "a.gif"
+    path.write_bytes(b"before")
+
+    def write_half() -> None:
+        with whole_file(path) as file:
+            file.write(b"half")
+            raise RuntimeError("stopped")
+
+    with pytest.raises(RuntimeError, match="stopped"):
+        write_half()
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_same_motion_same_bytes(tmp_path: Path) -> None:
+    for name in ("a.gif", "b.gif"):
+        write_gif(tmp_path / name, PICTURE, *rolling(), size=SIZE)
+    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
+
+
+def test_poses_may_be_matrices(tmp_path: Path) -> None:
+    times, poses = rolling()
+    write_gif(tmp_path / "a.gif", PICTURE, times, poses.reshape(21, 1, 3, 4), size=SIZE)
+    assert len(durations(tmp_path / "a.gif")) == 26
+
+
+def test_a_single_row_is_a_film_of_one_frame(tmp_path: Path) -> None:
+    times, poses = rolling()
+    write_gif(tmp_path / "a.gif", PICTURE, times[:1], poses[:1], size=SIZE)
+    with Image.open(tmp_path / "a.gif") as film:
+        assert getattr(film, "n_frames", 1) == 1
+
+
+@pytest.mark.parametrize(
+    ("times", "poses", "words"),
+    [
+        ([0.0, 1.0], np.zeros((3, 1, 12)), "need poses of shape"),
+        ([], np.zeros((0, 1, 12)), "at least one row"),
+        ([0.0, np.nan], np.zeros((2, 1, 12)), "finite"),
+        ([1.0, 0.0], np.zeros((2, 1, 12)), "decrease"),
+    ],
+)
+def test_a_motion_that_makes_no_sense_is_refused_and_nothing_is_written(
+    tmp_path: Path, times: list[float], poses: np.ndarray, words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        write_gif(tmp_path / "a.gif", PICTURE, times, poses, size=SIZE)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_small_bright_thing_keeps_its_colour_in_the_palette() -> None:
+    """Ten green pixels among 120 000 of a grey ramp."""
+    ramp = np.arange(400) // 2 + 20
+    image = np.broadcast_to(ramp[:, None], (300, 400, 3)).astype(np.uint8)
+    image[5, :10] = (0, 200, 90)
+    palette = shared_palette([image])
+    shown = palette.colors[palette.indices(image)[5, 4]].astype(int)
+    assert abs(shown - [0, 200, 90]).max() <= 8  # of 255; what six bits per channel resolve twice
+
+
+def test_text_changes_the_head_of_the_picture_and_nothing_else() -> None:
+    image = np.full((300, 400, 3), 250, dtype=np.uint8)
+    found = lettered(
+        image, "A title that is far too long for a picture of this width, you see", "t"
+    )
+    assert (found[40:] == 250).all()
+    assert (found[:40] < 150).any()
+    assert (image == 250).all()

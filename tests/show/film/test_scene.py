@@ -1,0 +1,190 @@
+"""What is seen: occlusion, shadows, markers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kinolab.dynamics.language.shapes import Box, Disk, Sphere
+from kinolab.show.film import Cone, Ghost, GoalRegion, Picture, render_frame
+from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.raster.light import JITTER
+from kinolab.show.film.scene import Stage, build_stage
+from kinolab.world.geometry import BodyGeometry
+from kinolab.world.obstacle import box_obstacle
+
+SIZE = (400, 300)
+RED = (1.0, 0.0, 0.0)
+BOUNDS = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
+
+
+def at(x: float, y: float, z: float) -> np.ndarray:
+    return np.column_stack([np.eye(3), [x, y, z]]).reshape(1, 12)
+
+
+def ball(radius: float) -> list[BodyGeometry]:
+    return [BodyGeometry("ball", (Sphere(radius),), color=RED)]
+
+
+def reddish(image: np.ndarray) -> np.ndarray:
+    pixels = image.astype(int)
+    return np.asarray(pixels[..., 0] > pixels[..., 1:].max(axis=-1) + 60)
+
+
+def rays_to_ground(stage: Stage) -> np.ndarray:
+    """Where the line of sight through each pixel meets z = 0, shape (h, w, 2), in [m]."""
+    camera, (width, height) = stage.pen.camera, SIZE
+    right, up, forward = camera.axes()
+    focal = 0.5 * height / np.tan(0.5 * camera.fov)
+    column, row = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    x, y = (column - 0.5 * width) / focal, (0.5 * height - row) / focal
+    ray = forward + x[..., None] * right + y[..., None] * up
+    reach = -camera.position[2] / ray[..., 2:]
+    return np.asarray((camera.position + reach * ray)[..., :2])
+
+
+@pytest.mark.parametrize("height", [0.3, 1.5])
+def test_only_the_body_and_the_ground_in_its_shadow_change(height: float) -> None:
+    """A ball's shadow is an ellipse about the foot of the ray through its centre.
+
+    Its half axes are r and r / sin(elevation of the light); half the lamp's width times the length
+    of the ray, and two pixels of about 2 cm, come on top.
+    """
+    radius, pose = 0.3, at(0.4, -0.3, height)
+    stage = build_stage(Picture(bodies=ball(radius), ground=True, bounds=BOUNDS), pose[None], SIZE)
+    changed = (stage.shot(pose) != stage.image).any(axis=-1)
+    centre = stage.pen.camera.project(pose.reshape(3, 4)[:, 3], SIZE)
+    focal = 0.5 * SIZE[1] / np.tan(0.5 * stage.pen.camera.fov)
+    column, row = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1]) + 0.5)
+    body = np.hypot(column - centre[0], row - centre[1]) < 1.1 * focal * radius / centre[2] + 2.0
+
+    light = stage.pen.light
+    foot = pose.reshape(3, 4)[:2, 3] - height / light[2] * light[:2]
+    away = np.linalg.norm(rays_to_ground(stage) - foot, axis=-1)
+    blur = 2.0 * JITTER * (height + radius) / light[2] ** 2
+    assert not (changed & ~body & (away > radius / light[2] + blur + 0.05)).any()
+    assert (changed | body)[away < radius - blur - 0.05].all()
+
+
+def test_the_shadow_is_darker_than_the_floor() -> None:
+    pose = at(0.0, 0.0, 1.5)
+    stage = build_stage(Picture(bodies=ball(0.3), ground=True, bounds=BOUNDS), pose[None], SIZE)
+    foot = -1.5 / stage.pen.light[2] * stage.pen.light
+    column, row = stage.pen.camera.project([foot[0], foot[1], 0.0], SIZE)[:2].astype(int)
+    before, after = stage.image[row, column], stage.shot(pose)[row, column]
+    assert (after < 0.9 * before).all()
+
+
+def test_a_wall_hides_what_stands_behind_it_and_not_what_stands_before_it() -> None:
+    wall = box_obstacle("wall", (4.0, 0.1, 1.0), (0.0, 0.0, 0.5))
+    picture = Picture(bodies=ball(0.2), obstacles=[wall], ground=True, bounds=BOUNDS, view="front")
+    assert not reddish(render_frame(picture, at(0.0, 1.0, 0.2), size=SIZE)).any()
+    assert reddish(render_frame(picture, at(0.0, -1.0, 0.2), size=SIZE)).any()
+
+
+def test_one_looks_into_a_room_through_its_near_walls() -> None:
+    wall = box_obstacle("room", (4.0, 4.0, 2.0), (0.0, 0.0, 1.0))
+    room = replace(wall, faces=wall.faces[:, ::-1].copy(), primitive=None)
+    picture = Picture(bodies=ball(0.4), obstacles=[room])
+    assert reddish(render_frame(picture, at(0.0, 0.0, 1.0), size=SIZE)).any()
+    solid = replace(picture, obstacles=[wall])
+    assert not reddish(render_frame(solid, at(0.0, 0.0, 1.0), size=SIZE)).any()
+
+
+def test_a_turning_disk_looks_different_at_every_eighth_turn() -> None:
+    picture = Picture(bodies=[BodyGeometry("coin", (Disk(0.5, 0.1, "y"),))], view="front")
+    images = []
+    for angle in np.arange(8) * np.pi / 4.0:
+        c, s = np.cos(angle), np.sin(angle)
+        turned = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0]], dtype=float)
+        stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
+        images.append(stage.shot(turned.reshape(1, 12)).astype(int))
+    for i in range(8):
+        for j in range(i):
+            different = (abs(images[i] - images[j]).max(axis=-1) > 60).mean()
+            assert different > 0.02  # of the picture, a third of which is the coin
+
+
+def test_ground_is_drawn_only_below() -> None:
+    picture = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
+    fallen = replace(picture, up=np.array([-1.0, 0.0, 0.0]))
+    assert picture.stands_on_ground
+    assert not fallen.stands_on_ground
+    assert build_stage(fallen, at(0, 0, 1)[None], SIZE).floor is None
+
+
+def test_the_goal_is_green_and_the_start_is_a_ghost() -> None:
+    bare = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
+    pose = at(0.0, 0.0, 0.2)
+    plain = build_stage(bare, pose[None], SIZE).image.astype(int)
+    goal = GoalRegion((1.5, 1.5, 0.0), 0.4)
+    marked = build_stage(replace(bare, goal=goal), pose[None], SIZE)
+    column, row = marked.pen.camera.project([1.5, 1.5, 0.0], SIZE)[:2].astype(int)
+    red, green, blue = marked.image[row, column].astype(int)
+    assert green > max(red, blue) + 20
+    ghost = build_stage(replace(bare, start=Ghost(at(-1.0, 0.0, 0.2))), pose[None], SIZE)
+    assert not reddish(ghost.image).any()
+    assert (ghost.image != plain).any()
+
+
+def test_the_path_lies_on_the_floor_under_the_motion() -> None:
+    line = np.column_stack([np.linspace(-1.5, 1.5, 30), np.zeros(30), np.ones(30)])
+    bare = Picture(bodies=(), ground=True, bounds={**BOUNDS, "z": (0.0, 1.0)})
+    none = np.zeros((1, 0, 12))
+    plain, drawn = (build_stage(p, none, SIZE) for p in (bare, replace(bare, path=line)))
+    for x in (-1.25, 0.25, 1.25):
+        column, row = plain.pen.camera.project([x, 0.0, 0.0], SIZE)[:2].astype(int)
+        assert drawn.image[row, column, 0] < plain.image[row, column, 0] - 60
+
+
+def test_a_cable_is_drawn_and_a_slack_one_is_not() -> None:
+    bodies = [BodyGeometry("load", (Box(0.2, 0.2, 0.2),), color=RED)]
+    cable = np.array([[[0.0, 0.0, 1.0], [0.0, 0.0, 0.1]]])
+    picture = Picture(bodies=bodies, bounds={"z": (0.0, 1.0)}, view="front")
+    stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
+    column, row = stage.pen.camera.project([0.0, 0.0, 0.6], SIZE)[:2].astype(int)
+    assert (stage.shot(at(0, 0, 0), cable)[row, column] < 120).all()
+    slack = stage.shot(at(0, 0, 0), np.full((1, 2, 3), np.nan))
+    assert (slack == stage.shot(at(0, 0, 0))).all()
+
+
+def test_an_empty_picture_is_paper() -> None:
+    image = render_frame(Picture(bodies=()), np.zeros((0, 12)), size=SIZE)
+    assert image.shape == (300, 400, 3)
+    assert (image[100:] == image[-1, -1]).all()
+
+
+def test_the_same_picture_has_the_same_pixels() -> None:
+    picture = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
+    first, second = (render_frame(picture, at(0, 0, 1), size=SIZE) for _ in range(2))
+    assert (first == second).all()
+
+
+def test_a_cone_tints_what_lies_behind_it_and_points_where_it_should() -> None:
+    """A red cone along +x: red pixels on that side of its apex only."""
+    cone = Cone((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.3, 1.5, forbidden=True)
+    pose = at(0.0, 0.0, 1.0)
+    bare, tinted = (
+        build_stage(Picture(bodies=ball(0.1), bounds=BOUNDS, cones=cones), pose[None], SIZE)
+        for cones in ((), (cone,))
+    )
+    red = tinted.image[..., 0].astype(int) - tinted.image[..., 2] > 20
+    assert red.sum() > 500
+    column = tinted.pen.camera.project([0.0, 0.0, 1.0], SIZE)[0]
+    ahead = tinted.pen.camera.project([1.0, 0.0, 1.0], SIZE)[0] - column
+    places = np.nonzero(red)[1] - column
+    assert (np.sign(ahead) * places > -5.0).all()
+    assert bare.image.shape == tinted.image.shape
+
+
+@pytest.mark.parametrize("forbidden", [False, True])
+def test_a_cone_is_closed_and_has_its_volume(forbidden: bool) -> None:
+    """2/3 pi r^3 (1 - cos a), flat facets inside it missing up to 2 %."""
+    mesh = cone_mesh(Cone((1.0, 2.0, 3.0), (0.0, 0.6, -0.8), 0.5, 2.0, forbidden))
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] - [1.0, 2.0, 3.0] for i in range(3))
+    volume = np.sum(a * np.cross(b, c)) / 6.0
+    assert (mesh.sides[:, 0] != mesh.sides[:, 1]).all()
+    assert volume == pytest.approx(2 / 3 * np.pi * 8.0 * (1 - np.cos(0.5)), rel=0.02)
+    assert np.linalg.norm(mesh.vertices - [1.0, 2.0, 3.0], axis=1).max() == pytest.approx(2.0)

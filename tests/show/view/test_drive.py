@@ -1,0 +1,193 @@
+"""Driving in a browser: what keys did there is done again by the compiled model.
+
+The page says which inputs were held in which step; nothing else is told to the compiled model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import kinolab
+from kinolab.problem import Problem
+from kinolab.solve import Plan
+from tests.conftest import Solved
+from tests.show.view.browsing import Opener, needs_chromium
+from tests.support import OPEN, problem_of
+
+Array = NDArray[np.float64]
+
+pytestmark = needs_chromium
+
+LONG = 5.0  # [s] of driving
+SAME = 1e-6  # of a state's entry, or of 1
+SLALOM = OPEN.replace("rolling_disk", "falling_disk").replace("x = -1.0", "x = -1.0\nphi_dot = 3.0")
+
+
+def page_of(problem: Problem, plan: Plan | None, path: Path) -> Path:
+    return kinolab.save_page(problem, plan, path / "scene.html")
+
+
+@pytest.fixture(scope="module")
+def coin(browse: Opener, short: Solved, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The page of a planned coin."""
+    return browse(page_of(short.problem, short.plan, tmp_path_factory.mktemp("coin")))
+
+
+@pytest.fixture
+def driven(coin: Any) -> Any:
+    """The same with a driver at the start of the motion, all keys up and the loop as it was."""
+    coin.evaluate("() => { kinolab.drive.stop(); kinolab.seek(0); kinolab.drive.start(); }")
+    return coin
+
+
+def drive(page: Any, presses: Sequence[tuple[str, float]]) -> None:
+    """Hold one key after another, each until a time in [s], then pause; twice as fast.
+
+    However rarely pictures come, no more than half a second passes between two of them.
+    """
+    page.evaluate("kinolab.speed = 2")
+    for key, until in presses:
+        page.keyboard.down(key)
+        reach(page, until)
+        page.keyboard.up(key)
+    page.keyboard.press("Space")
+    assert page.evaluate("kinolab.drive.paused") is True
+
+
+def reach(page: Any, time: float) -> None:
+    for _ in range(1000):
+        if page.evaluate("kinolab.drive.time") >= time:
+            return
+        page.wait_for_timeout(10)
+    raise TimeoutError(f"the machine did not come to t = {time} s")
+
+
+def done_again(problem: Problem, page: Any) -> Array:
+    """The state to which the compiled model comes under the logged inputs and parameters."""
+    model, settings = problem.model, problem.scenario.integration
+    x, dt = np.array(page.evaluate("kinolab.drive.begin")), page.evaluate("kinolab.drive.dt")
+    for entry in page.evaluate("kinolab.drive.log"):
+        acting = model if entry["closed"] else model.plant
+        values = dict(zip(model.parameter_names, entry["parameters"], strict=True))
+        how = {"method": settings.method, "substeps": settings.substeps}
+        x = acting.step(x, entry["inputs"], dt, **how, **values)
+    return x
+
+
+def near(found: Any, expected: Array) -> bool:
+    return bool(
+        (np.abs(np.array(found) - expected) <= SAME * np.maximum(np.abs(expected), 1)).all()
+    )
+
+
+def test_five_seconds_of_keys_lead_where_the_compiled_model_comes(
+    driven: Any, short: Solved
+) -> None:
+    """Forward, to the left, backward, to the right; the mass is changed on the way."""
+    drive(driven, [("ArrowUp", 1.0), ("ArrowLeft", 2.0)])
+    slider = driven.locator("#drive .slider", has_text="m").first.locator("input")
+    slider.evaluate("e => { e.value = 150; e.dispatchEvent(new Event('input')); }")
+    driven.keyboard.press("Space")
+    drive(driven, [("ArrowDown", 3.0), ("ArrowRight", 4.0), ("ArrowUp", LONG)])
+    log = driven.evaluate("kinolab.drive.log")
+    assert len(log) * driven.evaluate("kinolab.drive.dt") >= LONG - 1e-9
+    assert len({tuple(entry["inputs"]) for entry in log}) >= 4
+    assert len({tuple(entry["parameters"]) for entry in log}) == 2
+    assert np.ptp([entry["inputs"] for entry in log], axis=0).min() > 0
+    end = driven.evaluate("kinolab.drive.state")
+    assert np.abs(np.subtract(end, driven.evaluate("kinolab.drive.begin"))).max() > 0.1
+    assert near(end, done_again(short.problem, driven))
+    driven.locator("#drive button", has_text="Reset parameters").click()
+
+
+def test_a_controller_is_driven_by_its_references_and_may_be_left_out(
+    browse: Opener, tmp_path: Path
+) -> None:
+    """Speed and turn rate first; then the plant's own inputs, under which the coin soon falls."""
+    problem = problem_of(tmp_path, SLALOM)
+    page = browse(page_of(problem, None, tmp_path))
+    page.keyboard.press("m")
+    drive(page, [("ArrowUp", 1.5), ("ArrowLeft", 3.0), ("ArrowRight", LONG)])
+    log, end = page.evaluate("kinolab.drive.log"), page.evaluate("kinolab.drive.state")
+    assert all(entry["closed"] for entry in log)
+    assert log[-1]["inputs"][0] > log[0]["inputs"][0]  # the speed stays where it was set
+    assert near(end, done_again(problem, page))
+    page.locator("#drive label", has_text="Controller").locator("input").uncheck()
+    page.keyboard.press("Space")
+    drive(page, [("ArrowUp", LONG + 0.6)])
+    log = page.evaluate("kinolab.drive.log")
+    assert log[-1]["closed"] is False
+    assert len(log[-1]["inputs"]) == problem.model.plant.nu
+    assert near(page.evaluate("kinolab.drive.state"), done_again(problem, page))
+
+
+def test_the_same_inputs_give_the_same_state_to_the_last_bit(driven: Any) -> None:
+    drive(driven, [("ArrowUp", 0.5), ("ArrowLeft", 1.0)])
+    first, again = driven.evaluate(
+        """() => {
+            const { log, state, begin } = kinolab.drive;
+            kinolab.drive.reset(begin);
+            log.forEach(({ inputs }) => kinolab.drive.step(inputs));
+            return [state, kinolab.drive.state];
+        }"""
+    )
+    assert first == again
+
+
+def test_one_goes_on_from_where_the_plan_is(driven: Any, short: Solved) -> None:
+    trajectory = short.trajectory
+    row = len(trajectory.u) // 2
+    driven.evaluate("kinolab.drive.pause()")
+    driven.evaluate("t => kinolab.seek(t)", float(trajectory.t[row] + 1e-6))
+    driven.keyboard.press("End")
+    assert driven.evaluate("kinolab.drive.begin") == trajectory.x[row].tolist()
+    assert driven.evaluate("kinolab.time") == trajectory.t[row]
+    driven.keyboard.press("Home")
+    assert driven.evaluate("kinolab.drive.begin") == short.problem.start.tolist()
+
+
+def test_the_plan_goes_on_beside_the_driver(driven: Any, short: Solved) -> None:
+    """Its time is the driver's, counted from where the motion began, until the plan ends."""
+    driven.evaluate("kinolab.speed = 0.2")
+    reach(driven, 0.1)
+    driven.keyboard.press("Space")
+    time = driven.evaluate("kinolab.drive.time")
+    assert driven.evaluate("kinolab.time") == pytest.approx(time)
+    assert time < short.trajectory.t[-1]
+
+
+def test_a_stick_pushes_as_far_as_it_is_moved(driven: Any) -> None:
+    """Forward is away from the body, which gamepads count as negative."""
+    driven.evaluate("navigator.getGamepads = () => [{ axes: [0, -0.56, 0, 0] }]")
+    reach(driven, driven.evaluate("kinolab.drive.time") + 0.2)
+    part = driven.evaluate("kinolab.drive.log.at(-1).inputs")
+    driven.evaluate("navigator.getGamepads = () => [{ axes: [0, -1, 0, 0] }]")
+    reach(driven, driven.evaluate("kinolab.drive.time") + 0.2)
+    whole = driven.evaluate("kinolab.drive.log.at(-1).inputs")
+    driven.evaluate("navigator.getGamepads = () => []")
+    assert whole[0] > 0
+    assert part == pytest.approx([0.5 * whole[0], 0.0])
+
+
+def test_leaving_gives_the_plan_back(driven: Any, short: Solved) -> None:
+    drive(driven, [("ArrowUp", 0.3)])
+    assert driven.locator("#drive").is_visible()
+    driven.keyboard.press("Escape")
+    assert driven.evaluate("kinolab.drive.active") is False
+    assert not driven.locator("#drive").is_visible()
+    driven.keyboard.press("End")
+    assert driven.evaluate("kinolab.time") == short.trajectory.t[-1]
+
+
+def test_what_leaves_its_limits_is_named(driven: Any, short: Solved) -> None:
+    far = short.problem.start.tolist()
+    far[short.problem.model.state_names.index("x")] = 7.0
+    driven.evaluate("x => { kinolab.drive.pause(); kinolab.drive.reset(x); }", far)
+    driven.wait_for_timeout(300)
+    assert "outside its limits: x" in driven.inner_text("#drive .status")

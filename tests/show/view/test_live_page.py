@@ -1,0 +1,134 @@
+"""A page that shows a search while it goes on: what is told, to whom, and how it ends."""
+
+from __future__ import annotations
+
+import base64
+import http.client
+import re
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.cli import run
+from kinolab.problem import Problem
+from kinolab.search import Budget
+from kinolab.search.graph import SearchGraph
+from kinolab.show.view.live_page import LivePage
+from kinolab.solve import solve
+from tests.show.view.browsing import Opener, needs_chromium
+from tests.support import OPEN, WALL, plan, problem_of
+
+EVENT = re.compile(rb"event: (\w+)\ndata: (.*)\n\n")
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    return problem_of(tmp_path_factory.mktemp("live"), OPEN + WALL)
+
+
+@pytest.fixture
+def live(problem: Problem) -> Iterator[LivePage]:
+    page = LivePage(problem, "it begins")
+    with page.served():
+        yield page
+
+
+def ask(live: LivePage, path: str, **headers: str) -> http.client.HTTPResponse:
+    connection = http.client.HTTPConnection(urlsplit(live.address).netloc, timeout=20)
+    connection.request("GET", path, headers=headers)
+    return connection.getresponse()
+
+
+def cross(problem: Problem) -> SearchGraph:
+    """Four states about the first one, which is where the start is."""
+    x = np.repeat(problem.start[None], 5, axis=0)
+    x[1:, :2] += [[0.5, 0.0], [0.0, 0.5], [-0.5, 0.0], [0.0, -0.5]]
+    return SearchGraph(x, np.array([[0, 1], [0, 2], [0, 3], [0, 4]]))
+
+
+def test_everybody_hears_the_newest_of_all_that_was_told(live: LivePage, problem: Problem) -> None:
+    """The first body of the coin is at the state's own x and y."""
+    live.say("one")
+    live.say("two\nlines")
+    live.explored(cross(problem))
+    stream = ask(live, "/events")
+    threading.Thread(target=live.end, args=(None,)).start()
+    told = EVENT.findall(stream.read())
+    assert [kind for kind, _ in told] == [b"words", b"tree", b"end"]
+    assert told[0][1] == b"two lines"
+    places = np.frombuffer(base64.b64decode(told[1][1]), "<f4").reshape(4, 2, 3)
+    assert places[:, 0, :2] == pytest.approx(np.tile(problem.start[:2], (4, 1)))
+    moves = places[:, 1, :2] - places[:, 0, :2]
+    assert moves == pytest.approx(np.array([[0.5, 0], [0, 0.5], [-0.5, 0], [0, -0.5]]))
+
+
+def test_only_this_computer_is_answered_and_only_by_this_server_s_name(live: LivePage) -> None:
+    assert live.address.startswith("http://127.0.0.1:")
+    assert ask(live, "/").status == 200
+    assert ask(live, "/", Host="elsewhere.example").status == 403
+    assert ask(live, "/events", Host="elsewhere.example").status == 403
+    assert ask(live, "/../pyproject.toml").status == 404
+
+
+@pytest.mark.parametrize("planner", ["rrt_fast", "rrt"])
+def test_planners_show_trees_that_begin_at_the_start_and_grow(tmp_path: Path, planner: str) -> None:
+    seen: list[SearchGraph] = []
+
+    def watch(budget: Budget) -> None:
+        budget.viewer = seen.append
+
+    hard = problem_of(tmp_path, OPEN + WALL, "goal.tolerance=0.0001")
+    solve(hard, planner, 1, 20.0, max_iterations=6000, optimize=False, watch=watch)
+    assert seen
+    for graph in seen:
+        assert np.abs(graph.x - hard.start).max(axis=1).min() < 1e-9
+        assert not len(graph.edges) or graph.edges.max() < len(graph.x)
+    assert len(seen[-1].x) >= len(seen[0].x)
+
+
+@needs_chromium
+def test_the_page_shows_the_tree_and_then_the_finished_plan(
+    live: LivePage, problem: Problem, browse: Opener, tmp_path: Path
+) -> None:
+    page = browse(live.address)
+    shown = page.locator("#view")
+    before = shown.screenshot()
+    assert page.inner_text("#badge") == "Searching"
+    live.say("half of it is done")
+    live.explored(cross(problem))
+    for _ in range(100):
+        if page.inner_text("#subtitle") == "half of it is done":
+            break
+        page.wait_for_timeout(20)
+    page.wait_for_timeout(300)
+    assert page.inner_text("#subtitle") == "half of it is done"
+    assert shown.screenshot() != before
+    solved = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
+    assert solved.trajectory is not None
+    finished = kinolab.save_page(problem, solved, tmp_path / "scene.html").read_bytes()
+    ending = threading.Thread(target=live.end, args=(finished,))
+    ending.start()
+    page.wait_for_url("**/plan")
+    page.evaluate("async () => { await kinolab.ready; }")
+    assert page.inner_text("#badge") == "Solved and verified"
+    assert page.evaluate("kinolab.last") == pytest.approx(solved.trajectory.duration)
+    ending.join(20)
+    assert not ending.is_alive()
+
+
+def test_the_command_ends_where_nobody_looks_on(tmp_path: Path) -> None:
+    (tmp_path / "open.toml").write_text(OPEN)
+    options = ("--live", "--no-browser", "--quiet", "--no-animation")
+    done = plan("open.toml", *options, cwd=tmp_path, timeout=120)
+    assert done.returncode == 0
+    assert re.search(r"live on http://127\.0\.0\.1:\d+/", done.stderr)
+
+
+def test_several_searches_are_not_shown_on_one_page(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["rolling_disk_maze", "--live", "--jobs", "2"]) == 2
+    assert "--live: a page shows one search. Leave --jobs out." in capsys.readouterr().err

@@ -1,0 +1,232 @@
+"""Ways through the free configurations: free, from start to end, and only where there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import groupby, pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kinolab.cancel import StoppedError
+from kinolab.problem import Problem
+from kinolab.trajopt.multistart.geometric_path import FreeWays
+from kinolab.trajopt.multistart.guesses import Guesses
+from tests.support import problem_of
+
+Array = NDArray[np.float64]
+
+SEEDS = range(1, 6)
+RADIUS = 0.28  # [m] from the robot's centre to its corners in the plane
+CLOSE = 0.0074  # [m] of a corner between two of our looks: a tenth of what ways are looked at
+GRAZED = 0.093  # [m] of a corner between two looks at a way of five parts, which count as four
+HALL = """
+schema = 1
+title = "A robot in a hall with a wall across it, which has doors"
+system = { name = "unicycle1_v0" }
+bounds = { x = [0, 4], y = [0, 6] }
+[start]
+x = 1.0
+y = 1.0
+theta = 3.0
+[goal]
+x = 3.0
+y = 1.0
+theta = -3.0
+tolerance = 0.1
+"""
+DOORS = {"near": (1.0, 1.7), "far": (4.5, 5.5)}  # [m] in y
+THROUGH = 4.0  # [m]: some more than through the near door, less than through the far one
+FLY = """
+schema = 1
+title = "A rotor turns over beside a post"
+system = { name = "quad3d_v0" }
+bounds = { x = [-1, 1], y = [-1, 1], z = [0, 2] }
+[start]
+x = -0.7
+z = 1.0
+R = [0, 0, 0, 1]
+[goal]
+x = 0.7
+y = 0.0
+z = 1.0
+R = [0, 0, 0.9, -0.4358898943540674]
+tolerance = 0.1
+[[world.obstacle]]
+box = [0.3, 0.3, 2.0]
+position = [0, 0, 1]
+"""
+
+
+def hall(folder: Path, *doors: str) -> Problem:
+    """Return the hall whose wall is open at some doors only."""
+    edges = [0.0, *(y for door in doors for y in DOORS[door]), 6.0]
+    walls = "".join(
+        f"\n[[world.obstacle]]\nbox = [0.2, {high - low}, 1.0]\n"
+        f"position = [2, {(low + high) / 2}, 0]\n"
+        for low, high in zip(edges[::2], edges[1::2], strict=True)
+    )
+    return problem_of(folder, HALL + walls)
+
+
+def goal_of(problem: Problem) -> Array:
+    end = problem.start.copy()
+    end[list(problem.goal.indices)] = problem.goal.targets
+    for attitude in problem.goal.attitudes:
+        end[attitude.index : attitude.index + 4] = attitude.target
+    return end
+
+
+def anything(way: Array) -> bool:
+    return len(way) > 0
+
+
+def found(problem: Problem, seed: int, within: Callable[[Array], bool] = anything) -> Array | None:
+    ways = FreeWays(problem, np.random.default_rng(seed))
+    return ways.find(problem.start, goal_of(problem), within=within)
+
+
+def length(way: Array) -> float:
+    """Return the length of a way in the plane, in [m]."""
+    return float(np.linalg.norm(np.diff(way[:, :2], axis=0), axis=1).sum())
+
+
+def door(way: Array) -> str:
+    """Return the door through which the robot's centre first crosses the wall."""
+    a, b = next((a, b) for a, b in pairwise(way) if a[0] <= 2.0 <= b[0])
+    y = np.interp(2.0, [a[0], b[0]], [a[1], b[1]])
+    (name,) = (name for name, (low, high) in DOORS.items() if low < y < high)
+    return name
+
+
+def looks(way: Array) -> Array:
+    """Return states of the robot all along a way."""
+    legs = []
+    for a, b in pairwise(way):
+        moved = np.hypot(*(b - a)[:2]) + RADIUS * abs(b[2] - a[2])
+        legs.append(np.linspace(a, b, int(np.ceil(moved / CLOSE)) + 2))
+    return np.vstack(legs)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_way_is_free_but_for_corners_that_it_grazes_between_two_looks(
+    seed: int, tmp_path: Path
+) -> None:
+    """Ten times as many looks see contact for less than one of its own; a wall takes 0.45 m."""
+    problem = hall(tmp_path, "near", "far")
+    way, checker = found(problem, seed), problem.checker()
+    assert way is not None
+    touching = [checker.collides(*problem.placement(x)) for x in looks(way)]
+    longest = max((len(list(run)) for touches, run in groupby(touching) if touches), default=0)
+    assert longest * CLOSE < GRAZED
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_way_leads_from_start_to_goal_but_for_whole_turns(seed: int, tmp_path: Path) -> None:
+    problem = hall(tmp_path, "far")
+    way, end = found(problem, seed), goal_of(problem)
+    assert way is not None
+    assert np.array_equal(way[0], problem.start)
+    assert np.array_equal(way[-1, :2], end[:2])
+    turns = (way[-1, 2] - end[2]) / (2 * np.pi)
+    assert turns == pytest.approx(round(turns), abs=1e-12)
+    assert np.abs(np.diff(way[:, 2])).max() <= np.pi + 1e-12  # none is jumped over
+
+
+def test_attitudes_end_as_they_must_but_for_their_sign(
+    tmp_path: Path,
+) -> None:
+    problem, signs = problem_of(tmp_path, FLY), set()
+    end, (first,) = goal_of(problem), problem.model.attitudes.values()
+    for seed in SEEDS:
+        way = found(problem, seed)
+        assert way is not None
+        q = way[:, first : first + 4]
+        assert (np.sum(q[1:] * q[:-1], axis=1) >= 0).all()
+        same = float(q[-1] @ end[first : first + 4])
+        assert abs(same) == pytest.approx(1.0, abs=1e-12)
+        signs.add(round(same))
+    assert signs == {-1, 1}
+
+
+def test_there_is_no_way_through_a_closed_wall(tmp_path: Path) -> None:
+    assert found(hall(tmp_path), 1) is None
+
+
+def test_equal_seeds_give_equal_ways_and_others_other_ones(tmp_path: Path) -> None:
+    problem, ways = hall(tmp_path, "near", "far"), set()
+    for seed in SEEDS:
+        one, other = found(problem, seed), found(problem, seed)
+        assert one is not None
+        assert other is not None
+        assert one.tobytes() == other.tobytes()
+        ways.add(one.tobytes())
+    assert len(ways) == len(SEEDS)
+
+
+def test_a_way_of_limited_length_leads_through_the_near_door(tmp_path: Path) -> None:
+    """Without the limit some lead through the far one."""
+    problem = hall(tmp_path, "near", "far")
+    free = [found(problem, seed) for seed in SEEDS]
+    assert {door(way) for way in free if way is not None} == set(DOORS)
+    for seed in SEEDS:
+        way = found(problem, seed, lambda way: length(way) <= THROUGH)
+        assert way is not None
+        assert door(way) == "near"
+        assert length(way) <= THROUGH
+
+
+def test_without_the_near_door_no_way_is_that_short(tmp_path: Path) -> None:
+    assert found(hall(tmp_path, "far"), 1, lambda way: length(way) <= THROUGH) is None
+
+
+@pytest.mark.parametrize("looks_before", [0, 5])
+def test_looking_for_a_way_ends_when_it_is_stopped(looks_before: int, tmp_path: Path) -> None:
+    problem, asked = hall(tmp_path), [0]
+
+    def stop() -> bool:
+        asked[0] += 1
+        return asked[0] > looks_before
+
+    with pytest.raises(StoppedError):
+        FreeWays(problem, np.random.default_rng(1), stop).find(problem.start, goal_of(problem))
+    assert asked[0] == looks_before + 1
+
+
+TURN = """
+schema = 1
+title = "A telescope turns past the sun"
+system = { name = "satellite" }
+[goal]
+[[goal.direction]]
+body = "telescope"
+axis = "x"
+target = [-1.0, 0.3, 0.0]
+[[keep_out]]
+body = "telescope"
+axis = "x"
+direction = [0.1, 1.0, 0.0]
+half_angle = 0.6
+"""
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_way_keeps_axes_out_of_forbidden_cones(seed: int, tmp_path: Path) -> None:
+    """The straight way leads through the cone; looks are so close that one grazes it by 0.1 rad."""
+    problem, generator = problem_of(tmp_path, TURN), np.random.default_rng(seed)
+    begin, end = Guesses(problem, generator).straight()
+    ways = FreeWays(problem, generator)
+    assert not ways.is_free(begin, end)
+    way = ways.find(begin, end)
+    assert way is not None
+    (cone,) = problem.keep_outs
+    angles = [cone.angle(problem.frames(x)) for x in between(way)]
+    assert min(angles) > cone.half_angle - 0.1
+
+
+def between(way: Array) -> Array:
+    """Return many states on a way, quaternions on chords."""
+    parts = np.linspace(0.0, 1.0, 30)[:, None]
+    return np.vstack([a + parts * (b - a) for a, b in pairwise(way)])

@@ -1,0 +1,187 @@
+"""Guesses: how quick they may be, which way they turn, and where they begin and end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.trajopt.multistart.guesses import Guesses
+from tests.support import problem_of
+
+Array = NDArray[np.float64]
+
+FASTEST = 0.5  # [m/s] of the unicycle, and [rad/s]
+# Share by which what is seen in 200 random states may be slower than the limit: 200 a 4 e / (3 pi)
+# of them, where a = sqrt(2 e), are not slower than that along an axis; for e = 0.1 these are four.
+SEEN = 0.1
+ROUNDING = 1e-12
+DRIVE = """
+schema = 1
+title = "A robot drives"
+system = { name = "unicycle1_v0" }
+bounds = { x = [-3, 3], y = [-3, 3] }
+[start]
+theta = 3.0
+[goal]
+x = 2.0
+y = 0.0
+theta = -3.0
+tolerance = 0.1
+"""
+SPEED_UP = """
+schema = 1
+title = "A robot speeds up"
+system = { name = "unicycle2_v0" }
+bounds = { x = [-3, 3], y = [-3, 3] }
+[start]
+v = 0.3
+[goal]
+x = 2.0
+tolerance = 0.1
+"""
+FLY = """
+schema = 1
+title = "A rotor turns over"
+system = { name = "quad3d_v0" }
+bounds = { x = [-2, 2], y = [-2, 2], z = [0, 2] }
+[start]
+z = 1.0
+R = [0, 0, 0, 1]
+[goal]
+x = 1.0
+y = 0.0
+z = 1.0
+R = [0, 0, 0.9, -0.4358898943540674]
+tolerance = 0.1
+"""
+
+
+def guesses(problem: Problem, seed: int = 1) -> Guesses:
+    return Guesses(problem, np.random.default_rng(seed))
+
+
+@pytest.fixture
+def drive(tmp_path: Path) -> Problem:
+    return problem_of(tmp_path, DRIVE)
+
+
+# --- how quick ---
+
+
+@pytest.mark.parametrize("distance", [0.5, 2.0])
+def test_a_straight_drive_is_about_as_quick_as_the_limit_of_speed_allows(
+    distance: float, drive: Problem
+) -> None:
+    way = np.array([[0.0, 0.0, 0.0], [distance, 0.0, 0.0]])
+    shortest = distance / FASTEST
+    quickest = guesses(drive).quickest(way)
+    assert shortest * (1 - ROUNDING) <= quickest <= shortest / (1 - SEEN)
+
+
+def test_the_slowest_coordinate_decides_and_legs_add_up(drive: Problem) -> None:
+    """Turning by 2 rad takes longer than driving half a metre."""
+    way = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 2.0], [1.5, 0.0, 2.0]])
+    shortest = 2.0 / FASTEST + 1.0 / FASTEST
+    quickest = guesses(drive).quickest(way)
+    assert shortest * (1 - ROUNDING) <= quickest <= shortest / (1 - SEEN)
+
+
+def test_standing_still_takes_no_time(drive: Problem) -> None:
+    assert guesses(drive).quickest(np.zeros((2, 3))) == 0.0
+
+
+# --- where to ---
+
+
+def test_straight_ways_take_the_shorter_turn(drive: Problem) -> None:
+    """From 3 rad to -3 rad it is 0.28 rad over the seam, not 6 rad back."""
+    begin, end = guesses(drive).straight()
+    assert np.array_equal(begin, drive.start)
+    assert np.array_equal(end[:2], [2.0, 0.0])
+    assert end[2] - begin[2] == pytest.approx(2 * np.pi - 6.0, abs=ROUNDING)
+
+
+@pytest.mark.parametrize("turns", [-2, -1, 1, 3])
+def test_further_turns_come_on_top_of_the_shortest(turns: int, drive: Problem) -> None:
+    begin, end = guesses(drive).straight([turns])
+    assert end[2] - begin[2] == pytest.approx(2 * np.pi * (turns + 1) - 6.0, abs=ROUNDING)
+
+
+def test_straight_ways_take_the_shorter_turn_of_attitudes_too(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, FLY)
+    (first,) = problem.model.attitudes.values()
+    begin, end = guesses(problem).straight()
+    own, target = slice(first, first + 4), np.array(problem.goal.attitudes[0].target)
+    assert begin[own] @ end[own] >= 0
+    assert abs(end[own] @ target) == pytest.approx(1.0, abs=ROUNDING)
+
+
+def test_what_the_goal_leaves_open_stays_but_speeds_vanish(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, SPEED_UP)
+    begin, end = guesses(problem).straight()
+    names = problem.model.state_names
+    assert dict(zip(names, begin, strict=True))["v"] == 0.3
+    assert dict(zip(names, end, strict=True)) == {"x": 2.0, "y": 0, "theta": 0, "v": 0, "w": 0}
+
+
+@pytest.mark.parametrize("text", [DRIVE, FLY])
+def test_winding_ways_keep_their_ends_but_for_whole_turns(text: str, tmp_path: Path) -> None:
+    problem, vias = problem_of(tmp_path, text), set()
+    straight, winding = guesses(problem).straight(), guesses(problem, 2)
+    circles, (lower, upper) = problem.circular, problem.sampling_bounds.T
+    for _ in range(20):
+        begin, via, end = winding.winding()
+        assert np.array_equal(begin, straight[0])
+        assert np.array_equal(end[~circles], straight[1][~circles])
+        turns = (end - straight[1])[circles] / (2 * np.pi)
+        assert np.allclose(turns, np.round(turns), rtol=0, atol=ROUNDING)
+        aside = np.abs(via - (begin + end) / 2)
+        assert (aside <= 0.25 * (upper - lower) + ROUNDING).all()
+        vias.add(via.tobytes())
+    assert len(vias) == 20
+
+
+# --- spread over a time ---
+
+
+@pytest.mark.parametrize("text", [DRIVE, FLY])
+def test_knots_lead_from_end_to_end_in_the_time_that_is_given(text: str, tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, text)
+    way = guesses(problem).straight()
+    knots = guesses(problem).knots(way, 37, 0.1)
+    assert (knots.x.shape, knots.u.shape) == ((38, problem.model.nx), (37, problem.model.nu))
+    assert knots.duration == pytest.approx(3.7, abs=ROUNDING)
+    assert np.allclose(knots.x[[0, -1]], way, rtol=0, atol=ROUNDING)
+
+
+def test_attitudes_at_knots_are_unit_quaternions(tmp_path: Path) -> None:
+    """On the straight line in between they would get as short as 0.85."""
+    problem = problem_of(tmp_path, FLY)
+    (first,) = problem.model.attitudes.values()
+    make = guesses(problem)
+    for way in (make.straight(), make.winding()):
+        knots = make.knots(way, 40, 0.05)
+        lengths = np.linalg.norm(knots.x[:, first : first + 4], axis=1)
+        assert np.allclose(lengths, 1.0, rtol=0, atol=ROUNDING)
+
+
+def test_the_same_place_at_other_speeds_is_a_guess_too(tmp_path: Path) -> None:
+    """Where no coordinate changes, states change evenly over the time."""
+    problem = problem_of(tmp_path, SPEED_UP, "goal={ x = 0, v = 0, tolerance = 0.1 }")
+    make = guesses(problem)
+    knots = make.knots(make.straight(), 10, 0.1)
+    v = problem.model.state_names.index("v")
+    assert np.allclose(knots.x[:, v], np.linspace(0.3, 0.0, 11), rtol=0, atol=ROUNDING)
+
+
+def test_inputs_are_near_the_middle_of_their_range(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, FLY)
+    make = guesses(problem)
+    lower, upper = problem.model.control_bounds.T
+    share = (make.knots(make.straight(), 200, 0.05).u - lower) / (upper - lower)
+    assert np.abs(share - 0.5).max() < 0.1  # ten standard deviations
+    assert share.std() > 0

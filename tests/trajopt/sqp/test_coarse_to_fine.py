@@ -1,0 +1,53 @@
+"""Inputs that are held for several steps make an exact motion of single steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.problem import Problem
+from kinolab.simulation.machine import motion_under
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.problem import Task
+from kinolab.trajopt.sqp.coarse_to_fine import FAR, closer
+from tests.scenario.dynobench.wheel import environment, needs_wheel
+
+EXACT = 1e-6  # sum of all that is missing, in scales
+
+
+def straight(problem: Problem, steps: int) -> Knots:
+    """Return states on the line to the goal, under inputs in the middle of their ranges."""
+    end = problem.start.copy()
+    end[list(problem.goal.indices)] = problem.goal.targets
+    middle = problem.model.control_bounds.mean(axis=1)
+    return Knots(np.linspace(problem.start, end, steps + 1), np.tile(middle, (steps, 1)),
+                 problem.step)  # fmt: skip
+
+
+def never() -> bool:
+    return False
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    return Task(kinolab.load(environment("quad2d_v0/empty_0")), 1e-2)
+
+
+@needs_wheel
+def test_a_guess_becomes_a_motion_of_the_machine_in_as_many_steps(task: Task) -> None:
+    guess = straight(task.problem, 240)
+    assert sum(task.transcription(guess).missing(guess)) > FAR
+    knots = closer(task, guess, never)
+    assert (len(knots.u), knots.h) == (240, guess.h)
+    assert np.array_equal(knots.u[::4], knots.u[3::4])
+    assert sum(task.transcription(knots).missing(knots)) < EXACT
+    motion = motion_under(task.problem, knots.u)
+    assert np.allclose(motion[-1], knots.x[-1], rtol=0, atol=EXACT)
+
+
+@needs_wheel
+@pytest.mark.parametrize("steps", [97, 241])
+def test_too_few_steps_and_those_that_cannot_be_shared_out_stay(task: Task, steps: int) -> None:
+    guess = straight(task.problem, steps)
+    assert closer(task, guess, never) is guess

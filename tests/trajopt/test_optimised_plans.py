@@ -1,0 +1,383 @@
+"""Plans are made exact and shorter after the search, never worse, and never unverified."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab import cli
+from kinolab.problem import Problem
+from kinolab.runs import check_run, write_run
+from kinolab.search import Budget
+from kinolab.solve import Plan, improve, make_planner
+from kinolab.solve.improve import Improving
+from kinolab.solve.request import Request
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt import Seconds, Subproblems
+from kinolab.trajopt import repair as true_repair
+from kinolab.trajopt import shorten as true_shorten
+from tests.planners.test_planners import bits
+from tests.support import WALL, coin_after, plan, problem_of
+
+EXACT = 1e-6  # [SI units] from the goal's centre
+MOST = 50_000  # iterations, far more than the search needs
+
+DRIVE = """
+schema = 1
+title = "A robot with limited acceleration drives to a place where it can rest"
+system = { name = "unicycle2_v0" }
+world.bounds = { x = [-0.5, 1], y = [-0.5, 0.5] }
+[goal]
+x = 0.6
+y = 0.0
+theta = 0.0
+v = 0.0
+w = 0.0
+tolerance = 0.1
+[integration]
+method = "euler"
+step = 0.1
+truth = "discrete"
+"""
+COIN = """
+schema = 1
+title = "A coin rolls around a wall"
+system = { name = "rolling_disk" }
+world.bounds = { x = [-1, 3], y = [-2, 2] }
+world.ground = "plane"
+goal = { x = 2, y = 0, at_rest = true, tolerance = 0.3 }
+"""
+
+
+@dataclass(frozen=True)
+class Both:
+    """A problem, its plan without optimisation, and with it."""
+
+    problem: Problem
+    raw: Plan
+    found: Plan
+
+
+def both(folder: Path, text: str) -> Both:
+    problem = problem_of(folder, text)
+    raw = problem.solve(seed=1, max_iterations=MOST, optimize=False)
+    return Both(problem, raw, problem.solve(seed=1, max_iterations=MOST))
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Both:
+    """A robot whose steps have a fixed length."""
+    return both(tmp_path_factory.mktemp("drive"), DRIVE)
+
+
+@pytest.fixture(scope="module")
+def rolled(tmp_path_factory: pytest.TempPathFactory) -> Both:
+    """A coin in continuous time, and a wall in its way."""
+    wall = WALL.replace("3.0, 0.0", "1.0, 0.0").replace("4.0, 1.0", "1.0, 1.0")
+    return both(tmp_path_factory.mktemp("coin"), COIN + wall)
+
+
+@pytest.fixture(params=["driven", "rolled"])
+def solved(request: pytest.FixtureRequest) -> Both:
+    made: Both = request.getfixturevalue(request.param)
+    return made
+
+
+@pytest.fixture
+def drive(driven: Both) -> Problem:
+    return driven.problem
+
+
+def trajectory_of(found: Plan) -> Trajectory:
+    assert found.trajectory is not None, found.message
+    return found.trajectory
+
+
+def made_by(found: Plan) -> list[str]:
+    return [one.by for one in found.improvements]
+
+
+def replaced(monkeypatch: pytest.MonkeyPatch, name: str, other: Callable[..., Any]) -> None:
+    monkeypatch.setattr(improve, name, other)
+
+
+# --- what comes out ---
+
+
+def test_a_plan_ends_exactly_in_the_goal_and_is_never_longer_than_the_raw_one(
+    solved: Both,
+) -> None:
+    problem, raw, end = solved.problem, trajectory_of(solved.raw), trajectory_of(solved.found)
+    assert solved.found.status == "solved"
+    assert kinolab.verify(problem, end).passed
+    assert end.duration < raw.duration
+    assert problem.goal_distance(end.x[-1]) < EXACT < problem.goal_distance(raw.x[-1])
+    assert solved.found.statistics["raw_duration"] == raw.duration
+    assert solved.found.statistics["final_duration"] == end.duration
+
+
+def test_the_improvements_tell_how_it_came_about(solved: Both) -> None:
+    first, *later = solved.found.improvements
+    assert (first.by, first.duration) == ("search", solved.raw.cost)
+    assert {one.by for one in later} == {"repair", "shorten"}
+    assert all(one.goal_distance < EXACT for one in later)
+    times = [one.after for one in (first, *later)]
+    assert times == sorted(times)
+    assert min(one.duration for one in later) == solved.found.cost
+
+
+def test_whole_steps_stay_whole(driven: Both) -> None:
+    steps = np.diff(trajectory_of(driven.found).t)
+    assert np.abs(steps - driven.problem.step).max() < 1e-12
+
+
+def test_the_margin_is_the_least_room_of_the_motion(rolled: Both) -> None:
+    """A rim of 0.25 m about the centre, which is 0.25 m above the ground, and half of 5 cm.
+
+    The coin's motion between the knots is known in closed form.
+    """
+    end = trajectory_of(rolled.found)
+    spans = np.diff(end.t)[:, None] * np.linspace(0, 1, 50)
+    rows = zip(end.x, end.u, spans, strict=False)
+    x, y = np.vstack([coin_after(*row) for row in rows])[:, :2].T
+    to_wall = np.hypot(np.maximum(np.abs(x - 1.0) - 0.05, 0), np.maximum(np.abs(y) - 0.5, 0))
+    margin = rolled.found.statistics["margin"]
+    assert to_wall.min() - np.hypot(0.25, 0.025) - 1e-6 <= margin <= to_wall.min() - 0.025
+    assert margin > 0
+    assert rolled.found.certificate is not None
+    assert rolled.found.certificate.margin is not None
+    assert margin == rolled.found.certificate.margin.room
+    assert "margin" not in rolled.raw.statistics
+
+
+def test_a_search_that_missed_the_goal_is_led_into_it(driven: Both, tmp_path: Path) -> None:
+    strict = problem_of(tmp_path, DRIVE, "goal.tolerance=1e-6")
+    missed = replace(driven.raw, status="approximate", certificate=None, message="missed")
+    found = improver(strict, 100.0, MOST, 0.0).plan(missed, Budget(10.0))
+    assert found.status == "solved"
+    assert kinolab.verify(strict, trajectory_of(found)).passed
+    assert "the search alone had missed" in found.message
+
+
+# --- what does not come out ---
+
+
+def test_without_optimisation_a_plan_is_what_the_search_gave(solved: Both) -> None:
+    problem, raw = solved.problem, solved.raw
+    alone = make_planner(problem, None, {}).solve(problem, 1, Budget(math.inf, MOST))
+    assert trajectory_of(raw).u.tobytes() == alone.u.tobytes()
+    assert made_by(raw) == ["search"]
+    assert "raw_duration" not in raw.statistics
+
+
+def test_improving_for_no_time_is_no_optimisation(driven: Both, tmp_path: Path) -> None:
+    never = problem_of(tmp_path, DRIVE, "planner.improve=0")
+    assert bits(never.solve(seed=1, max_iterations=MOST)) == bits(driven.raw)
+
+
+def test_a_repair_that_fails_leaves_the_raw_plan(
+    driven: Both, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replaced(monkeypatch, "repair", lambda *_: None)
+    replaced(monkeypatch, "shorten", lambda _problem, given, _spent: given)
+    found = driven.problem.solve(seed=1, max_iterations=MOST)
+    assert bits(found) == bits(driven.raw)
+    assert (found.status, made_by(found)) == ("solved", ["search"])
+
+
+def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
+    driven: Both, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replaced(monkeypatch, "repair", lambda *_: None)
+    found = driven.problem.solve(seed=1, max_iterations=MOST)
+    assert made_by(found) == ["search", "shorten"]
+    assert found.goal_distance < 1e-6
+    assert kinolab.verify(driven.problem, trajectory_of(found)).passed
+
+
+def test_what_the_verifier_refuses_is_discarded(
+    driven: Both, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lying(_problem: Problem, given: Trajectory, _: object) -> Trajectory:
+        half = len(given.u) // 2
+        return replace(given, t=given.t[: half + 1], x=given.x[-half - 1 :], u=given.u[-half:])
+
+    for name in ("repair", "shorten"):
+        replaced(monkeypatch, name, lying)
+    found = driven.problem.solve(seed=1, max_iterations=MOST)
+    assert bits(found) == bits(driven.raw)
+    assert made_by(found) == ["search"]
+
+
+def test_a_planner_leaves_the_time_to_the_optimiser(drive: Problem) -> None:
+    """Otherwise its own search for shorter motions would use it up."""
+    found = drive.solve(planner="ao_rrt", seed=1, max_iterations=MOST)
+    assert found.statistics["improvements"] == 0
+    assert found.iterations < MOST
+
+
+# --- how long ---
+
+
+def test_the_same_iterations_give_the_same_bits_again(driven: Both) -> None:
+    again = driven.problem.solve(seed=1, max_iterations=MOST)
+    assert bits(again) == bits(driven.found)
+    assert made_by(again) == made_by(driven.found)
+
+
+@dataclass
+class Asked:
+    """A clock that goes on by questions alone."""
+
+    tick: float  # [s]
+    now: float = 1.0
+
+    def __call__(self) -> float:
+        self.now += self.tick
+        return self.now
+
+
+def improver(problem: Problem, limit: float, most: int | None, tick: float) -> Improving:
+    """Return what improves plans as if their search had taken a second."""
+    wanted = Request(None, time_limit=limit, max_iterations=most)
+    return Improving(problem, make_planner(problem, None, {}), wanted, Asked(tick))
+
+
+@pytest.mark.parametrize("most", [MOST, None])
+def test_a_plan_that_is_found_late_is_made_exact_and_no_more(
+    most: int | None, driven: Both
+) -> None:
+    late = improver(driven.problem, 1.0, most, 0.01).plan(driven.raw, Budget(1.0))
+    assert made_by(late) == ["search", "repair"]
+    assert late.cost == driven.raw.cost
+
+
+def test_time_that_is_left_is_searched_again_and_no_longer_than_it_lasts(driven: Both) -> None:
+    budgets: list[Budget] = []
+    again = improver(driven.problem, 100.0, None, 0.004)
+    again.watch = budgets.append
+    found = again.plan(driven.raw, Budget(100.0))
+    assert found.statistics["further_searches"] > 0
+    assert found.seed == driven.raw.seed
+    assert trajectory_of(found).duration < trajectory_of(driven.raw).duration
+    unused = max(budget.prepared for budget in budgets)  # [s]: too few to begin another search
+    assert 2.0 - unused <= found.timings["improve"] <= 2.2  # [s] by that clock
+
+
+def test_an_allowance_is_spent_when_its_time_or_its_number_is() -> None:
+    now = 0.0
+    time = Seconds(10.0, lambda: now)
+    half = time.part(0.5)
+    assert half() == 0.0
+    now = 4.0
+    assert half() == pytest.approx(0.8)
+    now = 10.0
+    assert half() == math.inf
+    assert time.over
+    number = Subproblems(4)
+    assert [number.part()() for _ in range(4)] == [0.25, pytest.approx(1 / 3), 0.5, 1.0]
+    assert number.over
+    assert Subproblems(4, until=3.0, clock=lambda: 3.0).over
+    assert Seconds(1.0, lambda: 0.0, lambda: True).over
+
+
+def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
+    drive: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    budgets: list[Budget] = []
+    after = 0
+
+    def pressed(problem: Problem, given: Trajectory, spent: Callable[[], float]) -> Trajectory:
+        def share() -> float:
+            nonlocal after
+            after += budgets[-1].interrupted
+            budgets[-1].end()
+            return spent()
+
+        return true_shorten(problem, given, share)
+
+    replaced(monkeypatch, "shorten", pressed)
+    found = drive.solve(seed=1, max_iterations=MOST, watch=budgets.append)
+    assert (found.status, found.interrupted, found.exit_code) == ("solved", True, 130)
+    assert made_by(found) == ["search", "repair"]
+    assert after <= 1  # the second time it is broken off
+    assert kinolab.verify(drive, trajectory_of(found)).passed
+
+
+def test_ctrl_c_during_a_repair_keeps_the_raw_plan(
+    driven: Both, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    budgets: list[Budget] = []
+
+    def pressed(*given: Any) -> Trajectory | None:
+        budgets[-1].end()
+        return true_repair(*given)
+
+    replaced(monkeypatch, "repair", pressed)
+    found = driven.problem.solve(seed=1, max_iterations=MOST, watch=budgets.append)
+    assert bits(found) == bits(driven.raw)
+    assert (found.status, found.interrupted) == ("solved", True)
+
+
+# --- who is told ---
+
+
+def test_each_improvement_is_written_when_it_is_found(drive: Problem, tmp_path: Path) -> None:
+    """Each one is better: it is the first that ends in the goal's centre, or it is shorter."""
+    told: list[tuple[bool, float]] = []
+
+    def improved(better: Plan) -> None:
+        write_run(tmp_path / "run", drive, better)
+        assert check_run(tmp_path / "run").passed
+        end = trajectory_of(better)
+        told.append((drive.goal_distance(end.x[-1]) > EXACT, end.duration))
+
+    found = drive.solve(seed=1, max_iterations=MOST, improved=improved)
+    assert len(told) > 1
+    assert told == sorted(set(told), reverse=True)
+    assert told[-1] == (False, found.cost)
+
+
+@pytest.mark.parametrize("planner", ["auto", "rrt"])
+def test_of_several_searches_the_first_to_find_a_plan_improves_it(
+    planner: str, drive: Problem
+) -> None:
+    """In threads, and in processes, where the motion is told through a pipe."""
+    better: list[Plan] = []
+    found = drive.solve(
+        planner, seed=1, jobs=2, max_iterations=MOST, time_limit=100.0, improved=better.append
+    )
+    assert {"search", "repair"} <= set(made_by(found))
+    assert kinolab.verify(drive, trajectory_of(found)).passed
+    assert [one.cost for one in better][-1] == found.cost
+    assert {a.status for a in found.attempts} == {"solved", "ended"}
+
+
+def test_the_command_says_what_goes_on_and_writes_the_same_bits(
+    driven: Both,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "table.toml").write_text(DRIVE)
+    options = ("--max-iterations", str(MOST), "--no-animation")
+    done = plan("table.toml", *options, cwd=tmp_path)
+    with np.load(tmp_path / "runs" / "table" / "trajectory.npz") as written:
+        assert written["x"].tobytes() == trajectory_of(driven.found).x.tobytes()
+        assert written["u"].tobytes() == trajectory_of(driven.found).u.tobytes()
+    raw, final = driven.raw.cost, driven.found.cost
+    assert f"optimising {raw:.2f} s of motion" in done.stderr
+    assert f"optimising: {raw:.2f} s -> {final:.2f} s of motion, after " in done.stderr
+    assert f"motion of {final:.2f} s (found with {raw:.2f} s), ending " in done.stdout
+    monkeypatch.chdir(tmp_path)
+    assert cli.run(["table.toml", *options, "--no-optimize"]) == 0
+    bare = capsys.readouterr()
+    assert f"motion of {raw:.2f} s, ending " in bare.out
+    assert "optimising" not in bare.err

@@ -1,0 +1,455 @@
+"""Write docs/gallery.md from the machines and scenarios themselves.
+
+    python tools/write_gallery.py [--check]
+    python tools/write_gallery.py --images [NAME ...] [--seed N]
+
+With --check nothing is written: it shows how the page differs and returns 1 if it does. With
+--images scenarios are planned and filmed first: those named, or all that have no picture yet.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import inspect
+import math
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
+from unicodedata import normalize
+
+import sympy
+
+import kinolab
+from kinolab import systems
+from kinolab.dynamics import Attitude, Constraint, Coordinate, System
+from kinolab.dynamics.lagrange.printing import SUPERSCRIPTS, one_line
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.problem import Problem
+from kinolab.scenario import builtin_scenarios, dynobench
+from kinolab.show.film import write_gif
+from kinolab.show.film.animation import picture
+from kinolab.trajectory import Trajectory
+from kinolab.world import Obstacle
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE, IMAGES = DOCS / "gallery.md", DOCS / "images"
+
+# The order of the course; machines that are not in it follow by name.
+COURSE = (
+    *("pendulum", "rolling_disk", "crane", "two_cranes", "car", "diff_drive"),
+    *("snakeboard", "submarine"),
+    *("falling_disk", "unicycle", "motorcycle", "whipple"),
+    *("helicopter", "snakeboard", "submarine", "satellite", "satellite_two_wheels"),
+)
+
+SIZE = (400, 300)  # [pixel] of a film
+FPS = 12.5  # frames per second of a film: 8/100 s each, which GIF can say
+FRAMES = (80, 60, 40)  # of a film; fewer where it would be too large
+LARGEST = 700_000  # [bytes] of a film
+READABLE = 200  # operations of an expression that SymPy tidies in a moment
+LONGEST = 700  # characters of a formula in a table
+
+INTRODUCTION = """\
+# Gallery
+
+Every machine that comes with kinolab, and the scenario that plans for it. `python
+tools/write_gallery.py` writes this page from the machines and scenarios themselves, so that it says
+what they are. Units are SI and radians; `plan equations NAME` prints the equations of motion."""
+
+
+def page() -> str:
+    """Return the text of the page."""
+    problems = [kinolab.load(name) for name in builtin_scenarios()]
+    machines = [systems.get(name) for name in ordered(systems.names())]
+    parts = [INTRODUCTION, overview(machines, problems)]
+    for machine in machines:
+        parts += machine_section(machine, planned_for(machine, problems))
+    return normalize("NFC", "\n\n".join(parts) + "\n")
+
+
+def ordered(names: Sequence[str]) -> list[str]:
+    """Return machines in the order of the course."""
+    return sorted(names, key=lambda name: (position_in_course(name), name))
+
+
+def position_in_course(name: str) -> int:
+    """Return the place of a machine in the course; the one after the last if it has none."""
+    return COURSE.index(name) if name in COURSE else len(COURSE)
+
+
+def planned_for(machine: System, problems: Iterable[Problem]) -> list[Problem]:
+    """Return the problems of a machine."""
+    return [problem for problem in problems if problem.system.name == machine.name]
+
+
+def overview(machines: Iterable[System], problems: Sequence[Problem]) -> str:
+    """Return the table of contents."""
+    rows = (
+        (
+            f"[{heading(machine.name)}](#{machine.name.replace('_', '-')})",
+            *(configuration_space(machine), str(len(machine.constraints))),
+            str(len(machine.inputs)),
+            ", ".join(f"`{problem.name}`" for problem in planned_for(machine, problems)) or "–",
+        )
+        for machine in machines
+    )
+    return table("machine | configuration space | constraints | inputs | scenario", rows)
+
+
+def machine_section(machine: System, problems: Iterable[Problem]) -> Iterator[str]:
+    """Yield the paragraphs and tables of a machine and of the scenarios that plan for it."""
+    problems = list(problems)
+    prose, source = description(machine.name)
+    yield f"## {heading(machine.name)}"
+    yield from filter(None, map(image, problems))
+    yield from prose
+    yield from machine_tables(machine)
+    if source:
+        yield f"Source: {source}"
+    for problem in problems:
+        yield from scenario_section(problem)
+    if not problems and machine.name in dynobench.MACHINES:
+        yield "Environments of a benchmark plan for it: see [dynobench.md](dynobench.md)."
+    elif not problems:
+        yield "No scenario plans for it yet."
+
+
+def heading(name: str) -> str:
+    """Return a machine's name as a heading: ``rolling_disk`` is Rolling disk."""
+    return name.replace("_", " ").capitalize()
+
+
+def description(name: str) -> tuple[list[str], str]:
+    """Return what a machine's docstring says: its paragraphs, and its source or nothing."""
+    factory = getattr(import_module(f"{systems.__name__}.{name}"), name)
+    paragraphs = [" ".join(text.split()) for text in (inspect.getdoc(factory) or "").split("\n\n")]
+    sources = [text for text in paragraphs if text.startswith("Source:")]
+    prose = [text for text in paragraphs if text not in sources]
+    return prose, " ".join(sources).removeprefix("Source:").strip()
+
+
+def machine_tables(machine: System) -> Iterator[str]:
+    """Yield the tables of a machine, each below its title; none where there is nothing to list."""
+    for title, headings, rows in (
+        ("Configuration", "coordinate | topology | unit | limits | speed", coordinates(machine)),
+        ("Further states", "state | unit | limits", further_states(machine)),
+        ("Inputs", "input | kind | unit | limits", inputs(machine)),
+        ("Constraints", "constraint | held", constraints(machine)),
+        ("Requirements on plans", "requirement | kept", requirements(machine)),
+        ("Parameters", "parameter | value | unit", parameters(machine)),
+    ):
+        listed = list(rows)
+        if listed:
+            yield f"**{title}**"
+            yield table(headings, listed)
+
+
+def coordinates(machine: System) -> Iterator[Sequence[str]]:
+    """Yield a row per coordinate."""
+    for coordinate in machine.coordinates:
+        limits, unit = "–", coordinate.unit
+        if isinstance(coordinate, Coordinate):
+            limits = interval(coordinate.lower, coordinate.upper)
+        fastest = "–" if math.isinf(coordinate.speed) else f"{number(coordinate.speed)} {unit}/s"
+        yield f"`{coordinate.name}`", topology(coordinate), unit, limits, fastest
+
+
+def topology(coordinate: Coordinate | Attitude) -> str:
+    """Return what a coordinate lives on."""
+    return "SO(3)" if isinstance(coordinate, Attitude) else coordinate.topology
+
+
+def configuration_space(machine: System) -> str:
+    """Return the product of what the coordinates live on, such as ℝ² × 𝕊¹."""
+    kinds = [topology(coordinate) for coordinate in machine.coordinates]
+    factors = []
+    for kind, letter in (("line", "ℝ"), ("circle", "𝕋"), ("SO(3)", "SO(3)")):
+        count = kinds.count(kind)
+        power = str(count).translate(SUPERSCRIPTS) if count > 1 else ""
+        factors += [("𝕊¹" if (kind, count) == ("circle", 1) else letter) + power] if count else []
+    return " × ".join(factors)
+
+
+def further_states(machine: System) -> Iterator[Sequence[str]]:
+    """Yield a row per state beyond positions and velocities."""
+    for state in machine.states:
+        yield f"`{state.name}`", units(state.unit), interval(*state.limits)
+
+
+def inputs(machine: System) -> Iterator[Sequence[str]]:
+    """Yield a row per input."""
+    for entry in machine.inputs:
+        kind = type(entry).__name__.lower()
+        yield f"`{entry.name}`", kind, units(entry.unit), interval(*bounds_of(entry))
+
+
+def constraints(machine: System) -> Iterator[Sequence[str]]:
+    """Yield a row per constraint: w(q) q_dot = 0, or h(q) = 0."""
+    for constraint in machine.constraints:
+        text = formula(held(constraint))
+        fits = len(text) <= LONGEST
+        elsewhere = f"long; `plan equations {machine.name}` prints it"
+        yield constraint.name, f"`{text} = 0`" if fits else elsewhere
+
+
+def held(constraint: Constraint) -> sympy.Expr:
+    """Return what a constraint holds at zero."""
+    if isinstance(constraint, PositionConstraint):
+        return constraint.position
+    return constraint.velocity
+
+
+def requirements(machine: System) -> Iterator[Sequence[str]]:
+    """Yield a row per requirement."""
+    for requirement in machine.requirements:
+        yield requirement.name, f"`{one_line(requirement.margin)} ≥ 0`"
+
+
+def parameters(machine: System) -> Iterator[Sequence[str]]:
+    """Yield a row per parameter."""
+    values = machine.parameter_values
+    for parameter in machine.parameters:
+        yield f"`{parameter.name}`", number(values[parameter.name]), units(parameter.unit)
+
+
+def scenario_section(problem: Problem) -> Iterator[str]:
+    """Yield the paragraphs and tables of a scenario."""
+    scenario = problem.scenario
+    yield f"### {scenario.title}"
+    yield f"```sh\nplan {problem.name}\n```"
+    yield from changed_parameters(problem)
+    yield "**In the way**"
+    yield from in_the_way(problem)
+    yield "**Goal**"
+    yield table("what | target | tolerance | unit", goal(problem))
+    yield "What the goal does not name is free."
+
+
+def image(problem: Problem) -> str:
+    """Return the picture of a scenario as Markdown, or nothing."""
+    path = image_of(problem.name)
+    if path is None:
+        return ""
+    return f"![{problem.scenario.title}]({path.relative_to(DOCS).as_posix()})"
+
+
+def image_of(name: str) -> Path | None:
+    """Return the picture of a scenario, if there is one."""
+    candidates = (IMAGES / f"{name}{suffix}" for suffix in (".gif", ".png"))
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def changed_parameters(problem: Problem) -> Iterator[str]:
+    """Yield a sentence about the parameters whose defaults the scenario replaces."""
+    defaults = systems.get(problem.system.name).parameter_values
+    values = problem.system.parameter_values
+    changed = [
+        f"{name} = {number(values[name])}" for name in values if values[name] != defaults[name]
+    ]
+    if changed:
+        yield f"With `{'`, `'.join(changed)}`."
+
+
+def in_the_way(problem: Problem) -> Iterator[str]:
+    """Yield what a motion must stay clear of."""
+    obstacles = problem.world.obstacles
+    if obstacles:
+        yield table("obstacle | shape | triangles", map(obstacle_row, obstacles))
+    limits = [f"`{axis}` {interval(*given)} m" for axis, given in problem.world.bounds.items()]
+    sentences = ["The ground is the plane z = 0."] if problem.world.ground else []
+    sentences += [f"The workspace: {', '.join(limits)}."] if limits else []
+    sentences += [f"{a} and {b} may not touch." for a, b in problem.system.collisions]
+    sentences += keep_outs(problem)
+    if sentences or not obstacles:
+        yield " ".join(sentences) or "Nothing."
+
+
+def obstacle_row(obstacle: Obstacle) -> Sequence[str]:
+    """Return an obstacle's name, its shape, and its triangles where it is a mesh."""
+    if obstacle.primitive is not None:
+        return obstacle.name, type(obstacle.primitive[0]).__name__.lower(), "–"
+    file = obstacle.source.name if obstacle.source else "mesh"
+    filling = "solid" if obstacle.solid else "surface only"
+    return obstacle.name, f"`{file}`, {filling}", grouped(len(obstacle.faces))
+
+
+def keep_outs(problem: Problem) -> Iterator[str]:
+    """Yield a sentence per cone that an axis must stay out of."""
+    for cone in problem.keep_outs:
+        body, angle = problem.bodies[cone.body].name, number(cone.half_angle)
+        yield (
+            f"The axis {vector(cone.axis)} of {body} stays {angle} rad away from the direction "
+            f"{vector(cone.direction)}."
+        )
+
+
+def goal(problem: Problem) -> Iterator[Sequence[str]]:
+    """Yield a row per target, coordinates before rates."""
+    target = problem.goal
+    rows = {
+        index: (f"`{problem.model.state_names[index]}`", number(value), number(tolerance))
+        for index, value, tolerance in zip(
+            target.indices, target.targets, target.tolerances, strict=True
+        )
+    }
+    for attitude in target.attitudes:
+        rows[attitude.index] = (
+            *(f"`{attitude.name}`", f"quaternion {vector(attitude.target)}"),
+            number(attitude.tolerance),
+        )
+    for index in sorted(rows):
+        yield *rows[index], unit_of(problem.system, rows[index][0].strip("`"))
+    yield from goals_of_bodies(problem)
+
+
+def goals_of_bodies(problem: Problem) -> Iterator[Sequence[str]]:
+    """Yield a row per point and per axis of a body that has a target."""
+    names = [body.name for body in problem.bodies]
+    for point in problem.goal.points:
+        what = f"point {vector(point.at)} of {names[point.body]}"
+        yield what, vector(point.position), number(point.tolerance), "m"
+    for axis in problem.goal.directions:
+        what = f"axis {vector(axis.axis)} of {names[axis.body]}"
+        yield what, f"along {vector(axis.target)}", number(axis.tolerance), "rad"
+
+
+def unit_of(machine: System, name: str) -> str:
+    """Return the unit of a coordinate, a rate or a further state, by its name."""
+    known = {state.name: units(state.unit) for state in machine.states}
+    for coordinate in machine.coordinates:
+        known[coordinate.name] = coordinate.unit
+        known[f"{coordinate.name}_dot"] = f"{coordinate.unit}/s"
+        if isinstance(coordinate, Attitude):
+            known |= {turn.name: "rad/s" for turn in coordinate.turn_rate}
+    return known[name]
+
+
+def table(headings: str, rows: Iterable[Sequence[str]]) -> str:
+    """Return a Markdown table; headings are given as ``a | b | c``."""
+    titles = headings.split(" | ")
+    lines = [titles, ["---"] * len(titles), *rows]
+    escaped = ([cell.replace("|", r"\|") for cell in line] for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |" for line in escaped)
+
+
+def interval(lower: float, upper: float) -> str:
+    """Return limits in words."""
+    if math.isinf(lower) and math.isinf(upper):
+        return "–"
+    if math.isinf(lower):
+        return f"at most {number(upper)}"
+    if math.isinf(upper):
+        return f"at least {number(lower)}"
+    return f"{number(lower)} to {number(upper)}"
+
+
+def number(value: float) -> str:
+    """Return a number with up to six digits, and no minus in front of zero."""
+    return f"{value + 0.0:g}"
+
+
+def grouped(count: int) -> str:
+    """Return a whole number with its digits in groups of three."""
+    return f"{count:,}".replace(",", " ")
+
+
+def vector(values: Sequence[float]) -> str:
+    """Return numbers in parentheses."""
+    return f"({', '.join(map(number, values))})"
+
+
+def units(text: str) -> str:
+    """Return a unit with raised exponents."""
+    base, *exponents = text.split("^")
+    return base + "".join(part[0].translate(SUPERSCRIPTS) + part[1:] for part in exponents)
+
+
+def formula(expression: sympy.Expr) -> str:
+    """Return an expression on one line, tidied where that is quick."""
+    if expression.count_ops() < READABLE:
+        expression = sympy.expand(sympy.trigsimp(sympy.expand(expression)))
+    decimals = expression.atoms(sympy.Float)
+    whole = {value: sympy.Integer(value) for value in decimals if float(value).is_integer()}
+    return one_line(expression.xreplace(whole))
+
+
+def draw(name: str, seed: int) -> bool:
+    """Plan a scenario and film the motion; say how that went."""
+    problem = kinolab.load(name)
+    found = problem.solve(seed=seed)
+    if found.trajectory is None or found.exit_code != 0:
+        print(f"{name}: {found.status}, no picture. {found.message}")
+        return False
+    path = IMAGES / f"{name}.gif"
+    for frames in FRAMES:
+        film(path, problem, found.trajectory, frames)
+        if path.stat().st_size < LARGEST:
+            break
+    print(f"{name}: {found.trajectory.duration:.1f} s of motion, {path.stat().st_size} bytes")
+    return True
+
+
+def film(path: Path, problem: Problem, trajectory: Trajectory, frames: int) -> None:
+    """Write a motion as a small film of about that many frames.
+
+    It has no title, which would be too small to read; the page says what it shows.
+    """
+    poses = problem.model.frames(trajectory.x)
+    write_gif(
+        path,
+        picture(problem, poses, problem.model.cables(trajectory.x)),
+        trajectory.t,
+        poses,
+        size=SIZE,
+        fps=FPS,
+        speed=speed_for(trajectory.duration, frames),
+    )
+
+
+def speed_for(duration: float, frames: int) -> float:
+    """Return seconds of motion per second of film, a multiple of a half, for so many frames."""
+    slowest = duration * FPS / (frames - 1)
+    return max(1.0, math.ceil(2 * slowest) / 2)
+
+
+def main() -> int:
+    """Write the page, or check it; draw pictures before if asked."""
+    options = arguments()
+    drawn = [draw(name, options.seed) for name in options.images]
+    text = page()
+    if options.check:
+        return 1 if differs(text) else 0
+    PAGE.write_text(text, encoding="utf-8")
+    return 0 if all(drawn) else 1
+
+
+def arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description="Write docs/gallery.md.")
+    parser.add_argument("--check", action="store_true", help="write nothing, show what differs")
+    parser.add_argument("--images", nargs="*", metavar="NAME", help="plan and film scenarios first")
+    parser.add_argument("--seed", type=int, default=1, help="of the plans that are filmed")
+    options = parser.parse_args()
+    known = builtin_scenarios()
+    unknown = set(options.images or ()) - set(known)
+    if unknown:
+        parser.error(f"no such scenario: {', '.join(unknown)}; known: {', '.join(known)}")
+    if options.images == []:
+        options.images = [name for name in known if image_of(name) is None]
+    options.images = options.images or []
+    return options
+
+
+def differs(text: str) -> bool:
+    """Show how the page differs from what it should be, and say whether it does."""
+    written = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
+    before, after = written.splitlines(keepends=True), text.splitlines(keepends=True)
+    sys.stdout.writelines(difflib.unified_diff(before, after, "docs/gallery.md", "as it should be"))
+    return written != text
+
+
+if __name__ == "__main__":
+    sys.exit(main())
