@@ -28,8 +28,8 @@ from kinolab import planners
 from kinolab.problem import Problem
 from kinolab.scenario import builtin_scenarios
 from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.search.tree.compiled_planner import search_of
-from kinolab.world.collision.clearance_bound import MARGIN, Room, surroundings
+from kinolab.search.tree.compiled_planner import search_state
+from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
 
 SPACING = 1e-4  # [m] between two looks at a motion
 ITERATIONS = 5000  # of the tree
@@ -76,10 +76,10 @@ def count(name: str, poses: int, motions: int) -> Counts:
 
 def judge_poses(problem: Problem, poses: int) -> tuple[int, int, int]:
     """Return how many poses are refused, wrongly accepted and wrongly refused."""
-    around = surroundings(
+    around = collision_scene(
         problem.bodies, problem.world, cables=problem.cables, self_pairs=problem.system.collisions
     )
-    room, checker = Room(around), problem.checker()
+    room, checker = ClearanceBound(around), problem.checker()
     refused = accepted_wrongly = refused_wrongly = 0
     for x in states(problem, poses):
         placed = problem.placement(x)
@@ -87,7 +87,7 @@ def judge_poses(problem: Problem, poses: int) -> tuple[int, int, int]:
         accepted_wrongly += free and touches
         refused += not free
         if not (free or touches):
-            refused_wrongly += checker.clearance(*placed) > 1.5 * MARGIN
+            refused_wrongly += checker.clearance(*placed) > 1.5 * TOUCHING_MARGIN
     return refused, accepted_wrongly, refused_wrongly
 
 
@@ -105,7 +105,7 @@ def judge_motions(problem: Problem, motions: int) -> tuple[int, int]:
     """Return how many looks were made at motions of a tree, and at how many of them FCL objects."""
     planner = planners.get("rrt_fast")()
     assert isinstance(planner, AbstractCompiledPlanner)
-    growth = planner.growth(problem, search_of(problem, planner.goal_zoom, 1))
+    growth = planner.extension(problem, search_state(problem, planner.goal_region_scale, 1))
     growth.begin()
     growth.grow(ITERATIONS)
     tree, checker = growth.nodes, problem.checker()

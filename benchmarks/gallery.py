@@ -31,7 +31,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-AIMED = ("goal_bias=0.4", "goal_zoom=10.0")
+AIMED = ("goal_bias=0.4", "goal_region_scale=10.0")
 TUNED = {  # settings of OMPL's RRT that were found by hand; other planners run as they are
     ("rrt", "crane_factory"): ("max_steps=12", *AIMED),
     ("rrt", "diffdrive_warehouse"): ("max_steps=15", *AIMED),

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import kinolab
 from kinolab.runs import read_run
-from kinolab.trajopt import repair, shorten
+from kinolab.trajopt import make_exact, shorten
 
 
 def main(folder: str, seconds: str) -> int:
     """Take so much time of this thread; return 1 where the optimiser gives nothing that is true."""
     run, end = read_run(Path(folder)), time.thread_time() + float(seconds)
-    exact = repair(run.problem, run.trajectory, lambda: time.thread_time() > end)
+    exact = make_exact(run.problem, run.trajectory, lambda: time.thread_time() > end)
     if exact is None:
         print("the plan could not be made exact", file=sys.stderr)
         return 1

@@ -25,7 +25,7 @@ import kinolab
 from kinolab.planners import get
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.search.roadmap import Explorer, Roadmap, load_roadmap, save_roadmap
+from kinolab.search.roadmap import Roadmap, RoadmapBuilder, load_roadmap, save_roadmap
 from kinolab.search.roadmap.milestones import Sampler
 from kinolab.simulation import Propagator
 from kinolab.simulation.reference import resimulate
@@ -39,7 +39,7 @@ def main() -> int:
     """Build, ask, print; return 1 where a feasible question is not answered and verified."""
     options = arguments()
     problem = kinolab.load(options.scenario)
-    explorer = Explorer(problem, neighbours=NEIGHBOURS, seed=options.seed)
+    explorer = RoadmapBuilder(problem, neighbours=NEIGHBOURS, seed=options.seed)
     begun, budget = time.perf_counter(), Budget(options.build)
     while not budget.over:
         explorer.grow(budget)
@@ -57,7 +57,7 @@ def size(roadmap: Roadmap) -> str:
     return f"{len(roadmap.milestones)} milestones, {whole}, {len(roadmap.motions)} motions"
 
 
-def reloaded(roadmap: Roadmap, problem: Problem, seed: int) -> Explorer:
+def reloaded(roadmap: Roadmap, problem: Problem, seed: int) -> RoadmapBuilder:
     """Return a roadmap after a stay on disk."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "roadmap.npz"
@@ -66,10 +66,10 @@ def reloaded(roadmap: Roadmap, problem: Problem, seed: int) -> Explorer:
         kept = load_roadmap(path, problem)
         took, kilobytes = time.perf_counter() - begun, path.stat().st_size / 1000
         print(f"- kept in a file of {kilobytes:.0f} kB, read in {took:.2f} s")
-    return Explorer(problem, neighbours=NEIGHBOURS, seed=seed, roadmap=kept)
+    return RoadmapBuilder(problem, neighbours=NEIGHBOURS, seed=seed, roadmap=kept)
 
 
-def ask(explorer: Explorer, problem: Problem, options: argparse.Namespace) -> int:
+def ask(explorer: RoadmapBuilder, problem: Problem, options: argparse.Namespace) -> int:
     """Ask until enough feasible questions have been asked."""
     draw = Sampler(problem, Steering(problem), Propagator(problem), options.seed + 1000).draw
     times, proofs, verified, failed, impossible = [], [], 0, 0, 0
@@ -79,7 +79,7 @@ def ask(explorer: Explorer, problem: Problem, options: argparse.Namespace) -> in
             raise SystemExit("there is no free state")
         question = between(problem, start, goal)
         begun = time.perf_counter()
-        inputs = explorer.answer(start, [goal], Budget(MINUTE))
+        inputs = explorer.query(start, [goal], Budget(MINUTE))
         took = time.perf_counter() - begun
         if inputs is None:
             found = question.solve(planner="prm_geometric", time_limit=MINUTE, optimize=False)

@@ -83,21 +83,21 @@ def row(scenario: str, repeats: int) -> str:
 
 def grid_sentence(count: int, repeats: int) -> str:
     """Say what the grid of a bumpy ball of about so many triangles costs."""
-    from kinolab.world.collision.distance_field import distance_grid
-    from kinolab.world.collision.distance_field_cache import kept_grid
+    from kinolab.world.collision.distance_field import distance_field
+    from kinolab.world.collision.distance_field_cache import cached_distance_field
 
     builds, reads = [], []
     with tempfile.TemporaryDirectory() as folder:
         os.environ["KINOLAB_CACHE"] = folder
-        kept_grid((bumpy_ball(count),))  # after it all is compiled, and kept
+        cached_distance_field((bumpy_ball(count),))  # after it all is compiled, and kept
         for _ in range(repeats):
             ball = bumpy_ball(count)  # nothing of another one is known
-            builds.append(_seconds(partial(distance_grid, (ball,))))
-            reads.append(_seconds(partial(kept_grid, (ball,))))
+            builds.append(_seconds(partial(distance_field, (ball,))))
+            reads.append(_seconds(partial(cached_distance_field, (ball,))))
         ball = bumpy_ball(count)
         triangles = len(ball.faces)
         tracemalloc.start()
-        grid = distance_grid((ball,))
+        grid = distance_field((ball,))
         peak = tracemalloc.get_traced_memory()[1] / 1e6
         tracemalloc.stop()
     return (

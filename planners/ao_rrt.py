@@ -10,9 +10,9 @@ import numpy as np
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search import setting
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.search.tree.ao_rrt_kernel import begin_costs, costs, grow_below
-from kinolab.search.tree.compiled_planner import ANY
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
+from kinolab.search.tree.ao_rrt_kernel import begin_cost_index, cost_index, grow_below
+from kinolab.search.tree.compiled_planner import UNBOUNDED_STEPS
 from kinolab.search.tree.rrt_kernel import grow
 from kinolab.search.tree.tree import begin, tree
 
@@ -40,30 +40,33 @@ class AORRT(AbstractCompiledPlanner):
         meaning="How far start and end of the best motion are apart in cost, by the metric.",
     )
 
-    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:  # noqa: ARG002
+    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return what grows the tree."""
-        return _Growth(self, search)
+        return _AoRrtExtension(self, search)
 
 
-class _Growth(AbstractGrowth):
-    def __init__(self, planner: AORRT, search: Search) -> None:
-        self.nodes, self.best = tree(search.question, planner.max_nodes), np.zeros(2)
+class _AoRrtExtension(AbstractTreeExtension):
+    def __init__(self, planner: AORRT, search: SearchState) -> None:
+        self.nodes, self.best = tree(search.problem, planner.max_nodes), np.zeros(2)
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
-        self._costs, self._most = Record(costs(search.question, planner.max_nodes)), ANY
+        self._costs, self._most = (
+            Record(cost_index(search.problem, planner.max_nodes)),
+            UNBOUNDED_STEPS,
+        )
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
         begin(self._search, self._tree)
-        begin_costs(self._search, self._tree, self._costs)
+        begin_cost_index(self._search, self._tree, self._costs)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow by some iterations; without a bound as far as there is none."""
         planner = self._planner
-        how = planner.goal_bias, planner.inputs_tried, planner.min_steps, planner.max_steps
-        if self._most == ANY:
+        how = planner.goal_bias, planner.control_samples, planner.min_steps, planner.max_steps
+        if self._most == UNBOUNDED_STEPS:
             ended, made = grow(self._search, self._tree, self.best, iterations, *how)
-        if self._most < ANY or not iterations:  # none: only to be compiled beforehand
+        if self._most < UNBOUNDED_STEPS or not iterations:  # none: only to be compiled beforehand
             ended, made = grow_below(
                 self._search, self._tree, self._costs, self.best, iterations, self._most,
                 planner.cost_weight, *how,

@@ -11,19 +11,25 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import StoppedError
+from kinolab.cancel import CancelledError
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import Problem
 from kinolab.search import Budget, with_default
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Aside, Search
-from kinolab.trajopt.multistart.multistart import Shots
+from kinolab.search.tree import (
+    AbstractCompiledPlanner,
+    AbstractTreeExtension,
+    SearchState,
+    SubSearch,
+)
+from kinolab.trajopt.multistart.multistart import Multistart
 
 Array: TypeAlias = NDArray[np.float64]
 
-KNOTS = 80  # of a guess
-FIRST = 4000  # iterations of the trees before the first guess: some milliseconds
-SHARE = 20.0  # iterations of the trees for every step of a guess
+GUESS_KNOTS = 80  # of a guess
+# iterations of the trees before the first guess: some milliseconds
+ITERATIONS_BEFORE_GUESSES = 4000
+ITERATIONS_PER_GUESS_STEP = 20.0  # iterations of the trees for every step of a guess
 MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 
 
@@ -40,22 +46,24 @@ class Auto(AbstractCompiledPlanner):
 
     name: ClassVar[str] = "auto"
 
-    inputs_tried: int = with_default(4, AbstractCompiledPlanner, "inputs_tried")
-    goal_zoom: float = with_default(10.0, AbstractCompiledPlanner, "goal_zoom")
+    control_samples: int = with_default(4, AbstractCompiledPlanner, "control_samples")
+    goal_region_scale: float = with_default(10.0, AbstractCompiledPlanner, "goal_region_scale")
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
-    last_step_every: int = with_default(1000, AbstractCompiledPlanner, "last_step_every")
+    goal_connection_period: int = with_default(
+        1000, AbstractCompiledPlanner, "goal_connection_period"
+    )
 
-    def asides(self, problem: Problem, seed: int, budget: Budget) -> Sequence[Aside]:
+    def sub_searches(self, problem: Problem, seed: int, budget: Budget) -> Sequence[SubSearch]:
         """Return guesses."""
-        return [_Guesses(problem, seed, budget)]
+        return [_Multistart(problem, seed, budget)]
 
-    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
+    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:
         """Return what grows the tree."""
         shared = {entry.name: getattr(self, entry.name) for entry in fields(self)}
-        return _Rounds([member(**shared).growth(problem, search) for member in MEMBERS])
+        return _Portfolio([member(**shared).extension(problem, search) for member in MEMBERS])
 
 
-class _Guesses:
+class _Multistart:
     """Guesses that are optimised while the trees grow.
 
     Args:
@@ -69,34 +77,36 @@ class _Guesses:
 
     def __init__(self, problem: Problem, seed: int, budget: Budget) -> None:
         again = math.isfinite(budget.below)  # then every other search begins with a guess
-        self.due: float = 1 if again and seed % 2 else FIRST
+        self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget
 
     @cached_property
-    def _shots(self) -> Shots:
+    def _multistart(self) -> Multistart:
         with self._budget.preparing():
             budget = self._budget
-            shots = Shots(self._problem, KNOTS, self._seed, lambda: budget.late, budget.below)
-            shots.prepare()
-            return shots
+            multistart = Multistart(
+                self._problem, GUESS_KNOTS, self._seed, lambda: budget.late, budget.below
+            )
+            multistart.prepare()
+            return multistart
 
-    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:  # noqa: ARG002
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:  # noqa: ARG002
         """Return inputs into the goal, where a guess was due and led there."""
         self.due -= iterations
         if self.due > 0:
             return None
         try:
-            shot = self._shots.next()
-        except StoppedError:
+            guess = self._multistart.next()
+        except CancelledError:
             return None
-        self.due = SHARE * shot.steps
-        return None if shot.motion is None else shot.motion.u
+        self.due = ITERATIONS_PER_GUESS_STEP * guess.steps
+        return None if guess.motion is None else guess.motion.u
 
 
-class _Rounds(AbstractGrowth):
+class _Portfolio(AbstractTreeExtension):
     """Trees of which one grows, and another one from the next beginning on."""
 
-    def __init__(self, trees: Sequence[AbstractGrowth]) -> None:
+    def __init__(self, trees: Sequence[AbstractTreeExtension]) -> None:
         self._trees, self._turn = trees, -1
 
     def begin(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 from ompl import base as ob
 from ompl import control as oc
 
-from kinolab.search.ompl import AbstractGridPlanner, Bridge
+from kinolab.search.ompl import AbstractGridPlanner, OmplSetup
 
 
 @final
@@ -21,13 +21,13 @@ class EST(AbstractGridPlanner):
 
     name: ClassVar[str] = "est"
 
-    def make(self, bridge: Bridge) -> Any:
+    def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
-        bridge.space_information.setValidStateSamplerAllocator(_Nothing)
-        return oc.EST(bridge.space_information)
+        setup.space_information.setValidStateSamplerAllocator(_NoSampler)
+        return oc.EST(setup.space_information)
 
 
-class _Nothing(ob.ValidStateSampler):  # type: ignore[misc]
+class _NoSampler(ob.ValidStateSampler):  # type: ignore[misc]
     """Draws no state. OMPL would look for a free one to grow to, which its input then ignores."""
 
     def sample(self, _: Any) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 from ompl import control as oc
 
 from kinolab.search import with_default
-from kinolab.search.ompl import AbstractGridPlanner, Bridge
+from kinolab.search.ompl import AbstractGridPlanner, OmplSetup
 
 
 @final
@@ -23,6 +23,6 @@ class KPIECE(AbstractGridPlanner):
 
     angles: bool = with_default(True, AbstractGridPlanner, "angles")
 
-    def make(self, bridge: Bridge) -> Any:
+    def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
-        return oc.KPIECE1(bridge.space_information)
+        return oc.KPIECE1(setup.space_information)

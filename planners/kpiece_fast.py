@@ -11,9 +11,9 @@ from numba import typeof
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search import setting, with_default
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.search.tree.cost_to_go import find_ways, leads
-from kinolab.search.tree.kpiece_grid import cells
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
+from kinolab.search.tree.cost_to_go import compute_cost_to_go, cost_to_go_grid
+from kinolab.search.tree.kpiece_grid import kpiece_grid
 from kinolab.search.tree.kpiece_kernel import explore, start_in_a_cell
 from kinolab.search.tree.tree import tree
 
@@ -33,26 +33,30 @@ class KPIECEFast(AbstractCompiledPlanner):
     name: ClassVar[str] = "kpiece_fast"
 
     cells: int = setting(40, 1, 1000, meaning="Cells along each coordinate that is divided.")
-    greed: float = setting(
+    cost_to_go_exponent: float = setting(
         2.0, 0.0, 10.0, meaning="Power of the way to the goal by which cells count less."
     )
-    inputs_tried: int = with_default(4, AbstractCompiledPlanner, "inputs_tried")
-    goal_zoom: float = with_default(10.0, AbstractCompiledPlanner, "goal_zoom")
+    control_samples: int = with_default(4, AbstractCompiledPlanner, "control_samples")
+    goal_region_scale: float = with_default(10.0, AbstractCompiledPlanner, "goal_region_scale")
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
-    last_step_every: int = with_default(1000, AbstractCompiledPlanner, "last_step_every")
+    goal_connection_period: int = with_default(
+        1000, AbstractCompiledPlanner, "goal_connection_period"
+    )
 
-    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
+    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:
         """Return what grows the tree."""
-        return _Growth(self, problem, search)
+        return _KpieceExtension(self, problem, search)
 
 
-class _Growth(AbstractGrowth):
-    def __init__(self, planner: KPIECEFast, problem: Problem, search: Search) -> None:
-        question, most = search.question, planner.max_nodes
-        self.nodes, self.best = tree(question, most, neighbours=False), np.zeros(2)
+class _KpieceExtension(AbstractTreeExtension):
+    def __init__(self, planner: KPIECEFast, problem: Problem, search: SearchState) -> None:
+        arrays, most = search.problem, planner.max_nodes
+        self.nodes, self.best = tree(arrays, most, neighbours=False), np.zeros(2)
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
-        self._cells = Record(cells(problem, question, most, planner.goal_zoom, planner.cells))
-        self._leads, self._led = Record(leads(problem)), False
+        self._cells = Record(
+            kpiece_grid(problem, arrays, most, planner.goal_region_scale, planner.cells)
+        )
+        self._leads, self._led = Record(cost_to_go_grid(problem)), False
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
@@ -66,11 +70,12 @@ class _Growth(AbstractGrowth):
             self._led = iterations > 0
             arguments = self._search, self._leads, self.nodes.now
             if self._led:
-                find_ways(*arguments)
+                compute_cost_to_go(*arguments)
             else:
-                find_ways.compile(tuple(map(typeof, arguments)))  # no part of a search
+                compute_cost_to_go.compile(tuple(map(typeof, arguments)))  # no part of a search
         ended, made = explore(
             self._search, self._tree, self._cells, self._leads, self.best, iterations,
-            planner.min_steps, planner.max_steps, float(planner.greed), planner.inputs_tried,
+            planner.min_steps, planner.max_steps, float(planner.cost_to_go_exponent),
+            planner.control_samples,
         )  # fmt: skip
         return int(ended), int(made)

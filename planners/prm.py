@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
-from kinolab.search.roadmap import Explorer, load_roadmap, save_roadmap
+from kinolab.search.roadmap import RoadmapBuilder, load_roadmap, save_roadmap
 
-BATCH = 10  # milestones between two questions; the first ones are asked sooner
-GOALS = 5  # states of the goal that are tried
+MILESTONES_PER_BATCH = 10  # milestones between two questions; the first ones are asked sooner
+MAX_GOAL_STATES = 5  # states of the goal that are tried
 
 
 @final
@@ -50,46 +50,46 @@ class PRM(AbstractPlanner):
             what = f"there is no folder {str(path.parent)!r}."
             raise InputError([Mistake("[planner] roadmap", what, "Make it, or name another file.")])
         kept = load_roadmap(path, problem) if path is not None and path.exists() else None
-        explorer = Explorer(problem, neighbours=self.neighbours, seed=seed, roadmap=kept)
+        builder = RoadmapBuilder(problem, neighbours=self.neighbours, seed=seed, roadmap=kept)
         budget.restart()  # code for this machine was compiled and loaded until here
-        size = len(explorer.roadmap.milestones)
+        size = len(builder.roadmap.milestones)
         if path is not None:
-            _grow(explorer, self.milestones - size, budget)
-        outcome, inputs = _answer(explorer, problem, budget)
-        if path is not None and len(explorer.roadmap.milestones) > size:
-            save_roadmap(path, explorer.roadmap, problem)
+            _grow(builder, self.milestones - size, budget)
+        outcome, inputs = _query(builder, problem, budget)
+        if path is not None and len(builder.roadmap.milestones) > size:
+            save_roadmap(path, builder.roadmap, problem)
         statistics = {
-            "milestones": float(len(explorer.roadmap.milestones)),
-            "motions": float(len(explorer.roadmap.motions)),
+            "milestones": float(len(builder.roadmap.milestones)),
+            "motions": float(len(builder.roadmap.motions)),
         }
         times = problem.step * np.arange(len(inputs) + 1, dtype=float)
-        shares = explorer.rejections.shares()
-        graph = explorer.roadmap.graph(problem.model.nx)
+        shares = builder.rejections.shares()
+        graph = builder.roadmap.graph(problem.model.nx)
         return SearchResult(outcome, times, inputs, budget.iterations, statistics, shares, graph)
 
 
-def _grow(explorer: Explorer, count: int, budget: Budget) -> bool:
+def _grow(builder: RoadmapBuilder, count: int, budget: Budget) -> bool:
     """Add milestones; False where none could be added."""
     added = 0
-    while added < count and not budget.over and explorer.grow(budget) is not None:
+    while added < count and not budget.over and builder.grow(budget) is not None:
         added += 1
     return added > 0
 
 
-def _answer(
-    explorer: Explorer, problem: Problem, budget: Budget
+def _query(
+    builder: RoadmapBuilder, problem: Problem, budget: Budget
 ) -> tuple[Outcome, NDArray[np.float64]]:
     """Ask again after every batch of milestones, until there is an answer or no time."""
     if problem.goal_excess(problem.start) <= 1.0:
         return Outcome.SOLVED, np.zeros((0, problem.model.nu))
-    goals, batch = explorer.goals(GOALS, budget), 1
+    goals, batch = builder.goals(MAX_GOAL_STATES, budget), 1
     while goals and not budget.over:
-        inputs = explorer.answer(problem.start, goals, budget)
+        inputs = builder.query(problem.start, goals, budget)
         if inputs is not None:
             return Outcome.SOLVED, inputs
-        if not _grow(explorer, batch, budget):
+        if not _grow(builder, batch, budget):
             break
-        batch = min(2 * batch, BATCH)
-    inputs = explorer.approach(problem.start, problem.goal_distance)
+        batch = min(2 * batch, MILESTONES_PER_BATCH)
+    inputs = builder.approach(problem.start, problem.goal_distance)
     outcome = Outcome.APPROXIMATE if len(inputs) else Outcome.NOT_FOUND
     return Outcome.INTERRUPTED if budget.interrupted else outcome, inputs

@@ -9,20 +9,21 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import StoppedError, look
+from kinolab.cancel import CancelledError, raise_if_cancelled
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
-from kinolab.search.ompl import Configurations, GeometricRoadmap
+from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.simulation import Propagator
-from kinolab.steering import Maneuver, Steering, ignorable, settle
+from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
 
 Array: TypeAlias = NDArray[np.float64]
 
-BATCH = 20  # configurations between two questions
-RARER = 4  # times as many configurations until a nearest approach is followed again
-GLANCE = 16  # steps of a motion between two looks at whether to stop
-GOALS = 10  # states of the goal region among which one to end at is chosen
-WIDER = 1.5  # factor on the margin after a path that could not be followed
+CONFIGURATIONS_PER_BATCH = 20  # configurations between two questions
+# times as many configurations until a nearest approach is followed again
+APPROACH_PERIOD_FACTOR = 4
+STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
+MAX_GOAL_STATES = 10  # states of the goal region among which one to end at is chosen
+MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be followed
 
 
 @final
@@ -49,7 +50,7 @@ class PRMGeometric(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Find paths and follow them until the motion of one is free and reaches the goal."""
-        follower = _Follower(problem, budget)
+        follower = _PathFollower(problem, budget)
         goal, margin, tried = follower.goal(seed), self.margin, 0
         if follower.reaches or goal is None or follower.steering.paths is None:
             return _result(problem, follower, budget, tried)
@@ -63,35 +64,35 @@ class PRMGeometric(AbstractPlanner):
             follower.follow(places, path)
             if follower.reaches:
                 break
-            margin, tried = max(WIDER * margin, 0.005), tried + 1
+            margin, tried = max(MARGIN_FACTOR * margin, 0.005), tried + 1
             places = follower.places(goal, margin)
         return _result(problem, follower, budget, tried)
 
 
 def _path(
-    roadmap: GeometricRoadmap, follower: _Follower, places: Configurations, budget: Budget
+    roadmap: GeometricRoadmap, follower: _PathFollower, places: ConfigurationSpace, budget: Budget
 ) -> list[Array] | None:
     """Return configurations from the start to the goal; None where the budget is spent.
 
     Until there are any, ways to the nearest approach are followed now and then: when the time is
     over, it is too late for that.
     """
-    due = BATCH
+    due = CONFIGURATIONS_PER_BATCH
     try:
         while not budget.over:
             path = roadmap.path()
             if path is not None:
                 return path
             if roadmap.size >= due:
-                due *= RARER
+                due *= APPROACH_PERIOD_FACTOR
                 follower.follow(places, roadmap.approach(follower.problem.goal_distance))
-            roadmap.grow(BATCH, budget)
-    except StoppedError:
+            roadmap.grow(CONFIGURATIONS_PER_BATCH, budget)
+    except CancelledError:
         pass  # what was begun is worth nothing
     return None
 
 
-class _Follower:
+class _PathFollower:
     """Makes motions of paths, judges them, and keeps the one that ends nearest to the goal.
 
     Attributes:
@@ -109,10 +110,10 @@ class _Follower:
     def goal(self, seed: int) -> Array | None:
         """Return a free state at rest within the goal, its middle if that is one."""
         generator, problem = np.random.default_rng(seed), self.problem
-        for k in range(GOALS):
+        for k in range(MAX_GOAL_STATES):
             x = problem.sample_goal(generator, 1.0 if k else 1e-9)
-            x = np.where(ignorable(problem), 0.0, self.steering.ways.straightened(x))
-            settled = settle(problem, x)
+            x = np.where(cyclic_coordinates(problem), 0.0, self.steering.ways.straightened(x))
+            settled = nearest_equilibrium(problem, x)
             if settled is not None and self._ends_well(settled[0]):
                 return settled[0]
         return None
@@ -120,9 +121,9 @@ class _Follower:
     def _ends_well(self, x: Array) -> bool:
         return self.problem.goal_excess(x) <= 1.0 and self._judge.is_free(x.tolist())
 
-    def places(self, goal: Array, margin: float) -> Configurations:
+    def places(self, goal: Array, margin: float) -> ConfigurationSpace:
         """Return the configurations that keep a margin in [m] from obstacles."""
-        return Configurations(
+        return ConfigurationSpace(
             self.problem, self.steering, goal, margin, self.rejections, self._late
         )
 
@@ -131,7 +132,7 @@ class _Follower:
         """Whether the nearest motion ends in the goal."""
         return self.problem.goal_excess(self.nearest.x[-1]) <= 1.0
 
-    def follow(self, places: Configurations, path: list[Array]) -> None:
+    def follow(self, places: ConfigurationSpace, path: list[Array]) -> None:
         """Follow a path as far as it is free; each part of it counts as an iteration."""
         reached = self._still
         try:
@@ -140,7 +141,7 @@ class _Follower:
                 if piece is None:
                     break
                 reached = reached.then(piece)
-        except StoppedError:
+        except CancelledError:
             self._budget.take_back()
         self.nearest = min(
             self.nearest, reached, key=lambda motion: self.problem.goal_distance(motion.x[-1])
@@ -153,24 +154,26 @@ class _Follower:
     def _late(self) -> bool:
         return self._budget.late
 
-    def _piece(self, places: Configurations, begin: Array, x0: Array, x1: Array) -> Maneuver | None:
+    def _piece(
+        self, places: ConfigurationSpace, begin: Array, x0: Array, x1: Array
+    ) -> Maneuver | None:
         """Return what becomes of the way from x0 to x1, begun beside x0, under feedback."""
         assert self.steering.paths is not None
-        motions = (self.steering.paths.chain(ways, x0) for ways in places.free_ways(x0, x1))
+        motions = (self.steering.paths.chain(paths, x0) for paths in places.free_paths(x0, x1))
         wanted = next((found for found in motions if found is not None), None)
         piece = wanted and self.steering.tracker.track(begin, wanted)
         return piece if piece is not None and self._is_free(piece) else None
 
     def _is_free(self, motion: Maneuver) -> bool:
         for k, (x, u) in enumerate(zip(motion.x.tolist(), motion.u.tolist(), strict=False)):
-            if k % GLANCE == 0:
-                look(self._late)
+            if k % STEPS_PER_CANCELLATION_CHECK == 0:
+                raise_if_cancelled(self._late)
             if not self._judge.step(x, u, self.problem.step)[1]:
                 return False
         return True
 
 
-def _result(problem: Problem, follower: _Follower, budget: Budget, tried: int) -> SearchResult:
+def _result(problem: Problem, follower: _PathFollower, budget: Budget, tried: int) -> SearchResult:
     motion, outcome = follower.nearest, Outcome.SOLVED
     if not follower.reaches:
         outcome = Outcome.APPROXIMATE if motion.steps else Outcome.NOT_FOUND

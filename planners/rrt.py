@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 from ompl import control as oc
 
 from kinolab.search import setting
-from kinolab.search.ompl import AbstractTreePlanner, Bridge
+from kinolab.search.ompl import AbstractTreePlanner, OmplSetup
 
 
 @final
@@ -28,9 +28,9 @@ class RRT(AbstractTreePlanner):
         False, meaning="Whether every step becomes a node, not only the ends of held inputs."
     )
 
-    def make(self, bridge: Bridge) -> Any:
+    def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
-        planner = oc.RRT(bridge.space_information)
+        planner = oc.RRT(setup.space_information)
         planner.setGoalBias(self.goal_bias)
         planner.setIntermediateStates(self.intermediate_states)
         return planner

@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search import setting
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
 from kinolab.search.tree.rrt_kernel import grow
 from kinolab.search.tree.tree import begin, tree
 
@@ -32,14 +32,14 @@ class RRTFast(AbstractCompiledPlanner):
         0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
     )
 
-    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:  # noqa: ARG002
+    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return what grows the tree."""
-        return _Growth(self, search)
+        return _RrtExtension(self, search)
 
 
-class _Growth(AbstractGrowth):
-    def __init__(self, planner: RRTFast, search: Search) -> None:
-        self.nodes, self.best = tree(search.question, planner.max_nodes), np.zeros(2)
+class _RrtExtension(AbstractTreeExtension):
+    def __init__(self, planner: RRTFast, search: SearchState) -> None:
+        self.nodes, self.best = tree(search.problem, planner.max_nodes), np.zeros(2)
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
 
     def begin(self) -> None:
@@ -52,6 +52,6 @@ class _Growth(AbstractGrowth):
         planner = self._planner
         ended, made = grow(
             self._search, self._tree, self.best, iterations,
-            float(planner.goal_bias), planner.inputs_tried, planner.min_steps, planner.max_steps,
+            float(planner.goal_bias), planner.control_samples, planner.min_steps, planner.max_steps,
         )  # fmt: skip
         return int(ended), int(made)

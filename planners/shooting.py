@@ -7,11 +7,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.cancel import StoppedError
+from kinolab.cancel import CancelledError
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.multistart import Shots
+from kinolab.trajopt.multistart.multistart import Multistart
 
 
 @final
@@ -32,14 +32,14 @@ class Shooting(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Try one guess after another until one leads into the goal; each is an iteration."""
-        shots = Shots(problem, self.knots, seed, lambda: budget.late, budget.below)
-        shots.prepare()
+        multistart = Multistart(problem, self.knots, seed, lambda: budget.late, budget.below)
+        multistart.prepare()
         budget.restart()  # code for this machine was compiled and loaded until here
         motion = None
         try:
             while motion is None and not budget.spent():
-                motion = shots.next().motion
-        except StoppedError:
+                motion = multistart.next().motion
+        except CancelledError:
             budget.take_back()
         return _result(problem, motion, budget)
 

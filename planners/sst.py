@@ -10,10 +10,10 @@ import numpy as np
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search import setting
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth, Search
-from kinolab.search.tree.compiled_planner import ANY
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
+from kinolab.search.tree.compiled_planner import UNBOUNDED_STEPS
 from kinolab.search.tree.sst_kernel import grow_sparsely
-from kinolab.search.tree.tree import plant, tree
+from kinolab.search.tree.tree import begin_without_neighbours, tree
 from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses
 
 
@@ -54,32 +54,34 @@ class SST(AbstractCompiledPlanner):
         0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
     )
 
-    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:  # noqa: ARG002
+    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return what grows the tree."""
-        return _Growth(self, search)
+        return _SstExtension(self, search)
 
 
-class _Growth(AbstractGrowth):
-    def __init__(self, planner: SST, search: Search) -> None:
-        question, capacity = search.question, planner.max_nodes
-        self.nodes, self.best = tree(question, capacity, neighbours=False), np.zeros(2)
+class _SstExtension(AbstractTreeExtension):
+    def __init__(self, planner: SST, search: SearchState) -> None:
+        arrays, capacity = search.problem, planner.max_nodes
+        self.nodes, self.best = tree(arrays, capacity, neighbours=False), np.zeros(2)
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
-        self._witnesses, self._most = Record(witnesses(question, capacity)), ANY
+        self._witnesses, self._most = Record(witnesses(arrays, capacity)), UNBOUNDED_STEPS
 
     def begin(self) -> None:
         """Leave nothing in the tree but the start."""
-        plant(self._search, self._tree)
+        begin_without_neighbours(self._search, self._tree)
         begin_witnesses(self._search, self._tree, self._witnesses)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow by some iterations."""
         planner = self._planner
-        radius = planner.selection_radius if self._most == ANY else planner.improving_radius
+        radius = (
+            planner.selection_radius if self._most == UNBOUNDED_STEPS else planner.improving_radius
+        )
         ended, made = grow_sparsely(
             self._search, self._tree, self._witnesses, self.best, iterations, self._most,
             radius, planner.pruning_radius, planner.goal_bias,
-            planner.inputs_tried, planner.min_steps, planner.max_steps,
+            planner.control_samples, planner.min_steps, planner.max_steps,
         )  # fmt: skip
         return int(ended), int(made)
 

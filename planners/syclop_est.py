@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 
 from ompl import control as oc
 
-from kinolab.search.ompl import AbstractSyclopPlanner, Bridge
+from kinolab.search.ompl import AbstractSyclopPlanner, OmplSetup
 
 
 @final
@@ -20,6 +20,6 @@ class SyclopEST(AbstractSyclopPlanner):
 
     name: ClassVar[str] = "syclop_est"
 
-    def make(self, bridge: Bridge) -> Any:
+    def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
-        return oc.SyclopEST(bridge.space_information, self.decomposition(bridge))
+        return oc.SyclopEST(setup.space_information, self.decomposition(setup))

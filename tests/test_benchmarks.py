@@ -32,7 +32,7 @@ from benchmarks.versus.runs import (
 from benchmarks.versus.verdict import Judge
 from kinolab.problem import Problem
 from kinolab.runs import write_run
-from kinolab.simulation.machine import motion_under
+from kinolab.simulation.machine import states_under
 from tests.support import ROOT, environment
 
 SCRIPT = ROOT / "benchmarks" / "gallery.py"
@@ -240,7 +240,11 @@ def test_like_against_like_has_the_settings_of_the_other_side() -> None:
     assert AS_IN_OMPL["min_steps"] == header()["MIN_STEPS"]
     assert AS_IN_OMPL["max_steps"] == header()["MAX_STEPS"]
     planner: Any = ours.make(Entrant(KINOLAB, "rrt_fast", "RRT"))
-    assert (planner.last_step_every, planner.inputs_tried, planner.goal_bias) == (0, 1, 0.05)
+    assert (planner.goal_connection_period, planner.control_samples, planner.goal_bias) == (
+        0,
+        1,
+        0.05,
+    )
     assert ours.make(Entrant(KINOLAB, "rrt_fast")) == type(planner)()
 
 
@@ -320,7 +324,7 @@ def test_motions_are_what_the_model_makes_step_by_step(name: str) -> None:
     x = [problem.start]
     for row in u:
         x.append(problem.model.step(x[-1], row, problem.step, method="rk4", substeps=5))
-    assert (motion_under(problem, u) == np.array(x)).all()
+    assert (states_under(problem, u) == np.array(x)).all()
 
 
 def test_a_ratio_is_that_of_the_best_medians() -> None:

@@ -13,7 +13,7 @@ import kinolab
 from kinolab.files import MOST_KEPT, read_sealed, write_sealed
 from kinolab.world import box_obstacle
 from kinolab.world.collision import distance_field_cache
-from kinolab.world.collision.distance_field_cache import kept_grid
+from kinolab.world.collision.distance_field_cache import cached_distance_field
 from tests.support import within
 
 MAGIC, CONTENT = b"a test 1\n", bytes(range(256)) * 3
@@ -68,7 +68,7 @@ def a_machine() -> bytes:
 
 
 def a_grid() -> bytes:
-    return kept_grid((box_obstacle("box", (1.0, 1.0, 1.0)),), 0.1).distance.tobytes()
+    return cached_distance_field((box_obstacle("box", (1.0, 1.0, 1.0)),), 0.1).distance.tobytes()
 
 
 def machine_as_javascript() -> bytes:
@@ -90,7 +90,7 @@ def test_whatever_becomes_of_an_entry_it_is_made_anew(
     """A flipped byte at some places, and a pipe, to which nobody will ever write."""
     home, draw = tmp_path / "cache", np.random.default_rng(1)
     monkeypatch.setenv("KINOLAB_CACHE", str(home))
-    monkeypatch.setattr(distance_field_cache, "WORTH", 1)
+    monkeypatch.setattr(distance_field_cache, "MIN_CELLS", 1)
     expected = make()
     entries = {path: path.read_bytes() for path in home.iterdir()}
     for path, whole in entries.items():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.simulation.reference import true_motion
+from kinolab.simulation.reference import reference_motion
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
@@ -25,7 +25,7 @@ def clearance(problem: Problem, trajectory: Trajectory) -> float:
     It is at most half of SPACING too large. Steps in which no point can come nearer than the
     nearest so far are not looked into.
     """
-    motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
+    motion = reference_motion(problem, trajectory.x[0], trajectory.t, trajectory.u)
     checker = problem.checker()
 
     def room(x: Array) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 import kinolab
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.collision_constraints import Obstacles
+from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 
 from . import wheel
 from .clearance import clearance
@@ -61,7 +61,7 @@ def official(file: Path, problem: Problem, trajectory: Trajectory) -> dict[str, 
     turned = (trajectory.x + np.pi) % (2 * np.pi) - np.pi
     x = np.where(problem.model.circular, turned, trajectory.x)
     robot, ends = problem.system.name, (problem.start, centre(problem))
-    gaps = Obstacles(problem, 0.0)
+    gaps = CollisionConstraints(problem, 0.0)
     overlap = -min(gaps.least(state[None]) for state in x)
     try:
         found = wheel.measures(robot, file, x, trajectory.u, problem.step, *ends)

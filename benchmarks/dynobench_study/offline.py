@@ -13,14 +13,14 @@ import time
 import kinolab
 import kinolab.loading
 import kinolab.scenario.dynobench  # it comes with the first environment
-from kinolab.simulation.machine import motion_under
+from kinolab.simulation.machine import states_under
 
 
 def seconds(file: str) -> float:
     """Return how long loading takes until the machine has made a step."""
     begun = time.thread_time()
     problem = kinolab.load(file)
-    motion_under(problem, problem.model.control_bounds.mean(axis=1)[None])
+    states_under(problem, problem.model.control_bounds.mean(axis=1)[None])
     return time.thread_time() - begun
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import kinolab
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.collision_constraints import Obstacles
+from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 
 from . import wheel
 from .judgement import centre
@@ -120,7 +120,7 @@ def _ours(problem: Problem, x: NDArray[np.float64], u: NDArray[np.float64]) -> d
     lower, upper = problem.model.control_bounds.T
     return {
         "goal": miss(problem, x[-1]),
-        "overlap": -Obstacles(problem, 0.0).least(x),
+        "overlap": -CollisionConstraints(problem, 0.0).least(x),
         "actions": float(max((lower - u).max(), (u - upper).max())),
     }
 

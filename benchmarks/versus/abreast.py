@@ -12,21 +12,21 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from kinolab.search.tree import AbstractGrowth
-from kinolab.search.tree.tree import TRIED
+from kinolab.search.tree import AbstractTreeExtension
+from kinolab.search.tree.tree import ALL_STEPS
 
 from .grow import PIECE, begun
 
 SEED = 1  # of all: the work is the same, so that all end together
 
 
-def grow(tree: AbstractGrowth, nodes: int, rounds: int) -> int:
+def grow(tree: AbstractTreeExtension, nodes: int, rounds: int) -> int:
     """Grow a tree to some nodes again and again; return the steps that were tried."""
     for _ in range(rounds):
         tree.begin()
         while tree.nodes.size[0] < nodes:
             tree.grow(PIECE)
-    return int(tree.nodes.tally[TRIED])
+    return int(tree.nodes.rejections[ALL_STEPS])
 
 
 if __name__ == "__main__":

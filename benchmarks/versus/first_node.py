@@ -12,7 +12,7 @@ begun = time.perf_counter()
 import json  # noqa: E402
 import sys  # noqa: E402
 
-from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner, search_of  # noqa: E402
+from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner, search_state  # noqa: E402
 
 from .ours import load, make  # noqa: E402
 from .runs import KINOLAB, Entrant  # noqa: E402
@@ -24,7 +24,7 @@ if __name__ == "__main__":
     imported = time.perf_counter()
     problem = load(problem_name)
     defined = time.perf_counter()
-    tree = planner.growth(problem, search_of(problem, planner.goal_zoom, 1))
+    tree = planner.extension(problem, search_state(problem, planner.goal_region_scale, 1))
     tree.begin()
     while tree.nodes.size[0] < 2:
         tree.grow(1)

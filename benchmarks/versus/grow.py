@@ -12,9 +12,9 @@ import time
 from memory import resident
 
 from kinolab.problem import Problem
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractGrowth
-from kinolab.search.tree.compiled_planner import search_of
-from kinolab.search.tree.tree import TRIED
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension
+from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree.tree import ALL_STEPS
 
 from .ours import UNREACHABLE, load, make
 from .runs import KINOLAB, LIKE, Entrant
@@ -22,22 +22,22 @@ from .runs import KINOLAB, LIKE, Entrant
 PIECE = 100  # iterations between two looks at the size
 
 
-def begun(problem: str, planner: str, seed: int) -> tuple[Problem, AbstractGrowth]:
+def begun(problem: str, planner: str, seed: int) -> tuple[Problem, AbstractTreeExtension]:
     """Return a problem whose goal cannot be reached, and its tree with nothing but the start.
 
     The problem owns the code that grows the tree.
     """
     question, searcher = load(problem, UNREACHABLE), make(Entrant(KINOLAB, planner, LIKE[planner]))
     assert isinstance(searcher, AbstractCompiledPlanner)
-    tree = searcher.growth(question, search_of(question, searcher.goal_zoom, seed))
+    tree = searcher.extension(question, search_state(question, searcher.goal_region_scale, seed))
     tree.begin()
     tree.grow(PIECE)  # code is compiled and loaded
     tree.begin()
-    tree.nodes.tally[:] = 0
+    tree.nodes.rejections[:] = 0
     return question, tree
 
 
-def marks(tree: AbstractGrowth, sizes: list[int], limit: float) -> list[dict[str, float]]:
+def marks(tree: AbstractTreeExtension, sizes: list[int], limit: float) -> list[dict[str, float]]:
     """Grow a tree to the last of some sizes, as far as the limit in [s] allows."""
     cpu0, found = time.process_time(), []
     for size in (1, *sizes):
@@ -46,7 +46,9 @@ def marks(tree: AbstractGrowth, sizes: list[int], limit: float) -> list[dict[str
         if tree.nodes.size[0] < size:
             break
         mark = {"nodes": int(tree.nodes.size[0]), "cpu": time.process_time() - cpu0}
-        found.append({**mark, "resident": resident(), "propagations": int(tree.nodes.tally[TRIED])})
+        found.append(
+            {**mark, "resident": resident(), "propagations": int(tree.nodes.rejections[ALL_STEPS])}
+        )
     return found
 
 

@@ -12,12 +12,12 @@ OMPL_PLANNERS = ("RRT", "SST", "KPIECE1", "EST", "PDST")
 LIKE = {"rrt_fast": "RRT", "sst": "SST"}  # whose settings can be those of OMPL's
 AS_IN_OMPL: dict[str, Any] = {  # its defaults, and those of ompl_cpp/problem.h
     "goal_bias": 0.05,
-    "goal_zoom": 1.0,
-    "inputs_tried": 1,
+    "goal_region_scale": 1.0,
+    "control_samples": 1,
     "min_steps": 1,
     "max_steps": 20,
     "restart_after": 0,
-    "last_step_every": 0,
+    "goal_connection_period": 0,
     "selection_radius": 0.2,
     "pruning_radius": 0.1,
 }

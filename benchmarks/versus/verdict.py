@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.problem.task import ROUNDING
-from kinolab.simulation.machine import motion_under
+from kinolab.problem.task import LIMIT_TOLERANCE
+from kinolab.simulation.machine import states_under
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -30,9 +30,9 @@ class Judge:
         Empty where nothing is.
         """
         lower, upper = self.problem.model.control_bounds.T
-        if not ((lower - ROUNDING <= u) & (u <= upper + ROUNDING)).all():
+        if not ((lower - LIMIT_TOLERANCE <= u) & (u <= upper + LIMIT_TOLERANCE)).all():
             return "an input passes its limit"
-        states = motion_under(self.problem, u)
+        states = states_under(self.problem, u)
         fault = self._fault(states, self.problem.step * np.arange(float(len(states))))
         excess = self.problem.goal_excess(states[-1])
         return fault or ("" if excess <= 1.0 else f"it ends {excess:.6g} tolerances from the goal")
@@ -40,7 +40,7 @@ class Judge:
     def between(self, u: Array) -> str:
         """Return what is wrong within the steps: at the end of each of their substeps."""
         settings, step = self.problem.scenario.integration, self.problem.step
-        states = motion_under(self.problem, u)
+        states = states_under(self.problem, u)
         for k in range(1, settings.substeps):
             share = k / settings.substeps
             within = self.problem.model.step(
@@ -53,7 +53,7 @@ class Judge:
 
     def _fault(self, states: Array, times: Array) -> str:
         lower, upper = self.problem.bounds.T
-        inside = (lower - ROUNDING <= states) & (states <= upper + ROUNDING)
+        inside = (lower - LIMIT_TOLERANCE <= states) & (states <= upper + LIMIT_TOLERANCE)
         if not inside.all():
             k, i = np.argwhere(~inside)[0]
             name = self.problem.model.state_names[i]

@@ -9,23 +9,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-Stop: TypeAlias = Callable[[], bool]
+CancellationToken: TypeAlias = Callable[[], bool]
 
 
-class StoppedError(Exception):
+class CancelledError(Exception):
     """Work was ended before it was done; no mistake, and nothing for a user to read."""
 
 
-def never() -> bool:
+def never_cancelled() -> bool:
     """Say that work may go on."""
     return False
 
 
-def look(stop: Stop) -> None:
+def raise_if_cancelled(stop: CancellationToken) -> None:
     """Look whether to go on.
 
     Raises:
         StoppedError: If ``stop`` says to end.
     """
     if stop():
-        raise StoppedError
+        raise CancelledError

@@ -14,8 +14,8 @@ from kinolab import planners, systems
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.symbol_table import tangent_symbols
 from kinolab.dynamics.language.json.machine_file import load_machine
-from kinolab.dynamics.language.symbols import Rate
-from kinolab.dynamics.language.tightened_limits import narrowed
+from kinolab.dynamics.language.symbols import RateSymbol
+from kinolab.dynamics.language.tightened_limits import with_tightened_limits
 from kinolab.errors import InputError, MissingPlannerError, Mistake, UnknownNameError
 from kinolab.numerics.quaternions import unit
 from kinolab.problem import Problem
@@ -27,7 +27,7 @@ from kinolab.problem.goal import (
     PointTarget,
 )
 from kinolab.scenario import (
-    Finding,
+    Issue,
     ObstacleEntry,
     Scenario,
     axis_vector,
@@ -52,8 +52,8 @@ from kinolab.world import (
 
 T = TypeVar("T")
 
-LARGEST = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
-SHORTEST_STEP = 1e-6  # [s]
+MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
+MIN_STEP = 1e-6  # [s]
 
 
 def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
@@ -109,7 +109,11 @@ def build_problem(scenario: Scenario, *, planning: bool = True, planner: bool = 
     mistakes: list[Mistake] = []
     system, obstacles = _parts(scenario, mistakes, planner=planner)
     whole = None if system is None else _collect(mistakes, system.model)
-    model = None if whole is None else _collect(mistakes, lambda: _held_to_less(scenario, whole))
+    model = (
+        None
+        if whole is None
+        else _collect(mistakes, lambda: _with_narrower_limits(scenario, whole))
+    )
     if model is not None:
         mistakes += _ill_posed(scenario, model) if planning else ()
         mistakes += _misplaced(scenario, model)
@@ -124,11 +128,11 @@ def build_problem(scenario: Scenario, *, planning: bool = True, planner: bool = 
     return _problem(scenario, whole, model, world)
 
 
-def _held_to_less(scenario: Scenario, whole: Model) -> Model:
+def _with_narrower_limits(scenario: Scenario, whole: Model) -> Model:
     """Return the machine with the limits of inputs and references that a scenario sets."""
     limits = {n: scenario.bounds[n] for n in _chosen(whole.system) if n in scenario.bounds}
     try:
-        return narrowed(whole.system, limits).model() if limits else whole
+        return with_tightened_limits(whole.system, limits).model() if limits else whole
     except InputError as error:
         raise InputError(
             _at(scenario, ("bounds", wrong.where), wrong.what, wrong.remedy)
@@ -183,7 +187,7 @@ def find_system(scenario: Scenario) -> System:
 
 def _at(scenario: Scenario, path: tuple[str, ...], what: str, remedy: str = "") -> Mistake:
     """Return a mistake at a key of a scenario, or at the override that set it."""
-    return mistake_at(Finding(path, what, remedy), scenario.origin)
+    return mistake_at(Issue(path, what, remedy), scenario.origin)
 
 
 def system_from_python(path: Path, function: str, where: str) -> System:
@@ -288,16 +292,16 @@ def _ill_posed(scenario: Scenario, model: Model) -> Iterator[Mistake]:
             remedy = f"Write {name} = [lower, upper] below [bounds]."
             what = f"nothing limits {name}, so a planner cannot sample it."
             yield _at(scenario, ("bounds",), what, remedy)
-        elif max(abs(lower), abs(upper)) > LARGEST:
+        elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
-            yield _at(scenario, ("bounds", name), what, f"Keep limits below {LARGEST:g}.")
+            yield _at(scenario, ("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
     weights = _weights(scenario, model)
     if not weights.any():
         what = "all weights are 0, so that every state is as near as any other."
         yield _at(scenario, ("metric",), what, "Leave one positive.")
-    if scenario.integration.step < SHORTEST_STEP:
+    if scenario.integration.step < MIN_STEP:
         what = f"{scenario.integration.step:g} s is too short a step."
-        yield _at(scenario, ("integration", "step"), what, f"Take {SHORTEST_STEP:g} s or more.")
+        yield _at(scenario, ("integration", "step"), what, f"Take {MIN_STEP:g} s or more.")
 
 
 def _misplaced(scenario: Scenario, model: Model) -> Iterator[Mistake]:
@@ -335,7 +339,7 @@ def _problem(scenario: Scenario, whole: Model, model: Model, world: World) -> Pr
     rate_bounds = np.tile([-np.inf, np.inf], (model.nt, 1))
     for i, rate in enumerate(tangent_symbols(system)):
         if rate.name not in model.state_names:
-            speed = (rate.coordinate if isinstance(rate, Rate) else rate.attitude).speed
+            speed = (rate.coordinate if isinstance(rate, RateSymbol) else rate.attitude).speed
             lower, upper = scenario.bounds.get(rate.name, (-np.inf, np.inf))
             rate_bounds[i] = max(-speed, lower), min(speed, upper)
     return Problem(

@@ -54,7 +54,7 @@ print(json.dumps(Names.found))
 """
 SOLVED: list[tuple[str, str, dict[str, int]]] = [
     ("rolling_disk_maze", "rrt_fast", {"goal_bias": 0}),  # a mesh and boxes
-    ("rolling_disk_maze", "kpiece_fast", {"greed": 1, "goal_zoom": 4}),
+    ("rolling_disk_maze", "kpiece_fast", {"cost_to_go_exponent": 1, "goal_region_scale": 4}),
     ("rolling_disk_maze", "prm", {}),
     ("crane_factory", "rrt_fast", {}),  # cables, and a mesh of many parts
     ("submarine_corridor", "kpiece_fast", {}),  # an attitude

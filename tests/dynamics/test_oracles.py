@@ -461,7 +461,7 @@ def test_compiled_motions_satisfy_the_equations_that_sympy_derives(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two derivations of one machine: Newton-Euler on a tape, Lagrange by SymPy; lambda is free."""
-    monkeypatch.setattr(equations_module, "TIDYING", 0.5)
+    monkeypatch.setattr(equations_module, "SIMPLIFICATION_SECONDS", 0.5)
     made, u = model(name), inputs(name)
     equations = made.equations()
     multipliers = sp.symbols(f"lambda_1:{len(system(name).constraints) + 1}", real=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.numerics.kd_forest import LEAF, add, forest, nearest
+from kinolab.numerics.kd_forest import LEAF_SIZE, add, kd_forest, nearest
 from kinolab.numerics.struct import Record
 
 Array = np.ndarray
@@ -19,13 +19,15 @@ def square(points: Array, query: Array, period: Array) -> Array:
 
 
 def planted(points: Array, period: Array) -> Record:
-    found = Record(forest(len(points), period))
+    found = Record(kd_forest(len(points), period))
     for point in points:
         add(found, point)
     return found
 
 
-@pytest.mark.parametrize("count", [1, 2, LEAF - 1, LEAF, LEAF + 1, 3 * LEAF, 1000, 5000, 40_000])
+@pytest.mark.parametrize(
+    "count", [1, 2, LEAF_SIZE - 1, LEAF_SIZE, LEAF_SIZE + 1, 3 * LEAF_SIZE, 1000, 5000, 40_000]
+)
 @pytest.mark.parametrize("dimensions", [1, 2, 6])
 def test_no_point_is_nearer_by_more_than_a_tenth(count: int, dimensions: int) -> None:
     random = np.random.default_rng(count)
@@ -42,7 +44,7 @@ def test_no_point_is_nearer_by_more_than_a_tenth(count: int, dimensions: int) ->
 def test_every_point_finds_itself_at_any_time() -> None:
     random, period = np.random.default_rng(0), np.array([np.inf, 2.0, np.inf])
     points = random.normal(size=(700, 3)) * [1.0, 0.3, 5.0]
-    trees = Record(forest(700, period))
+    trees = Record(kd_forest(700, period))
     for name, point in enumerate(points):
         add(trees, point)
         asked = int(random.integers(name + 1))
@@ -60,4 +62,4 @@ def test_equal_points_and_lines_of_points_are_no_harm() -> None:
 def test_nothing_beyond_the_best_so_far_is_found() -> None:
     trees = planted(np.array([[1.0], [2.0]]), np.full(1, np.inf))
     assert nearest(trees, np.zeros(1), 77, 0.5)[0] == 77
-    assert nearest(forest(10, np.full(1, np.inf)), np.zeros(1), 77, np.inf)[0] == 77
+    assert nearest(kd_forest(10, np.full(1, np.inf)), np.zeros(1), 77, np.inf)[0] == 77

@@ -25,7 +25,7 @@ from kinolab.problem.goal import AttitudeTarget
 from kinolab.runs import read_run, write_run
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.search import Budget
-from kinolab.simulation.reference import true_motion
+from kinolab.simulation.reference import reference_motion
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -452,7 +452,7 @@ def test_between_the_knots_of_a_discrete_motion_an_attitude_stays_one(tmp_path: 
     """Halfway it is half the turn, and the pose of the hull is no larger or smaller."""
     own = ("integration={ method = 'euler', step = 0.5, truth = 'discrete' }", "start.R_wy=1.0")
     problem = problem_of(tmp_path, WATER, *own)
-    motion = true_motion(problem, problem.start, np.array([0.0, 0.5]), np.zeros((1, 3)))
+    motion = reference_motion(problem, problem.start, np.array([0.0, 0.5]), np.zeros((1, 3)))
     halfway = motion.between(0, np.array([0.25]))[0]
     np.testing.assert_allclose(halfway[3:7], Rotation.from_euler("y", 0.25).as_quat(), atol=1e-15)
     turned = problem.frames(halfway)[0].reshape(3, 4)[:, :3]

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics import VectorFields
-from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Layers
+from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, BracketFiltration
 from kinolab.dynamics.analysis.fields.points import turning_variables
 from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers
 
@@ -112,7 +112,7 @@ def growth_over_primes(fields: VectorFields, degree: int, seed: int = 0) -> tupl
     values = {name: residue(value) for name, value in fields.values.items()} | point
     found: list[Bracket] = []
     ranks = []
-    for layer in Layers.of(fields, values, degree, Residues()):
+    for layer in BracketFiltration.of(fields, values, degree, Residues()):
         found += layer
         ranks.append(rank([[entry.value for entry in bracket.vector] for bracket in found]))
     return tuple(ranks)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from kinolab import planners
-from kinolab.cancel import never
+from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
-from kinolab.trajopt.multistart.multistart import Shots
+from kinolab.trajopt.multistart.multistart import Multistart
 from tests.planners.test_planners import bits
 from tests.support import problem_of
 from tests.trajopt.multistart.test_geometric_path import door, hall
@@ -65,7 +65,7 @@ def test_a_search_that_is_interrupted_says_so(rotor: Problem) -> None:
 
 def doors(problem: Problem, seed: int, below: float) -> set[str]:
     """Return through which doors the motions lead that come of the first guesses."""
-    shots = Shots(problem, 80, seed, never, below)
+    shots = Multistart(problem, 80, seed, never_cancelled, below)
     motions = [shots.next().motion for _ in range(2)]
     return {door(motion.x) for motion in motions if motion is not None}
 
@@ -82,7 +82,8 @@ def test_the_budget_says_below_which_duration_a_guess_is_worth_it(tmp_path: Path
     problem = hall(tmp_path, "near", "far")
     found = planners.get("shooting")().solve(problem, 1, Budget(60.0, 1, below=SHORT))
     expected, other = (
-        Shots(problem, 80, 1, never, below).next().motion for below in (SHORT, math.inf)
+        Multistart(problem, 80, 1, never_cancelled, below).next().motion
+        for below in (SHORT, math.inf)
     )
     assert expected is not None
     assert other is not None

@@ -346,10 +346,18 @@ def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(hard: P
 @pytest.mark.parametrize(
     ("setting", "value", "told"),
     [
-        ("goal_zoom", 0.999, "0.999 is out of range. Give at least 1.0, at most 1000000.0."),
-        ("goal_zoom", -1, "-1 is out of range. Give at least 1.0, at most 1000000.0."),
-        ("goal_zoom", 2e6, "2000000.0 is out of range. Give at least 1.0, at most 1000000.0."),
-        ("goal_zoom", "far", "'far' does not fit. Give a number, such as the default 1.0."),
+        (
+            "goal_region_scale",
+            0.999,
+            "0.999 is out of range. Give at least 1.0, at most 1000000.0.",
+        ),
+        ("goal_region_scale", -1, "-1 is out of range. Give at least 1.0, at most 1000000.0."),
+        (
+            "goal_region_scale",
+            2e6,
+            "2000000.0 is out of range. Give at least 1.0, at most 1000000.0.",
+        ),
+        ("goal_region_scale", "far", "'far' does not fit. Give a number, such as the default 1.0."),
         ("restart_after", -1, "-1 is out of range. Give at least 0."),
         (
             "restart_after",
@@ -366,10 +374,10 @@ def test_a_setting_out_of_its_range_is_told_with_what_would_work(
     assert str(caught.value) == f"[planner] {setting}: {told}"
 
 
-def test_a_zoom_widens_what_the_search_aims_at(hard: Problem) -> None:
+def test_a_goal_region_scale_widens_what_the_search_aims_at(hard: Problem) -> None:
     plain, one, ten = (
         bits(hard.solve(planner="rrt", seed=1, max_iterations=300, goal_bias=0.5, **zoom))
-        for zoom in ({}, {"goal_zoom": 1.0}, {"goal_zoom": 1e6})
+        for zoom in ({}, {"goal_region_scale": 1.0}, {"goal_region_scale": 1e6})
     )
     assert plain == one
     assert plain != ten

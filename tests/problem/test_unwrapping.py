@@ -24,7 +24,7 @@ from kinolab.solve import Plan
 from kinolab.testing import assert_dynamically_feasible
 from kinolab.trajectory import Trajectory
 from kinolab.verification import dynamics_checks, verify
-from kinolab.verification.certificate import DEFECT
+from kinolab.verification.certificate import DEFECT_TOLERANCE
 from tests.conftest import Solver
 from tests.support import failed
 
@@ -97,10 +97,11 @@ def test_a_damaged_motion_is_refused_in_any_numbers(name: str) -> None:
     """Four times what a knot may be off by is no whole turn, and no other sign."""
     problem, trajectory = motion_of(name)
     for k in np.flatnonzero(problem.circular):
-        check_refused(problem, trajectory, int(k), 4 * DEFECT * problem.scales[k])
+        check_refused(problem, trajectory, int(k), 4 * DEFECT_TOLERANCE * problem.scales[k])
     for first in problem.model.attitudes.values():
         turned = trajectory.x.copy()
-        by = Rotation.from_rotvec([8 * DEFECT, 0, 0])  # half of it is what a quaternion moves by
+        # half of it is what a quaternion moves by
+        by = Rotation.from_rotvec([8 * DEFECT_TOLERANCE, 0, 0])
         rows = Rotation.from_quat(turned[:, first : first + 4]) * by
         turned[7:, first : first + 4] = rows.as_quat()[7:]
         refused = disguised(problem, replace(trajectory, x=turned), 1)

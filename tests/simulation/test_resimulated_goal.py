@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.simulation.resimulated_goal import true_excess
+from kinolab.simulation.resimulated_goal import resimulated_violation
 from tests.support import OPEN, problem_of
 
 
@@ -31,11 +31,11 @@ def test_a_motion_ends_as_far_outside_as_the_differential_equation_says(
     x, y = ended(problem_of(tmp_path, OPEN), t, u)[:2]
     goal = (f"goal.x={float(x + 0.1 * share)}", f"goal.y={float(y)}", "goal.tolerance=0.1")
     problem = problem_of(tmp_path, OPEN, *goal, 'integration.method="euler"')
-    assert true_excess(problem, u) == pytest.approx(share, abs=1e-5)
+    assert resimulated_violation(problem, u) == pytest.approx(share, abs=1e-5)
 
 
 def test_a_motion_that_cannot_be_followed_is_nowhere_near(table: Problem) -> None:
-    assert true_excess(table, np.array([[np.nan, 0.0]])) == np.inf
+    assert resimulated_violation(table, np.array([[np.nan, 0.0]])) == np.inf
 
 
 def test_who_ends_far_outside_is_told_without_scipy(
@@ -46,7 +46,7 @@ def test_who_ends_far_outside_is_told_without_scipy(
     problem = problem_of(tmp_path, OPEN, *goal)
     monkeypatch.delattr("kinolab.simulation.resimulated_goal.resimulate")
     u = np.zeros((10, 2))  # it stays where it is
-    assert true_excess(problem, u) == pytest.approx((5.0 - problem.start[0]) / 0.1)
+    assert resimulated_violation(problem, u) == pytest.approx((5.0 - problem.start[0]) / 0.1)
 
 
 def test_a_motion_into_the_goal_through_a_wall_is_nowhere_near(tmp_path: Path) -> None:
@@ -57,8 +57,8 @@ def test_a_motion_into_the_goal_through_a_wall_is_nowhere_near(tmp_path: Path) -
     middle = (float(through.start[0]) + float(end[0])) / 2
     goal = (f"goal.x={float(end[0])}", "goal.y=0.0", "goal.tolerance=0.1")
     wall = f"world.obstacle=[{{ box = [0.1, 4.0, 1.0], position = [{middle}, 0.0, 0.5] }}]"
-    assert true_excess(problem_of(tmp_path, OPEN, *goal), u) < 1e-6
-    assert true_excess(problem_of(tmp_path, OPEN, *goal, wall), u) == np.inf
+    assert resimulated_violation(problem_of(tmp_path, OPEN, *goal), u) < 1e-6
+    assert resimulated_violation(problem_of(tmp_path, OPEN, *goal, wall), u) == np.inf
 
 
 def test_a_motion_that_cannot_be_replayed_is_nowhere_near() -> None:
@@ -67,5 +67,5 @@ def test_a_motion_that_cannot_be_replayed_is_nowhere_near() -> None:
     problem = kinolab.load("pendulum_swingup", overrides=upright)
     rate = np.sqrt(9.81)  # [1/s] of a pendulum of 1 m
     short, long = (np.zeros((round(np.log(times) / rate / 0.05), 1)) for times in (1e4, 1e8))
-    assert true_excess(problem, short) <= 1.0
-    assert true_excess(problem, long) == np.inf
+    assert resimulated_violation(problem, short) <= 1.0
+    assert resimulated_violation(problem, long) == np.inf

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kinolab import systems
-from kinolab.simulation.sensitivities import StepMap
+from kinolab.simulation.sensitivities import StepSensitivities
 
 MACHINES = (
     "pendulum",
@@ -42,7 +42,7 @@ def test_derivatives_are_those_of_the_machines_own_step(
     expected = np.column_stack(
         [(step(z + d) - step(z - d)) / (2 * NUDGE) for d in NUDGE * np.eye(len(z))]
     )
-    after, tangents = StepMap(model, method, substeps).linearised(x[None], u[None], h)
+    after, tangents = StepSensitivities(model, method, substeps).linearized(x[None], u[None], h)
     assert np.allclose(after[0], step(z), rtol=0, atol=1e-14)
     assert np.allclose(tangents[0], expected, rtol=1e-7, atol=1e-7)
 
@@ -50,8 +50,8 @@ def test_derivatives_are_those_of_the_machines_own_step(
 def test_derivatives_in_fewer_substeps_leave_the_step_as_it_is() -> None:
     model = systems.get("pendulum").model()
     x, u = np.full((3, model.nx), 0.1), np.zeros((3, model.nu))
-    fine, coarse = (StepMap(model, "rk4", n).linearised(x, u, 0.2) for n in (8, 2))
-    after, tangents = StepMap(model, "rk4", 8, derived=2).linearised(x, u, 0.2)
+    fine, coarse = (StepSensitivities(model, "rk4", n).linearized(x, u, 0.2) for n in (8, 2))
+    after, tangents = StepSensitivities(model, "rk4", 8, derived=2).linearized(x, u, 0.2)
     assert np.array_equal(after, fine[0])
     assert np.array_equal(tangents, coarse[1])
     assert not np.array_equal(coarse[0], fine[0])
@@ -59,5 +59,7 @@ def test_derivatives_in_fewer_substeps_leave_the_step_as_it_is() -> None:
 
 def test_a_step_that_fails_says_so() -> None:
     model = systems.get("quad2d_v0").model()
-    after = StepMap(model, "rk4", 1).after(np.full((1, model.nx), np.nan), np.zeros((1, 2)), 0.1)
+    after = StepSensitivities(model, "rk4", 1).after(
+        np.full((1, model.nx), np.nan), np.zeros((1, 2)), 0.1
+    )
     assert np.isnan(after).all()

@@ -18,9 +18,9 @@ from kinolab.problem import Problem
 from kinolab.runs import read_run
 from kinolab.show.view.driving import driving_of
 from kinolab.simulation import Propagator
-from kinolab.simulation.machine import motion_under
+from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import resimulate
-from kinolab.simulation.sensitivities import StepMap
+from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from tests.outsiders import SKID, skid_steered, written
 from tests.support import failed
@@ -60,7 +60,7 @@ def test_planners_of_ompl_and_compiled_ones_move_it_by_the_same_step(
     reached, _ = propagator.step(robot.start.tolist(), u.tolist(), robot.step)
     model = robot.model
     assert np.array_equal(reached, model.step(robot.start, u, robot.step, method="rosenbrock"))
-    assert np.array_equal(reached, motion_under(robot, u[None])[1])
+    assert np.array_equal(reached, states_under(robot, u[None])[1])
     assert not np.allclose(reached, model.step(robot.start, u, robot.step), atol=1e-4)
 
 
@@ -93,9 +93,9 @@ def test_decay_is_followed_at_any_step(tmp_path: Path) -> None:
     entry = problem.model.state_names.index("y_dot")
     slide[entry] = 1e-6  # [m/s], where tanh is straight
     z, g = -problem.step * 0.7 * 9.81 / 0.05, 1.0 - 0.5**0.5
-    after = motion_under(problem, np.zeros((1, 2)), slide)[1, entry]
+    after = states_under(problem, np.zeros((1, 2)), slide)[1, entry]
     assert after / 1e-6 == pytest.approx((1 + (1 - 2 * g) * z) / (1 - g * z) ** 2, rel=1e-6)
-    wild = motion_under(problem, np.zeros((1, 2)), slide, "rk4", 1)[1, entry]
+    wild = states_under(problem, np.zeros((1, 2)), slide, "rk4", 1)[1, entry]
     assert wild / 1e-6 == pytest.approx(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24, rel=1e-6)
 
 
@@ -123,7 +123,7 @@ def test_derivatives_of_the_step_hold_for_a_stiff_machine() -> None:
     model = skid_steered().model()
     x, u, h = model.rest(), np.array([0.3, 0.1]), 0.05
     step = partial(model.step, method="rosenbrock", substeps=2)
-    after, slopes = StepMap(model, "rosenbrock", 2).linearised(x[None], u[None], h)
+    after, slopes = StepSensitivities(model, "rosenbrock", 2).linearized(x[None], u[None], h)
     assert np.allclose(after[0], step(x, u, h), atol=1e-13)
     for i, e in enumerate(np.eye(model.nx) * 1e-6):
         assert np.allclose(

@@ -15,7 +15,7 @@ from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.problem import Problem
 from kinolab.runs import check_run, read_run, write_run
-from kinolab.simulation.sensitivities import StepMap
+from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -148,7 +148,7 @@ def test_references_are_shortened_and_made_exact(plan: Plan, trajectory: Traject
 def test_derivatives_hold_the_law_over_a_step() -> None:
     model, h, nudge = cart_pole().model(), 0.05, 1e-6
     x, r = np.array([0.1, 0.02, 0.1, 0.05]), np.array([0.2])
-    after, tangents = StepMap(model, "rk4", 2).linearised(x[None], r[None], h)
+    after, tangents = StepSensitivities(model, "rk4", 2).linearized(x[None], r[None], h)
     assert np.allclose(after[0], model.step(x, r, h, substeps=2), atol=1e-14)
 
     def moved(z: np.ndarray) -> np.ndarray:
@@ -162,7 +162,7 @@ def test_derivatives_hold_the_law_over_a_step() -> None:
 def test_derivatives_of_several_steps_ask_the_law_in_each() -> None:
     model, h, nudge = cart_pole().model(), 0.15, 1e-6
     x, r = np.array([0.1, 0.02, 0.1, 0.05]), np.array([0.2])
-    after, tangents = StepMap(model, "rk4", 2, acts=3).linearised(x[None], r[None], h)
+    after, tangents = StepSensitivities(model, "rk4", 2, acts=3).linearized(x[None], r[None], h)
 
     def moved(z: np.ndarray) -> np.ndarray:
         state = z[:4]
@@ -174,7 +174,7 @@ def test_derivatives_of_several_steps_ask_the_law_in_each() -> None:
     assert np.allclose(after[0], moved(z), atol=1e-14)
     expected = [(moved(z + d) - moved(z - d)) / (2 * nudge) for d in nudge * np.eye(6)]
     assert np.allclose(tangents[0], np.transpose(expected), rtol=1e-7, atol=1e-7)
-    once = StepMap(model, "rk4", 6).after(x[None], r[None], h)
+    once = StepSensitivities(model, "rk4", 6).after(x[None], r[None], h)
     assert np.abs(once[0] - after[0]).max() > 1e-4  # a law that is held for longer is another one
 
 

@@ -26,7 +26,7 @@ from kinolab.scenario import builtin_scenarios
 from kinolab.solve import Plan, processes, worker
 from kinolab.solve.parallel import JobsError
 from kinolab.solve.request import Request
-from kinolab.solve.solution_pool import Findings, rank
+from kinolab.solve.solution_pool import SolutionPool, rank
 from tests.support import ENTER, OPEN, environment, plan, problem_of
 
 Capture = pytest.CaptureFixture[str]
@@ -282,7 +282,7 @@ def raising(error: BaseException) -> Callable[..., Any]:
 def test_a_process_tells_what_went_wrong(
     error: Exception, code: int, told: str, table: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(worker, "series", raising(error))
+    monkeypatch.setattr(worker, "sequential_runs", raising(error))
     ours, theirs = Pipe()
     with ours, theirs:
         worker.work(theirs, Request(None), pickle.dumps(table))
@@ -393,4 +393,4 @@ def test_a_problem_that_was_sent_has_the_same_plans(table: Problem) -> None:
 
 
 def test_findings_without_an_attempt_have_no_plan() -> None:
-    assert Findings(2).plan(interrupted=True) is None
+    assert SolutionPool(2).plan(interrupted=True) is None

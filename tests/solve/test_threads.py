@@ -22,7 +22,7 @@ from kinolab.solve.parallel import JobsError
 from tests.support import OPEN, environment, problem_of
 
 HARD = ("goal.x=4", "goal.tolerance=1e-9")  # is not hit by chance
-SETTINGS = {"planner": "rrt_fast", "last_step_every": 0}
+SETTINGS = {"planner": "rrt_fast", "goal_connection_period": 0}
 
 
 def bits(found: Plan) -> bytes:
@@ -95,14 +95,14 @@ def test_searches_go_on_until_the_time_is_over(table: Problem) -> None:
 def test_a_search_that_fails_is_told_and_the_others_go_on(
     hard: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = compiled_planner.search_of
+    made = compiled_planner.search_state
 
     def broken(problem: Problem, zoom: float, seed: int) -> Any:
         if seed > 1:
             raise MemoryError
         return made(problem, zoom, seed)
 
-    monkeypatch.setattr(compiled_planner, "search_of", broken)
+    monkeypatch.setattr(compiled_planner, "search_state", broken)
     found = hard.solve(seed=1, jobs=2, max_iterations=100, **SETTINGS)
     assert [attempt.status for attempt in found.attempts] == ["approximate", "failed"]
     assert found.attempts[1].detail == "it ran out of memory."
@@ -135,7 +135,7 @@ def say(iterations, _):
         said.append(print("searching", flush=True))
 from kinolab.solve import solve
 try:
-    solve(problem, "rrt_fast", jobs=2, time_limit=600.0, last_step_every=0, progress=say)
+    solve(problem, "rrt_fast", jobs=2, time_limit=600.0, goal_connection_period=0, progress=say)
 except KeyboardInterrupt:
     late = time.monotonic() + 60.0
     while threading.active_count() > 1 and time.monotonic() < late:

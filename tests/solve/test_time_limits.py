@@ -21,11 +21,11 @@ import numpy as np
 import pytest
 
 from kinolab import planners
-from kinolab.cancel import StoppedError, look, never
+from kinolab.cancel import CancelledError, never_cancelled, raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome, SearchResult
-from kinolab.simulation import CompiledStep, Rollouts
+from kinolab.simulation import CandidateRollouts, CompiledStep
 from kinolab.simulation.reference import interval
 from kinolab.solve.garbage_collection import old_objects_left_alone
 from kinolab.world import CollisionChecker
@@ -39,7 +39,7 @@ every_planner = pytest.mark.parametrize("name", planners.names())
 
 COUNTED = (
     (CompiledStep, "step"),
-    (Rollouts, "follow"),
+    (CandidateRollouts, "follow"),
     (Model, "_call"),
     (CollisionChecker, "collides"),
 )
@@ -142,7 +142,7 @@ def endless(request: pytest.FixtureRequest, hard: Problem, tmp_path: Path) -> Pr
 def without_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Take the looks out of all that is long: of steering, of drawing states, of following."""
     for name, module in list(sys.modules.items()):
-        if name.startswith("kinolab.") and vars(module).get("look") is look:
+        if name.startswith("kinolab.") and vars(module).get("look") is raise_if_cancelled:
             monkeypatch.setattr(module, "look", lambda _: None)
 
 
@@ -316,9 +316,9 @@ def test_an_iteration_that_is_begun_may_be_finished_and_no_other_may_begin() -> 
 
 
 def test_looking_raises_only_when_it_is_time() -> None:
-    look(never)
-    with pytest.raises(StoppedError):
-        look(lambda: True)
+    raise_if_cancelled(never_cancelled)
+    with pytest.raises(CancelledError):
+        raise_if_cancelled(lambda: True)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.steering import ignorable
+from kinolab.steering import cyclic_coordinates
 from tests.scenes import true_states
 
 Scenes = Callable[..., Problem]
@@ -25,7 +25,9 @@ CONE = '\n[[keep_out]]\nbody = "coin"\naxis = [1, 0, 0]\ndirection = [0, 0, 1]\n
 
 def names(problem: Problem) -> set[str]:
     return {
-        n for n, free in zip(problem.model.state_names, ignorable(problem), strict=True) if free
+        n
+        for n, free in zip(problem.model.state_names, cyclic_coordinates(problem), strict=True)
+        if free
     }
 
 
@@ -73,7 +75,7 @@ def test_a_heading_that_only_steers_a_force_matters(scenes: Scenes) -> None:
 @pytest.mark.parametrize("machine", ["car", "drive", "coin"])
 def test_what_is_ignorable_changes_no_motion_of_the_rest(machine: str, scenes: Scenes) -> None:
     problem = scenes(machine)
-    free, generator = ignorable(problem), np.random.default_rng(3)
+    free, generator = cyclic_coordinates(problem), np.random.default_rng(3)
     x = problem.sample_goal(generator)
     turned = np.where(free, x + 1.7, x)
     u = generator.uniform(*problem.model.control_bounds.T, (5, problem.model.nu))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kinolab.problem import Problem
-from kinolab.steering import settle
+from kinolab.steering import nearest_equilibrium
 
 Scenes = Callable[..., Problem]
 
@@ -23,7 +23,7 @@ def state(problem: Problem, **values: float) -> np.ndarray:
 
 def held(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The equilibrium near a state, and its inputs, after the laws that every one obeys."""
-    found = settle(problem, x)
+    found = nearest_equilibrium(problem, x)
     assert found is not None
     y, u = found
     assert (np.abs(problem.model.f(y, u)) <= 1e-9 * problem.scales).all()
@@ -99,23 +99,23 @@ def test_a_lift_carries_its_weight_only_with_some_force_to_spare(scenes: Scenes)
     _, u = held(lift, state(lift, x=1.0, z=2.0))
     assert u == pytest.approx([0, 10], abs=1e-9)
     weak = scenes("weak_lift")
-    assert settle(weak, state(weak, x=1.0, z=2.0)) is None
+    assert nearest_equilibrium(weak, state(weak, x=1.0, z=2.0)) is None
 
 
 def test_a_stone_in_the_air_stays_nowhere(scenes: Scenes) -> None:
     stone = scenes("stone")
-    assert settle(stone, state(stone, z=3.0)) is None
+    assert nearest_equilibrium(stone, state(stone, z=3.0)) is None
 
 
 def test_outside_the_limits_there_is_no_equilibrium(scenes: Scenes) -> None:
     crane = scenes("crane")
-    assert settle(crane, state(crane, x=5, y=4, l=8.5)) is None
-    assert settle(crane, state(crane, x=50, y=4, l=5)) is None
+    assert nearest_equilibrium(crane, state(crane, x=5, y=4, l=8.5)) is None
+    assert nearest_equilibrium(crane, state(crane, x=50, y=4, l=5)) is None
 
 
 def test_what_is_given_is_not_changed(scenes: Scenes) -> None:
     crane = scenes("crane")
     x = state(crane, x=5, y=4, l=6, theta_x=0.2, x_dot=0.5)
     kept = x.copy()
-    settle(crane, x)
+    nearest_equilibrium(crane, x)
     assert (x == kept).all()

@@ -9,7 +9,7 @@ import pytest
 
 from kinolab.problem import Problem
 from kinolab.steering import Steering
-from kinolab.steering.plane_curves import PlaneWays
+from kinolab.steering.plane_curves import PlanePaths
 
 Scenes = Callable[..., Problem]
 Array = np.ndarray
@@ -20,12 +20,12 @@ TIGHTEST = np.tan(0.6) / 2.7  # [1/m] of a car whose wheels turn by 0.6 rad, 2.7
 
 def all_ways(problem: Problem, x0: Array, x1: Array) -> list[list[object]]:
     known = ways(problem)
-    return [*known.ways(x0, x1), *known.detours(x0, x1)]
+    return [*known.paths(x0, x1), *known.detours(x0, x1)]
 
 
-def ways(problem: Problem) -> PlaneWays:
+def ways(problem: Problem) -> PlanePaths:
     found = Steering(problem).ways
-    assert isinstance(found, PlaneWays)
+    assert isinstance(found, PlanePaths)
     return found
 
 
@@ -124,7 +124,7 @@ def test_turned_wheels_are_straightened_before_a_smooth_curve(scenes: Scenes) ->
     car = scenes("car")
     x0, x1 = np.zeros((2, 7))
     x0[3], x1[0] = 0.4, 10.0
-    first, smooth = next(ways(car).ways(x0, x1))
+    first, smooth = next(ways(car).paths(x0, x1))
     assert along(first, 3)[:, 3] == pytest.approx([0.4, 0.2, 0.0])
     assert np.ptp(along(first)[:, :3]) == 0.0
     assert along(smooth)[[0, -1], :3] == pytest.approx(np.array([[0, 0, 0], [10.0, 0, 0]]))
@@ -134,7 +134,7 @@ def test_a_car_turns_its_wheels_where_it_stands(scenes: Scenes) -> None:
     car = scenes("car")
     x0 = np.zeros(7)
     x1 = np.array([0, 0, 0, 0.3, 0, 0, 0])
-    ((path,),) = list(ways(car).ways(x0, x1))
+    ((path,),) = list(ways(car).paths(x0, x1))
     rows = along(path, 5)
     assert rows[:, :3] == pytest.approx(np.zeros((5, 3)))
     assert rows[:, 3] == pytest.approx(np.linspace(0, 0.3, 5))
@@ -144,7 +144,7 @@ def test_a_car_turns_its_wheels_where_it_stands(scenes: Scenes) -> None:
 def test_from_a_pose_to_itself_there_is_nothing_to_do(machine: str, scenes: Scenes) -> None:
     problem = scenes(machine)
     x = np.zeros(problem.model.nx)
-    assert all(paths == [] for paths in ways(problem).ways(x, x))
+    assert all(paths == [] for paths in ways(problem).paths(x, x))
     assert list(Steering(problem).steer(x, x)) == []
 
 
@@ -153,7 +153,7 @@ def test_a_robot_turns_on_the_spot_the_short_way(turn: float, scenes: Scenes) ->
     drive = scenes("drive")
     x1 = np.zeros(7)
     x1[2] = turn
-    for (path,) in ways(drive).ways(np.zeros(7), x1):
+    for (path,) in ways(drive).paths(np.zeros(7), x1):
         rows = along(path, 50)
         assert np.abs(rows[:, :2]).max() == 0.0
         assert np.abs(rows[:, 2]).max() <= np.pi + 1e-9

@@ -11,7 +11,7 @@ import kinolab
 from kinolab.dynamics import Body, Force, Potential, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
-from kinolab.steering.steered_goal_connection import LastStep
+from kinolab.steering.steered_goal_connection import SteeredGoalConnection
 from tests.support import OPEN, coin_after, problem_of
 
 GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")
@@ -35,38 +35,44 @@ def rolled(x: np.ndarray, inputs: np.ndarray, step: float) -> np.ndarray:
 
 
 def test_the_inputs_lead_from_the_state_into_the_goal(narrow: Problem) -> None:
-    last = LastStep(narrow, every=1, zoom=10.0, stop=never)
+    last = SteeredGoalConnection(narrow, every=1, goal_region_scale=10.0, stop=never)
     x = narrow.start.copy()
     x[-2:] = 0.5, 1.0  # it turns and rolls
-    assert last.leads_in(x.tolist(), narrow.goal_excess(x))
+    assert last.connect(x.tolist(), narrow.goal_excess(x))
     reached = rolled(x, np.array(last.inputs), narrow.step)
     assert np.abs(reached[:2]).max() < 1.1e-3
     assert np.abs(reached[-2:]).max() < 1e-2
 
 
 def test_one_state_of_several_is_tried(narrow: Problem) -> None:
-    last, x = LastStep(narrow, every=3, zoom=10.0, stop=never), narrow.start.tolist()
-    assert [last.leads_in(x, 1000.0) for _ in range(6)] == [False, False, True] * 2
+    last, x = (
+        SteeredGoalConnection(narrow, every=3, goal_region_scale=10.0, stop=never),
+        narrow.start.tolist(),
+    )
+    assert [last.connect(x, 1000.0) for _ in range(6)] == [False, False, True] * 2
     assert last.inputs
-    assert not last.leads_in(x, 1000.0)
+    assert not last.connect(x, 1000.0)
     assert last.inputs == []  # none that belong to a state before
 
 
 def test_a_state_in_the_goal_needs_no_last_step(narrow: Problem) -> None:
-    last = LastStep(narrow, every=1, zoom=10.0, stop=never)
-    assert last.leads_in(narrow.start.tolist(), 1000.0)
-    assert not last.leads_in(np.zeros(6).tolist(), 0.0)
+    last = SteeredGoalConnection(narrow, every=1, goal_region_scale=10.0, stop=never)
+    assert last.connect(narrow.start.tolist(), 1000.0)
+    assert not last.connect(np.zeros(6).tolist(), 0.0)
     assert last.inputs == []
 
 
 def test_machines_that_are_not_flat_are_steered_near_the_goal_alone() -> None:
     board = kinolab.load("snakeboard_park")
-    last, generator = LastStep(board, every=1, zoom=10.0, stop=never), np.random.default_rng(0)
+    last, generator = (
+        SteeredGoalConnection(board, every=1, goal_region_scale=10.0, stop=never),
+        np.random.default_rng(0),
+    )
     starts = [board.sample_goal(generator, 1.5) for _ in range(20)]
     outside = [x for x in starts if board.goal_excess(x) > 1.0]
-    reached = [x for x in outside if last.leads_in(x.tolist(), board.goal_excess(x))]
+    reached = [x for x in outside if last.connect(x.tolist(), board.goal_excess(x))]
     assert reached
-    assert not last.leads_in(reached[0].tolist(), 10.1)
+    assert not last.connect(reached[0].tolist(), 10.1)
 
 
 RUNAWAY = """
@@ -88,21 +94,21 @@ def test_a_machine_that_runs_away_is_not_steered_and_no_mistake(tmp_path: Path) 
     away = System("away", bodies=[mass], efforts=[Potential(-5000 * x**2)], inputs=[force])
     (tmp_path / "machine.json").write_text(machine_to_json(away))
     problem = problem_of(tmp_path, RUNAWAY)
-    last = LastStep(problem, every=1, zoom=10.0, stop=never)
-    assert not last.leads_in([0.5, 0.0], problem.goal_excess(np.array([0.5, 0.0])))
+    last = SteeredGoalConnection(problem, every=1, goal_region_scale=10.0, stop=never)
+    assert not last.connect([0.5, 0.0], problem.goal_excess(np.array([0.5, 0.0])))
 
 
 def test_nothing_is_looked_for_when_time_is_up(narrow: Problem) -> None:
-    last = LastStep(narrow, every=1, zoom=10.0, stop=lambda: True)
-    assert not last.leads_in(narrow.start.tolist(), 1000.0)
+    last = SteeredGoalConnection(narrow, every=1, goal_region_scale=10.0, stop=lambda: True)
+    assert not last.connect(narrow.start.tolist(), 1000.0)
 
 
 @pytest.mark.parametrize("planner", GUIDED)
 def test_a_plan_goes_on_from_the_tree_into_the_goal(planner: str, narrow: Problem) -> None:
-    found = narrow.solve(planner=planner, seed=1, max_iterations=2000, last_step_every=5)
+    found = narrow.solve(planner=planner, seed=1, max_iterations=2000, goal_connection_period=5)
     assert found.status == "solved"
     assert found.trajectory is not None
     reached = rolled(narrow.start, found.trajectory.u, narrow.step)
     assert np.abs(reached[:2]).max() < 1.1e-3
-    sampled = narrow.solve(planner=planner, seed=1, max_iterations=2000, last_step_every=0)
+    sampled = narrow.solve(planner=planner, seed=1, max_iterations=2000, goal_connection_period=0)
     assert sampled.status != "solved"

@@ -9,7 +9,7 @@ import pytest
 
 from kinolab import systems
 from kinolab.problem import Problem
-from kinolab.steering import Maneuver, Steering, ignorable, settle
+from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
 from tests.scenes import apart, true_states
 
 Scenes = Callable[..., Problem]
@@ -25,7 +25,7 @@ def resting(problem: Problem, seed: int, reach: float) -> Iterator[Array]:
     for _ in range(2):
         x = (lower + upper) / 2 + reach * generator.uniform(-0.5, 0.5, len(lower)) * (upper - lower)
         x[problem.model.nq :] = 0.0
-        found = settle(problem, Steering(problem).ways.straightened(x))
+        found = nearest_equilibrium(problem, Steering(problem).ways.straightened(x))
         assert found is not None
         yield found[0]
 
@@ -36,7 +36,7 @@ def judge(problem: Problem, x0: Array, x1: Array, motion: Maneuver, off: float =
     assert ((lower <= motion.u) & (motion.u <= upper)).all()
     assert motion.x.shape == (motion.steps + 1, len(x0))
     assert motion.x[0] == pytest.approx(x0, abs=0)
-    matters = ~ignorable(problem)
+    matters = ~cyclic_coordinates(problem)
     assert apart(problem, motion.x[-1], x1)[matters].max() < 1e-8
     true = true_states(problem, x0, motion.u)
     assert apart(problem, true[-1], x1)[matters].max() < off

@@ -10,15 +10,15 @@ from scipy.optimize import minimize
 
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
-from kinolab.steering.terminal_correction import Closing
+from kinolab.steering.terminal_correction import TerminalCorrection
 from tests.scenes import apart, true_states
 
 Scenes = Callable[..., Problem]
 Array = np.ndarray
 
 
-def closing(problem: Problem) -> Closing:
-    return Closing(problem, Rollout(problem))
+def closing(problem: Problem) -> TerminalCorrection:
+    return TerminalCorrection(problem, Rollout(problem))
 
 
 def double_integrator(steps: int, h: float) -> Array:
@@ -33,7 +33,7 @@ def test_the_inputs_of_a_cart_are_those_of_least_norm(
 ) -> None:
     """The pseudo-inverse of a double integrator's response, in closed form."""
     cart = scenes("cart")
-    found = closing(cart).close(np.zeros(2), np.zeros((30, 1)), np.array(end))
+    found = closing(cart).correct(np.zeros(2), np.zeros((30, 1)), np.array(end))
     assert found is not None
     assert found.u[:, 0] == pytest.approx(
         np.linalg.pinv(double_integrator(30, 0.1)) @ end, abs=1e-7
@@ -44,11 +44,11 @@ def test_the_inputs_of_a_cart_are_those_of_least_norm(
 def test_the_change_is_least_and_not_the_inputs(scenes: Scenes) -> None:
     cart, wave = scenes("cart"), 0.3 * np.sin(np.arange(30))[:, None]
     end = double_integrator(30, 0.1) @ wave[:, 0]
-    found = closing(cart).close(np.zeros(2), wave, np.add(end, [0.2, 0.0]))
+    found = closing(cart).correct(np.zeros(2), wave, np.add(end, [0.2, 0.0]))
     assert found is not None
     least = np.linalg.pinv(double_integrator(30, 0.1)) @ [0.2, 0.0]
     assert (found.u - wave)[:, 0] == pytest.approx(least, abs=1e-7)
-    same = closing(cart).close(np.zeros(2), wave, end)
+    same = closing(cart).correct(np.zeros(2), wave, end)
     assert same is not None
     assert same.u == pytest.approx(wave, abs=1e-12)
 
@@ -57,7 +57,7 @@ def test_where_limits_are_reached_the_change_is_nearly_least(scenes: Scenes) -> 
     """SciPy's SLSQP knows the least within the limits; fixing inputs at them comes close."""
     cart, end = scenes("cart"), np.array([1.9, 0.0])
     response = double_integrator(30, 0.1)
-    found = closing(cart).close(np.zeros(2), np.zeros((30, 1)), end)
+    found = closing(cart).correct(np.zeros(2), np.zeros((30, 1)), end)
     assert found is not None
     assert np.abs(found.u).max() <= 1.0
     assert (np.abs(found.u) == 1.0).any()
@@ -80,8 +80,8 @@ def test_a_cart_cannot_be_faster_than_bang_bang(distance: float, scenes: Scenes)
     end = np.array([distance, 0.0])
     short, enough = (int(np.floor(factor * quickest / 0.1)) for factor in (0.99, 1.1))
     tool = closing(cart)
-    assert tool.close(np.zeros(2), np.zeros((short, 1)), end, most=50) is None
-    found = tool.close(np.zeros(2), np.zeros((enough + 1, 1)), end, most=50)
+    assert tool.correct(np.zeros(2), np.zeros((short, 1)), end, most=50) is None
+    found = tool.correct(np.zeros(2), np.zeros((enough + 1, 1)), end, most=50)
     assert found is not None
     assert np.abs(found.u).max() <= 1.0
     assert found.x[-1] == pytest.approx(end, abs=1e-8)
@@ -99,7 +99,7 @@ def test_an_end_that_inputs_lead_to_is_hit_from_inputs_nearby(
     u = middle + half * generator.uniform(-0.5, 0.5, (20, problem.model.nu))
     nearby = u + half * generator.uniform(-0.1, 0.1, u.shape)
     end = true_states(problem, problem.start, u)[-1]
-    found = closing(problem).close(problem.start, nearby, end)
+    found = closing(problem).correct(problem.start, nearby, end)
     assert found is not None
     assert found.steps == 20
     assert ((lower <= found.u) & (found.u <= upper)).all()
@@ -112,14 +112,14 @@ def test_an_end_that_inputs_lead_to_is_hit_from_inputs_nearby(
 def test_a_car_does_not_slip_sideways_to_its_end(scenes: Scenes) -> None:
     car = scenes("car")
     beside = np.add(car.start, [0, 1.0, 0, 0, 0, 0, 0])
-    assert closing(car).close(car.start, np.zeros((3, 2)), beside) is None
+    assert closing(car).correct(car.start, np.zeros((3, 2)), beside) is None
 
 
 def test_angles_are_missed_the_short_way_round(scenes: Scenes) -> None:
     pendulum = scenes("pendulum")
-    miss = closing(pendulum).miss(np.array([3.0, 0.0]), np.array([-3.0, 0.0]))
+    miss = closing(pendulum).residual(np.array([3.0, 0.0]), np.array([-3.0, 0.0]))
     assert miss[0] == pytest.approx(2 * np.pi - 6)
-    full = closing(pendulum).miss(np.array([0.3, 0.0]), np.array([0.3 + 4 * np.pi, 0.0]))
+    full = closing(pendulum).residual(np.array([0.3, 0.0]), np.array([0.3 + 4 * np.pi, 0.0]))
     assert full[0] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -129,20 +129,20 @@ def test_a_quaternion_and_its_opposite_are_the_same_attitude(scenes: Scenes) -> 
     x[3:7] = np.array([0.1, -0.2, 0.3, 0.9]) / np.linalg.norm([0.1, -0.2, 0.3, 0.9])
     other = x.copy()
     other[3:7] *= -1
-    assert np.abs(closing(submarine).miss(x, other)).max() < 1e-15
+    assert np.abs(closing(submarine).residual(x, other)).max() < 1e-15
 
 
 def test_no_inputs_end_where_they_begin(scenes: Scenes) -> None:
     """There is nothing to correct."""
     cart = scenes("cart")
-    there = closing(cart).close(np.zeros(2), np.zeros((0, 1)), np.zeros(2))
+    there = closing(cart).correct(np.zeros(2), np.zeros((0, 1)), np.zeros(2))
     assert there is not None
     assert there.steps == 0
-    assert closing(cart).close(np.zeros(2), np.zeros((0, 1)), np.array([1.0, 0.0])) is None
+    assert closing(cart).correct(np.zeros(2), np.zeros((0, 1)), np.array([1.0, 0.0])) is None
 
 
 def test_inputs_beyond_their_limits_are_brought_within(scenes: Scenes) -> None:
     cart = scenes("cart")
-    found = closing(cart).close(np.zeros(2), np.full((40, 1), 7.0), np.array([1.0, 0.0]), most=50)
+    found = closing(cart).correct(np.zeros(2), np.full((40, 1), 7.0), np.array([1.0, 0.0]), most=50)
     assert found is not None
     assert np.abs(found.u).max() <= 1.0

@@ -9,22 +9,22 @@ import pytest
 
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
-from kinolab.steering import Maneuver, Tracker, ignorable, settle
-from kinolab.steering.tracking import CHEAP, LAST
+from kinolab.steering import Maneuver, TrackingLaw, cyclic_coordinates, nearest_equilibrium
+from kinolab.steering.tracking import CONTROL_WEIGHT, TERMINAL_WEIGHT
 from tests.scenes import apart, true_states
 
 Scenes = Callable[..., Problem]
 Array = np.ndarray
 
 
-def tracker(problem: Problem) -> Tracker:
-    return Tracker(problem, Rollout(problem))
+def tracker(problem: Problem) -> TrackingLaw:
+    return TrackingLaw(problem, Rollout(problem))
 
 
 def weights(problem: Problem) -> tuple[Array, Array]:
     """Of states by their scales and of inputs by half their range."""
     half = np.ptp(problem.model.control_bounds, axis=1) / 2
-    return np.diag(1 / problem.scales**2), CHEAP * np.diag(1 / half**2)
+    return np.diag(1 / problem.scales**2), CONTROL_WEIGHT * np.diag(1 / half**2)
 
 
 def gain_by_iteration(A: Array, B: Array, Q: Array, R: Array) -> Array:
@@ -67,7 +67,7 @@ def test_a_pendulum_is_held_upright_and_hanging_by_the_best_gain(
 def test_what_is_held_returns_in_truth(machine: str, scenes: Scenes) -> None:
     """From a thousandth of the scales off, in closed loop through DOP853, by half and more."""
     problem = scenes(machine)
-    found = settle(problem, problem.start)
+    found = nearest_equilibrium(problem, problem.start)
     assert found is not None
     x1, u1 = found
     K = tracker(problem).hold(x1, u1)
@@ -84,7 +84,7 @@ def test_what_does_not_slip_sideways_is_held_by_no_linear_feedback(
 ) -> None:
     """Brockett's condition; a puck without thrust does not move aside either."""
     problem = scenes(machine)
-    found = settle(problem, problem.start)
+    found = nearest_equilibrium(problem, problem.start)
     assert found is not None
     assert tracker(problem).hold(*found) is None
 
@@ -99,7 +99,7 @@ def best_first_input(A: Array, B: Array, Q: Array, R: Array, x: Array, steps: in
         rows.append(root_R @ block)
         right.append(np.zeros(B.shape[1]))
         reach, free = A @ reach + B @ block, A @ free
-        share = np.sqrt(LAST) if k == steps - 1 else 1.0
+        share = np.sqrt(TERMINAL_WEIGHT) if k == steps - 1 else 1.0
         rows.append(share * root_Q @ reach)
         right.append(-share * root_Q @ free)
     return np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0][: B.shape[1]]
@@ -148,6 +148,6 @@ def test_feedback_comes_nearer_to_a_motion_than_its_inputs_alone(
     assert alone is not None
     assert ((lower <= back.u) & (back.u <= upper)).all()
     left = [apart(problem, x, motion.x[-1]) for x in (back.x[-1], alone[-1])]
-    matters = ~ignorable(problem)
+    matters = ~cyclic_coordinates(problem)
     assert np.linalg.norm(left[0][matters]) < 0.75 * np.linalg.norm(left[1][matters])
     assert apart(problem, back.x, true_states(problem, back.x[0], back.u)).max() < 1e-4

@@ -17,7 +17,7 @@ from kinolab import systems
 from kinolab.dynamics import Model
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.multistart import Shots
+from kinolab.trajopt.multistart.multistart import Multistart
 from tests.oracles.rigid_body import Top, polhode_frequency
 
 Array: TypeAlias = NDArray[np.float64]
@@ -260,7 +260,7 @@ def followed(problem: Problem, trajectory: Trajectory, gain: Array) -> Array:
 
 def test_of_the_first_guesses_some_become_motions_past_the_sun() -> None:
     """Their first trust regions are far too wide for long steps; that says nothing of a guess."""
-    shots = Shots(kinolab.load("satellite_pointing"), 80, 1, lambda: False)
+    shots = Multistart(kinolab.load("satellite_pointing"), 80, 1, lambda: False)
     assert any(shots.next().motion is not None for _ in range(4))
 
 

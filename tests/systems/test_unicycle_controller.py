@@ -36,7 +36,7 @@ def rows(model: Model, names: tuple[str, ...] = SHAPE) -> list[int]:
 def gains(model: Model, x: Array, r: Array, names: tuple[str, ...]) -> Array:
     """Differences of the inputs over small changes of some states, shape (2, names)."""
     nudges = 1e-4 * np.eye(model.nx)[rows(model, names)]  # within the limits of 1 N m
-    columns = [(model.acting(x + d, r) - model.acting(x - d, r)) / 2e-4 for d in nudges]
+    columns = [(model.plant_inputs(x + d, r) - model.plant_inputs(x - d, r)) / 2e-4 for d in nudges]
     return np.transpose(columns)
 
 
@@ -86,7 +86,7 @@ def test_a_turn_settles_but_for_its_rate(
     r, own = np.array([speed, lean]), rows(model)
     x = turning(model, r, turn)
     np.testing.assert_allclose(model.f(x, r)[own], 0.0, atol=1e-9)
-    assert model.acting(x, r)[0] == pytest.approx(0.0, abs=1e-12)
+    assert model.plant_inputs(x, r)[0] == pytest.approx(0.0, abs=1e-12)
     assert x[3] == pytest.approx(lean, abs=0.01)  # of third order in lean and turn rate
     modes = np.linalg.eigvals(model.jacobian(x, r)[0][np.ix_(own, own)])
     neutral, *others = sorted(modes, key=abs)
@@ -103,7 +103,7 @@ def test_a_push_into_a_turn_is_made_good_within_the_torques_limits(model: Model,
     r = np.array([1.0, side * 0.1])
     x = turning(model, r, -side * 0.9) + state(model, theta=0.035, alpha=0.05)
     for k in range(300):
-        assert np.abs(model.acting(x, r)).max() < 1.0
+        assert np.abs(model.plant_inputs(x, r)).max() < 1.0
         x = model.step(x, r, STEP)
         theta, _, turn, _, spin, _ = x[rows(model)]
         assert k < 50 or theta == pytest.approx(r[1], abs=0.01)
@@ -123,7 +123,7 @@ def test_at_one_speed_no_torque_keeps_a_lean(model: Model) -> None:
     speed = R * np.sqrt(W / (c * K))
     assert speed == pytest.approx(1.0, rel=0.02)  # [m/s]
     slow, neutral, fast = (
-        model.acting(
+        model.plant_inputs(
             state(model, theta=0.01, psi_dot=-c * v / R * 0.01, phi_dot=v / R),
             np.array([v, 0.01]),
         )[1]

@@ -8,7 +8,7 @@ import numpy as np
 
 import kinolab
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.trajopt import repair
+from kinolab.trajopt import make_exact
 from tests.support import failed, problem_of
 from tests.trajopt.test_trajopt import EXACT, repaired
 from tests.verification.test_cables import SCENARIO, crane
@@ -45,7 +45,7 @@ def test_a_rope_is_led_over_a_beam_when_its_load_is_set_down_exactly(tmp_path: P
     problem = problem_of(tmp_path, text)
     plan = problem.solve(seed=1, time_limit=60.0, optimize=False)
     assert plan.trajectory is not None
-    exact = repair(problem, plan.trajectory)
+    exact = make_exact(problem, plan.trajectory)
     assert exact is not None
     assert problem.goal_distance(exact.x[-1]) < EXACT
     assert "collision" not in failed(kinolab.verify(problem, exact))

@@ -17,11 +17,11 @@ from kinolab.problem import Problem
 from kinolab.runs import check_run, write_run
 from kinolab.search import Budget
 from kinolab.solve import Plan, improve, make_planner
-from kinolab.solve.improve import Improving
+from kinolab.solve.improve import PlanImprover
 from kinolab.solve.request import Request
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import Seconds, Subproblems
-from kinolab.trajopt import repair as true_repair
+from kinolab.trajopt import SubproblemBudget, TimeBudget
+from kinolab.trajopt import make_exact as true_repair
 from kinolab.trajopt import shorten as true_shorten
 from tests.planners.test_planners import bits
 from tests.support import WALL, coin_after, plan, problem_of
@@ -153,7 +153,7 @@ def test_the_margin_is_the_least_room_of_the_motion(rolled: Both) -> None:
     assert margin > 0
     assert rolled.found.certificate is not None
     assert rolled.found.certificate.margin is not None
-    assert margin == rolled.found.certificate.margin.room
+    assert margin == rolled.found.certificate.margin.clearance
     assert "margin" not in rolled.raw.statistics
 
 
@@ -244,10 +244,10 @@ class Asked:
         return self.now
 
 
-def improver(problem: Problem, limit: float, most: int | None, tick: float) -> Improving:
+def improver(problem: Problem, limit: float, most: int | None, tick: float) -> PlanImprover:
     """Return what improves plans as if their search had taken a second."""
     wanted = Request(None, time_limit=limit, max_iterations=most)
-    return Improving(problem, make_planner(problem, None, {}), wanted, Asked(tick))
+    return PlanImprover(problem, make_planner(problem, None, {}), wanted, Asked(tick))
 
 
 @pytest.mark.parametrize("most", [MOST, None])
@@ -273,19 +273,19 @@ def test_time_that_is_left_is_searched_again_and_no_longer_than_it_lasts(driven:
 
 def test_an_allowance_is_spent_when_its_time_or_its_number_is() -> None:
     now = 0.0
-    time = Seconds(10.0, lambda: now)
-    half = time.part(0.5)
+    time = TimeBudget(10.0, lambda: now)
+    half = time.fraction(0.5)
     assert half() == 0.0
     now = 4.0
     assert half() == pytest.approx(0.8)
     now = 10.0
     assert half() == math.inf
     assert time.over
-    number = Subproblems(4)
-    assert [number.part()() for _ in range(4)] == [0.25, pytest.approx(1 / 3), 0.5, 1.0]
+    number = SubproblemBudget(4)
+    assert [number.fraction()() for _ in range(4)] == [0.25, pytest.approx(1 / 3), 0.5, 1.0]
     assert number.over
-    assert Subproblems(4, until=3.0, clock=lambda: 3.0).over
-    assert Seconds(1.0, lambda: 0.0, lambda: True).over
+    assert SubproblemBudget(4, until=3.0, clock=lambda: 3.0).over
+    assert TimeBudget(1.0, lambda: 0.0, lambda: True).over
 
 
 def test_ctrl_c_during_optimisation_keeps_the_best_so_far(

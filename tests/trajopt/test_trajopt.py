@@ -13,7 +13,7 @@ from kinolab.search import Budget, Outcome
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import make_planner
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import repair, shorten
+from kinolab.trajopt import make_exact, shorten
 from tests.scenario.dynobench.wheel import environment, needs_wheel
 from tests.support import OPEN, WALL, failed, problem_of
 
@@ -62,7 +62,7 @@ def straight_to(problem: Problem, steps: int) -> Trajectory:
 
 
 def repaired(problem: Problem, steps: int) -> Trajectory:
-    found = repair(problem, straight_to(problem, steps))
+    found = make_exact(problem, straight_to(problem, steps))
     assert found is not None
     certificate = kinolab.verify(problem, found)
     assert certificate.passed, [str(check) for check in certificate.failures]
@@ -110,13 +110,13 @@ def test_without_time_the_motion_stays_as_it_is(tmp_path: Path) -> None:
 def test_a_goal_out_of_reach_is_not_repaired(tmp_path: Path) -> None:
     """A second is not enough for 0.8 m."""
     problem = problem_of(tmp_path, DRIVE)
-    assert repair(problem, straight_to(problem, 20)) is None
+    assert make_exact(problem, straight_to(problem, 20)) is None
 
 
 def test_a_motion_through_a_wall_goes_around_it_or_is_not_repaired(tmp_path: Path) -> None:
     text = OPEN.replace("x = 0.0\n", "x = 4.0\n") + WALL
     problem = problem_of(tmp_path, text)
-    found = repair(problem, straight_to(problem, 200))
+    found = make_exact(problem, straight_to(problem, 200))
     assert found is None or "collision" not in failed(kinolab.verify(problem, found))
 
 
@@ -150,7 +150,7 @@ def planned(problem: Problem) -> Trajectory:
 @pytest.mark.parametrize("name", GALLERY)
 def test_a_plan_of_the_gallery_stays_true_when_it_is_repaired_and_shortened(name: str) -> None:
     problem = kinolab.load(name)
-    exact = repair(problem, planned(problem))
+    exact = make_exact(problem, planned(problem))
     assert exact is not None
     assert problem.goal_distance(exact.x[-1]) < EXACT
     short = shorten(problem, exact, 1.0)

@@ -308,12 +308,12 @@ def test_the_whole_motion_is_integrated_twice_and_no_more(
     """Once as it is, once with a nudged start; the other integrations are single intervals."""
     problem = load(tmp_path, "start.x_dot=1.0", "start.l=1.5")
     whole = []
-    true_motion = kinolab.verification.certificate.true_motion
+    true_motion = kinolab.verification.certificate.reference_motion
 
     def counted(problem: Problem, start: Array, t: Array, u: Array, **how: bool) -> object:
         whole.append(len(u) == 40)
         return true_motion(problem, start, t, u, **how)
 
-    monkeypatch.setattr("kinolab.verification.certificate.true_motion", counted)
+    monkeypatch.setattr("kinolab.verification.certificate.reference_motion", counted)
     assert verify(problem, gliding(problem, 1.5, 40)).passed
     assert (sum(whole), len(whole)) == (2, 42)

@@ -73,7 +73,7 @@ def test_the_margin_is_the_least_room_between_knots(times: list[float], tmp_path
     assert certificate.passed
     margin = certificate.margin
     assert margin is not None
-    assert margin.room == pytest.approx(0.45 - RADII, abs=REFINED)
+    assert margin.clearance == pytest.approx(0.45 - RADII, abs=REFINED)
     # Next to its minimum the distance grows with half the square of the time, over 0.45 m.
     assert margin.time == pytest.approx(1.33, abs=math.sqrt(2 * 0.45 * REFINED))
     assert margin.beside == ("puck – second",)
@@ -84,7 +84,7 @@ def test_two_bodies_that_approach_each_other_share_their_gap(tmp_path: Path) -> 
     """Each may move half of it; the other puck stands at (1.2, 0.6)."""
     margin = glide(passing(tmp_path, beside=True), [0.0, 2.0]).margin
     assert margin is not None
-    assert margin.room == pytest.approx((0.6 - 0.2) / 2, abs=REFINED)
+    assert margin.clearance == pytest.approx((0.6 - 0.2) / 2, abs=REFINED)
     assert margin.time == pytest.approx(1.2, abs=1e-3)
     assert [set(pair.split(" – ")) for pair in margin.beside] == [{"puck", "other"}]
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.simulation.reference import follow_map, true_motion
+from kinolab.simulation.reference import follow_map, reference_motion
 from kinolab.trajectory import Trajectory
-from kinolab.verification.dense_motion import SPACING, TooFastError, Walk
+from kinolab.verification.dense_motion import MAX_SPACING, DenseMotion, TooFastError
 from tests.support import OPEN, problem_of
 
 SPANS = np.array([0.1, 0.25, 0.05, 0.4])
@@ -46,22 +46,22 @@ def test_a_rolling_coin_is_seen_at_every_centimetre_of_its_rim(truth: str, tmp_p
     rolls = ("start.phi_dot=4.0", f'integration.truth="{truth}"')
     problem = problem_of(tmp_path, OPEN, *rolls)
     t, u = np.linspace(0.0, 1.0, 21), np.zeros((20, 2))
-    motion = true_motion(problem, problem.start, t, u)
+    motion = reference_motion(problem, problem.start, t, u)
     names = (problem.model.state_names, problem.model.control_names)
-    walk = Walk(problem, Trajectory(t, motion.x, u, *names), motion)
+    walk = DenseMotion(problem, Trajectory(t, motion.x, u, *names), motion)
     times, states, held = map(np.concatenate, zip(*walk.samples(), strict=True))
     assert (np.diff(times) >= 0).all()
     assert (times[0], times[-1]) == (0.0, 1.0)
     assert held.shape == (len(times), 2)
     x = states[:, problem.model.state_names.index("x")]
-    assert np.diff(x).max() <= SPACING
+    assert np.diff(x).max() <= MAX_SPACING
     assert x - x[0] == pytest.approx(times, abs=1e-6)
 
 
 def test_what_is_too_fast_to_be_looked_at_is_not_looked_at(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN, "start.phi_dot=1e9")
     t, u = np.array([0.0, 1.0]), np.zeros((1, 2))
-    motion = true_motion(problem, problem.start, t, u)
+    motion = reference_motion(problem, problem.start, t, u)
     names = (problem.model.state_names, problem.model.control_names)
     with pytest.raises(TooFastError, match="too fast"):
-        list(Walk(problem, Trajectory(t, motion.x, u, *names), motion).samples())
+        list(DenseMotion(problem, Trajectory(t, motion.x, u, *names), motion).samples())

@@ -11,11 +11,11 @@ import pytest
 import kinolab
 from kinolab.errors import InputError
 from kinolab.scenario import builtin_scenarios
-from kinolab.trajopt.nlp.collision_constraints import surroundings
+from kinolab.trajopt.nlp.collision_constraints import collision_arrays
 from kinolab.world import Obstacle, box_obstacle, cylinder_obstacle, sphere_obstacle
 from kinolab.world.collision import distance_field as module
-from kinolab.world.collision.distance_field import REACH, distance_grid
-from kinolab.world.redundant_obstacles import outermost
+from kinolab.world.collision.distance_field import TRANSFORM_REACH, distance_field
+from kinolab.world.redundant_obstacles import without_redundant
 from tests.support import OPEN, ROOT, problem_of, within
 
 BOX = box_obstacle("box", (2.0, 1.0, 1.0), (1.0, 2.0, 0.5), (0.0, 0.0, 0.3))
@@ -59,40 +59,40 @@ def nearest(obstacles: list[Obstacle] | tuple[Obstacle, ...], points: np.ndarray
 @pytest.mark.parametrize("seed", range(5))
 def test_every_distance_stays_as_it_is(seed: int) -> None:
     world = [*drawn(60, seed), *drawn(60, seed)]
-    left = outermost(world)
+    left = without_redundant(world)
     assert len(left) < 60  # repeats go, and some that lie inside
     points = np.random.default_rng(seed).uniform(-4, 4, (20_000, 3))
     assert np.abs(nearest(left, points) - nearest(world, points)).max() < 1e-12  # [m]
 
 
 def test_two_hundred_equal_boxes_are_one() -> None:
-    assert outermost([BOX] * 200) == (BOX,)
+    assert without_redundant([BOX] * 200) == (BOX,)
     again = [box_obstacle(f"{k}", (2.0, 1.0, 1.0), (1.0, 2.0, 0.5), (0.0, 0.0, 0.3)) for k in "ab"]
-    assert outermost([BOX, *again]) == (BOX,)
+    assert without_redundant([BOX, *again]) == (BOX,)
 
 
 @pytest.mark.parametrize("name", sorted(builtin_scenarios()))
 def test_nothing_is_left_out_of_our_scenarios(name: str) -> None:
     obstacles = kinolab.load(ROOT / "scenarios" / f"{name}.toml").world.obstacles
-    assert outermost(obstacles) == obstacles
+    assert without_redundant(obstacles) == obstacles
 
 
 @pytest.mark.parametrize("count", [1, 3, 40])
 def test_a_grid_bounds_distances_from_below_and_not_by_much_more_than_a_cell(count: int) -> None:
     """Cells within half a diagonal of a shape are marked, and no others."""
     world = drawn(count)
-    grid = distance_grid(world, 0.0, memory=400_000)
+    grid = distance_field(world, 0.0, memory=400_000)
     shape = grid.distance.shape
     draw = np.random.default_rng(count)
     cells = np.column_stack([draw.integers(n, size=5000) for n in shape])
     found = grid.distance[tuple(cells.T)]
     true = nearest(world, grid.low + (cells + 0.5) * grid.width)
-    marked = true <= REACH * grid.width
-    sure = np.abs(true - REACH * grid.width) > 1e-6 * grid.width
+    marked = true <= TRANSFORM_REACH * grid.width
+    sure = np.abs(true - TRANSFORM_REACH * grid.width) > 1e-6 * grid.width
     assert (found[marked & sure] == 0.0).all()
     assert (found[~marked & sure] > 0.0).all()
     assert (found <= true + 1e-6).all()
-    assert (found >= true - 2.0 * REACH * grid.width - 1e-6).all()
+    assert (found >= true - 2.0 * TRANSFORM_REACH * grid.width - 1e-6).all()
 
 
 def test_a_grid_asks_about_one_of_four_hundred_equal_boxes(
@@ -106,7 +106,7 @@ def test_a_grid_asks_about_one_of_four_hundred_equal_boxes(
 
     mark = module._mark_primitive
     monkeypatch.setattr(module, "_mark_primitive", counted)
-    many, one = distance_grid([BOX] * 400, 0.05), distance_grid([BOX], 0.05)
+    many, one = distance_field([BOX] * 400, 0.05), distance_field([BOX], 0.05)
     assert asked == [BOX, BOX]
     assert np.array_equal(many.distance, one.distance)
 
@@ -114,7 +114,7 @@ def test_a_grid_asks_about_one_of_four_hundred_equal_boxes(
 def test_programs_look_at_what_is_outermost(tmp_path: Path) -> None:
     wall = "\n[[world.obstacle]]\nbox = [0.1, 4.0, 1.0]\nposition = [3.0, 0.0, 0.5]\n"
     many, one = (problem_of(tmp_path / f"{n}", OPEN + n * wall) for n in (200, 1))
-    sizes = [surroundings(problem)[0].held.scene.obstacle.shape for problem in (many, one)]
+    sizes = [collision_arrays(problem)[0].held.broadphase.obstacle.shape for problem in (many, one)]
     assert sizes[0] == sizes[1]
 
 

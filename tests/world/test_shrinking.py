@@ -12,7 +12,7 @@ from kinolab.world import (
     CollisionChecker,
     World,
     box_obstacle,
-    landmarks,
+    feature_points,
 )
 
 GAP = 2e-5  # [m]: twice the 1e-5 m by which bodies are inflated
@@ -36,7 +36,7 @@ def pose(x: float, z: float = 0.0) -> np.ndarray:
 
 @pytest.mark.parametrize("name", WIDE)
 @pytest.mark.parametrize("by", [0.0, 0.005, 0.08])  # [m]
-def test_a_slimmer_machine_comes_nearer_by_exactly_that_much(name: str, by: float) -> None:
+def test_a_shrunk_machine_comes_nearer_by_exactly_that_much(name: str, by: float) -> None:
     checker = CollisionChecker([BodyGeometry("body", (WIDE[name],))], WALL).slimmer(by)
     touching = -0.5 + by  # [m]
     assert checker.collides(pose(touching + GAP))
@@ -52,7 +52,7 @@ def test_nothing_is_so_slim_that_it_passes_through_walls(name: str) -> None:
     assert checker.collides(pose(0.5))
 
 
-def test_a_cable_is_slimmed_about_its_line() -> None:
+def test_a_cable_is_shrunk_about_its_line() -> None:
     cable = CableGeometry("rope", 0.1)
     checker = CollisionChecker([], WALL, cables=[cable]).slimmer(0.04)
     table = np.zeros((0, 12))
@@ -61,7 +61,7 @@ def test_a_cable_is_slimmed_about_its_line() -> None:
         assert checker.collides(table, ends) is touches
 
 
-def test_a_slimmer_wheel_does_not_sink_and_a_slimmer_hull_comes_lower() -> None:
+def test_a_shrunk_wheel_does_not_sink_and_a_shrunk_hull_comes_lower() -> None:
     wheel = BodyGeometry("wheel", (Sphere(0.1),), touches_ground=True)
     hull = BodyGeometry("hull", (Sphere(0.1),))
     for body, lowest in ((wheel, 0.1 - 0.02), (hull, 0.1 - 0.02)):
@@ -70,7 +70,7 @@ def test_a_slimmer_wheel_does_not_sink_and_a_slimmer_hull_comes_lower() -> None:
         assert checker.collides(pose(0.0, lowest - GAP))
 
 
-def test_the_machine_that_was_slimmed_is_as_it_was() -> None:
+def test_the_machine_that_was_shrunk_is_as_it_was() -> None:
     whole = CollisionChecker([BodyGeometry("body", (Sphere(0.5),))], WALL)
     slim = whole.slimmer(0.1)
     assert whole.collides(pose(-0.45))
@@ -97,9 +97,9 @@ def turned(points: np.ndarray, axis: str) -> np.ndarray:
         (Box(0.3, 0.3, 0.3), ""),
     ],
 )
-def test_landmarks_move_where_a_shape_moves_and_nowhere_else(shape: Shape, still: str) -> None:
+def test_feature_points_move_where_a_shape_moves_and_nowhere_else(shape: Shape, still: str) -> None:
     """A spin about the axis of symmetry is no motion."""
-    points = landmarks(shape)
+    points = feature_points(shape)
     moved = {axis for axis in "xyz" if not np.allclose(turned(points, axis), points)}
     assert moved == set("xyz") - set(still)
-    assert np.linalg.norm(landmarks(Sphere(0.3, at=(1.0, 0, 0)))) == 1.0
+    assert np.linalg.norm(feature_points(Sphere(0.3, at=(1.0, 0, 0)))) == 1.0

@@ -17,14 +17,14 @@ from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.derivation import has_imposed_velocities
 from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.simulation.stability import STABLE, fading, too_long
+from kinolab.simulation.stability import STABILITY_BOUNDS, decay_rate, step_too_long
 
-STATES = 10  # random states at which laws are checked
+RANDOM_STATES = 10  # random states at which laws are checked
 DURATION = 2.0  # [s] of the run whose energy is balanced
 
 
 @dataclass(frozen=True)
-class Finding:
+class LawCheck:
     """The outcome of one law.
 
     Attributes:
@@ -49,7 +49,7 @@ class Finding:
         return f"{verdict:6}  {self.law} ({self.value:.1e}, limit {self.limit:.0e}): {self.note}"
 
 
-def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[Finding]:
+def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[LawCheck]:
     """Yield what the generic laws say about a machine.
 
     Args:
@@ -70,7 +70,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
         yield from _mass_matrix(model, states)
         yield _energy(model, states[0], inputs)
     except NoDynamicsError as error:
-        yield Finding("a kinematic machine", 0.0, 0.0, str(error))
+        yield LawCheck("a kinematic machine", 0.0, 0.0, str(error))
     if integration is not None:
         yield _steps(model, states, integration)
     yield from _limits(system)
@@ -83,13 +83,13 @@ def random_states(model: Model) -> NDArray[np.float64]:
     middle = model.rest()
     lower = np.where(np.isfinite(lower), lower, middle - model.state_scales)
     upper = np.where(np.isfinite(upper), upper, middle + model.state_scales)
-    states = middle + 0.5 * (generator.uniform(lower, upper, (STATES, model.nx)) - middle)
+    states = middle + 0.5 * (generator.uniform(lower, upper, (RANDOM_STATES, model.nx)) - middle)
     for _ in range(20):
         states = model.project(states)
     return states
 
 
-def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> Finding:
+def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
     worst = 0.0
     for x in states:
         exact, _ = model.jacobian(x, u)
@@ -100,7 +100,7 @@ def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64])
         ]
         size = max(1.0, float(np.abs(exact).max()))
         worst = max(worst, float(np.abs(exact - np.array(columns).T).max()) / size)
-    return Finding(
+    return LawCheck(
         "derivatives of f equal finite differences",
         worst,
         1e-6,
@@ -108,12 +108,12 @@ def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64])
     )
 
 
-def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> Finding:
+def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
     count = len(model.system.constraints)
     residual = np.abs(model.constraint_residual(states, u)[:, :count]).max()
     repeated = f"; follows from others: {', '.join(model.redundant)}" if model.redundant else ""
     free = ", ".join(model.rate_names[i] for i in model.independent)
-    return Finding(
+    return LawCheck(
         "velocities obey the constraints",
         float(residual),
         1e-9,
@@ -121,23 +121,23 @@ def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float6
     )
 
 
-def _mass_matrix(model: Model, states: NDArray[np.float64]) -> Iterator[Finding]:
+def _mass_matrix(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck]:
     asymmetry, smallest = 0.0, np.inf
     for x in states:
         M = model.mass_matrix(x)
         asymmetry = max(asymmetry, float(np.abs(M - M.T).max() / np.abs(M).max()))
         own = np.sqrt(np.maximum(np.diag(M), 1e-300))
         smallest = min(smallest, float(np.linalg.eigvalsh(M / np.outer(own, own))[0]))
-    yield Finding("the mass matrix is symmetric", asymmetry, 1e-12, "an internal check")
+    yield LawCheck("the mass matrix is symmetric", asymmetry, 1e-12, "an internal check")
     note = f"smallest eigenvalue {smallest:.1e} of each coordinate's own inertia"
     if model.system.constraints and smallest <= 0:
         note += "; constraints hold the massless directions"
-        yield Finding("every motion has inertia", 0.0, 1e-12, note)
+        yield LawCheck("every motion has inertia", 0.0, 1e-12, note)
     else:
-        yield Finding("every motion has inertia", max(-smallest, 0.0), 1e-12, note)
+        yield LawCheck("every motion has inertia", max(-smallest, 0.0), 1e-12, note)
 
 
-def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Finding:
+def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
     """Balance d/dt (T + V) against the power of inputs and friction along a run."""
 
     def change(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -160,7 +160,7 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Fin
             atol=1e-11,
         )
     except KinolabError as error:
-        return Finding(law, np.inf, 1e-7, f"the run ended early: {error}")
+        return LawCheck(law, np.inf, 1e-7, f"the run ended early: {error}")
     energies = [sum(model.energy(run.y[:-1, k], u)) for k in (0, -1)]
     work = float(run.y[-1, -1])
     size = max(1.0, *map(abs, energies), abs(work))
@@ -168,27 +168,27 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Fin
     note = (
         f"over {run.t[-1]:.3g} s {energies[1] - energies[0]:+.3g} J, of which {work:+.3g} J by work"
     )
-    return Finding(law, gap, 1e-7, note)
+    return LawCheck(law, gap, 1e-7, note)
 
 
-def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSection) -> Finding:
+def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSection) -> LawCheck:
     """Compare what fades fastest, at rest and in motion, with what a planner's steps can follow."""
     generator = np.random.default_rng(0)
-    rate = max(fading(model, x, generator) for x in (model.rest()[None], states))
-    step, wrong = settings.step / settings.substeps, too_long(settings, rate)
+    rate = max(decay_rate(model, x, generator) for x in (model.rest()[None], states))
+    step, wrong = settings.step / settings.substeps, step_too_long(settings, rate)
     law = f"{settings.method} is stable at steps of {step:g} s"
     if wrong is not None:
-        return Finding(law, rate * step, STABLE[settings.method], wrong.sentence)
+        return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], wrong.sentence)
     note = f"what fades fastest does so at {rate:.3g} /s"
-    return Finding(law, rate * step, STABLE.get(settings.method, np.inf), note)
+    return LawCheck(law, rate * step, STABILITY_BOUNDS.get(settings.method, np.inf), note)
 
 
-def _limits(system: System) -> Iterator[Finding]:
+def _limits(system: System) -> Iterator[LawCheck]:
     """Name what a planner will ask for."""
     unlimited = [c.name for c in system.coordinates if not np.isfinite(c.speed)]
     kinematic = has_imposed_velocities(system)
     if unlimited and not kinematic:
         note = f"no speed limit on {', '.join(unlimited)}: planners will ask for [bounds]"
-        yield Finding("rates have limits", 0.0, 0.0, note)
+        yield LawCheck("rates have limits", 0.0, 0.0, note)
     if not system.inputs:
-        yield Finding("something can be decided", 0.0, 0.0, "it has no inputs: only simulate it")
+        yield LawCheck("something can be decided", 0.0, 0.0, "it has no inputs: only simulate it")

@@ -18,7 +18,7 @@ from kinolab.trajectory import Trajectory, reference_column
 
 Array: TypeAlias = NDArray[np.float64]
 
-MOST_STEPS = 1_000_000
+MAX_STEPS = 1_000_000
 
 
 def simulate(problem: Problem, duration: float, inputs: Path | None = None) -> Trajectory:
@@ -35,7 +35,7 @@ def simulate(problem: Problem, duration: float, inputs: Path | None = None) -> T
         DivergedError: If the motion cannot be followed to its end.
     """
     steps = math.ceil(duration / problem.step - 1e-9) if math.isfinite(duration) else 0
-    if not 0 < steps <= MOST_STEPS:
+    if not 0 < steps <= MAX_STEPS:
         what = f"{duration:g} s is no duration for steps of {problem.step:g} s."
         raise InputError([Mistake("--duration", what, "Give a positive number of seconds.")])
     broken = list(problem.start_breaches())

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinolab.cli.execute import carry_out
-from kinolab.cli.gallery import exhibit
+from kinolab.cli.execute import execute_plan
+from kinolab.cli.gallery import write_gallery
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import Spectators, spectators
 from kinolab.cli.plot import plot
 from kinolab.cli.progress import Progress, escaped
-from kinolab.cli.video import film
+from kinolab.cli.video import write_video
 from kinolab.cli.view import view
 from kinolab.errors import InputError, KinolabError, Mistake
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from kinolab.solve import Plan
 
 USAGE, RESOURCES, FAILED, INTERNAL = 2, 6, 7, 70
-MOST_JOBS = 256  # processes; each of them loads every library
+MAX_JOBS = 256  # processes; each of them loads every library
 
 
 class _Front(click.Group):
@@ -79,7 +79,7 @@ def plan() -> None:
 @click.option("--roadmap", metavar="FILE", help="Roadmap of the planner prm, kept between runs.")
 @click.option(
     "--jobs",
-    type=click.IntRange(1, MOST_JOBS),
+    type=click.IntRange(1, MAX_JOBS),
     default=1,
     metavar="N",
     help="Searches at once, each with a seed of its own; the first plan wins.",
@@ -366,10 +366,10 @@ def _check(folders: Sequence[Path], as_json: bool) -> int:
     return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED
 
 
-plan.add_command(carry_out)
+plan.add_command(execute_plan)
 plan.add_command(plot)
-plan.add_command(film)
-plan.add_command(exhibit)
+plan.add_command(write_video)
+plan.add_command(write_gallery)
 plan.add_command(view)
 
 
@@ -501,7 +501,7 @@ def _new(name: str) -> int:
 @plan.command("warm-up")
 @click.option(
     "--jobs",
-    type=click.IntRange(1, MOST_JOBS),
+    type=click.IntRange(1, MAX_JOBS),
     metavar="N",
     help="Processes at most; default: as many as there are processors.",
 )

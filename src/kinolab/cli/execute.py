@@ -40,7 +40,7 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.option("--no-picture", is_flag=True, help="Leave execution.png out.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def carry_out(
+def execute_plan(
     folder: Path,
     parameters: float,
     noise: float,

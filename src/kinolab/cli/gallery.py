@@ -9,7 +9,7 @@ import click
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress, escaped
 
-FAILED = 7
+EXIT_CODE = 7
 PATH: click.Path = click.Path(path_type=Path)
 
 
@@ -20,7 +20,7 @@ PATH: click.Path = click.Path(path_type=Path)
 )
 @click.option("--title", default="Gallery", show_default=True)
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def exhibit(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> int:
+def write_gallery(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> int:
     """Put finished runs on one page that stands alone, each with its interactive page behind it.
 
     Every run is checked from its files, as by `plan check`, and the page says how that ended; the
@@ -39,4 +39,4 @@ def exhibit(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> in
         if card.verdict != "passed":
             click.echo(escaped(f"{card.name}: {card.verdict}"), err=True)
     click.echo(str(out))
-    return 0 if all(card.verdict == "passed" for card in cards) else FAILED
+    return 0 if all(card.verdict == "passed" for card in cards) else EXIT_CODE

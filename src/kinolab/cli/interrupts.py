@@ -24,10 +24,10 @@ from typing import Any, NoReturn
 
 EXIT_CODE = 130
 STDERR = 2
-URGE = 0.3  # [s] after Ctrl-C a search is urged to end
-LEAVE = 0.7  # [s] after Ctrl-C the process leaves
+URGE_SECONDS = 0.3  # [s] after Ctrl-C a search is urged to end
+LEAVE_SECONDS = 0.7  # [s] after Ctrl-C the process leaves
 ONE_PRESS = 0.1  # [s] in which a signal may come twice, from the terminal and from who started us
-WRITING = 1.0  # [s] more that it takes at most to complete the files of a run
+WRITING_SECONDS = 1.0  # [s] more that it takes at most to complete the files of a run
 
 
 class Interrupts:
@@ -95,7 +95,7 @@ class Interrupts:
         """Let no process leave inside that could complete what it writes."""
         self._writing = True
         if self.seen:
-            self._postpone(WRITING)
+            self._postpone(WRITING_SECONDS)
         try:
             yield
         finally:
@@ -108,7 +108,7 @@ class Interrupts:
 
     def leave(self, exit_code: int = EXIT_CODE) -> NoReturn:
         """End this process and all that it started, without coming back to what it was doing."""
-        patience = time.monotonic() + WRITING
+        patience = time.monotonic() + WRITING_SECONDS
         while self._writing and time.monotonic() < patience:
             time.sleep(0.005)
         _clear_up()
@@ -120,7 +120,7 @@ class Interrupts:
         if self._last < before + ONE_PRESS:
             return
         if self._writing:
-            self._postpone(WRITING)
+            self._postpone(WRITING_SECONDS)
         if self._end is not None:
             self._asked = True
             self._end()
@@ -134,11 +134,11 @@ class Interrupts:
         if self._end is not None:
             time.sleep(ONE_PRESS)
             _forget(reader)
-            if not _heard(reader, URGE - ONE_PRESS):
+            if not _heard(reader, URGE_SECONDS - ONE_PRESS):
                 signal.pthread_kill(_main_thread(), signal.SIGINT)
                 time.sleep(ONE_PRESS)
                 _forget(reader)
-                _heard(reader, LEAVE - URGE - ONE_PRESS)
+                _heard(reader, LEAVE_SECONDS - URGE_SECONDS - ONE_PRESS)
         with suppress(OSError):
             os.write(STDERR, b"\ninterrupted\n")
         self.leave()

@@ -14,9 +14,9 @@ from typing import Any
 
 from kinolab.dynamics.codegen.llvm_jit import Library, compile_ir, link
 
-ALARM = 0.8  # [s] after Ctrl-C
+ALARM_SECONDS = 0.8  # [s] after Ctrl-C
 
-CODE = """
+HANDLER_CODE = """
 @set = internal global i32 0
 @words = internal constant [13 x i8] c"\\0Ainterrupted\\0A"
 declare i32 @ualarm(i32, i32)
@@ -56,7 +56,9 @@ def arm(exit_code: int) -> None:
         return
     libc: Any = ctypes.CDLL(None)
     libc.signal.argtypes, libc.signal.restype = (ctypes.c_int, ctypes.c_void_p), ctypes.c_void_p
-    text = CODE.format(microseconds=round(ALARM * 1e6), handler=_handler(libc), exit_code=exit_code)
+    text = HANDLER_CODE.format(
+        microseconds=round(ALARM_SECONDS * 1e6), handler=_handler(libc), exit_code=exit_code
+    )
     library = link(compile_ir(text), ("interrupted", "ringing"))
     _kept.append(library)
     libc.signal(signal.SIGALRM, library.address("ringing"))

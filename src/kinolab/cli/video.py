@@ -37,7 +37,7 @@ class Size(click.ParamType[Any]):
 @click.option("--view", type=VIEWS, help="The scenario's if left out.")
 @click.option("--out", type=click.Path(path_type=Path), help="Instead of animation.mp4.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def film(
+def write_video(
     folder: Path,
     size: tuple[int, int] | None,
     fps: float,

@@ -20,7 +20,7 @@ from kinolab.dynamics.analysis.fields import (
     small_time_controllability,
     vector_fields,
 )
-from kinolab.dynamics.analysis.trim import Trim, Watched, trim
+from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
 from kinolab.dynamics.language.auxiliary_states import State, lag, state
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.cables import Cable
@@ -119,6 +119,7 @@ __all__ = [
     "Sphere",
     "Spring",
     "State",
+    "StateFunctions",
     "System",
     "Torque",
     "Trim",
@@ -126,7 +127,6 @@ __all__ = [
     "VectorField",
     "VectorFields",
     "Viscous",
-    "Watched",
     "Wrench",
     "acceleration",
     "allowed_motions",

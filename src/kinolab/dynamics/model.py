@@ -12,7 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import checked
 from kinolab.dynamics.codegen.cache import cached
-from kinolab.dynamics.codegen.closed_loop import CLOSED, PREFIX, emit_closed_loop, functions_of
+from kinolab.dynamics.codegen.closed_loop import (
+    CLOSED_LOOP_FUNCTIONS,
+    PREFIX,
+    emit_closed_loop,
+    functions_of,
+)
 from kinolab.dynamics.codegen.emission import SINGULAR, emit_module
 from kinolab.dynamics.codegen.exports import NEED_CHART
 from kinolab.dynamics.codegen.integrators import METHODS
@@ -61,7 +66,7 @@ class Model:
     anything.
 
     Where the machine has feedback, the inputs u of every method are the references of its law, and
-    ``plant`` is the machine without it; ``acting`` gives the plant's own inputs.
+    ``plant`` is the machine without it; ``plant_inputs`` gives the plant's own inputs.
 
     Attributes:
         system: What was derived; its feedback, if it has one, is a law.
@@ -88,7 +93,7 @@ class Model:
         self._sizes: dict[str, int] = facts["sizes"]
         functions = dict.fromkeys((*self._sizes, *FUNCTIONS, *functions_of(law)))
         self._library = link(code, list(functions))
-        self._closed = frozenset(CLOSED if law else ())
+        self._closed = frozenset(CLOSED_LOOP_FUNCTIONS if law else ())
         self.independent: tuple[int, ...] = tuple(facts["independent"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         configuration = configuration_symbols(system)
@@ -172,7 +177,7 @@ class Model:
         """The machine without its feedback: itself where it has none."""
         return Model(self.system.with_feedback(None)) if self._closed else self
 
-    def acting(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+    def plant_inputs(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
         """Return the plant's inputs that the feedback gives under references, shape (..., nu).
 
         Args:
@@ -565,9 +570,9 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
 
 
 def _designed(system: System, regulator: Regulator) -> Feedback:
-    from kinolab.dynamics.analysis.lqr_design import designed  # which asks a model for equilibria
+    from kinolab.dynamics.analysis.lqr_design import lqr_design  # which asks a model for equilibria
 
-    return designed(Model(system.with_feedback(None)), regulator)
+    return lqr_design(Model(system.with_feedback(None)), regulator)
 
 
 def _state_scales(system: System, independent: tuple[int, ...]) -> Array:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import sympy
 
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
-from kinolab.dynamics.language.symbols import Coordinate, Parameter, Rate, TurnRate
+from kinolab.dynamics.language.symbols import Coordinate, Parameter, RateSymbol, TurnRate
 from kinolab.dynamics.model import Model
 
 ANGLE, OPEN = "rad", "m or rad"  # OPEN: a number as written may be a length, 0.3 cos(a)
@@ -81,7 +81,7 @@ def _dimension(expression: sympy.Expr) -> str | float:
 
 
 def _dimension_of_symbol(symbol: sympy.Symbol) -> str | float:
-    owner = symbol.coordinate if isinstance(symbol, Rate) else symbol
+    owner = symbol.coordinate if isinstance(symbol, RateSymbol) else symbol
     if isinstance(symbol, TurnRate):
         return ANGLE
     unit = owner.unit if isinstance(owner, Coordinate | Parameter) else ""

@@ -49,13 +49,13 @@ from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
-from kinolab.dynamics.derivation.newton_euler import Mechanics
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.newton_euler import NewtonEuler
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Vector, Vectors
 from kinolab.dynamics.derivation.velocity_coordinates import (
-    Row,
+    ConstraintRow,
     constraint_rows,
-    unconstrained_chart,
+    unconstrained_coordinates,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.forces import Coulomb, Viscous, Wrench
@@ -69,9 +69,10 @@ from kinolab.errors import InputError, Mistake, NoDynamicsError, SingularError
 Array: TypeAlias = NDArray[np.float64]
 
 NEWTON_STEPS = 30  # a step that is small enough needs three or four
-ON_CONSTRAINTS = 1e-6  # [m], [rad] or those per s; what a start may miss them by
-CONTRACTION = 0.5  # largest ratio of one Newton change to that before it
-CONVERGED = 1e-12  # last change of h w, relative to 1 + max |q|; its square is below rounding
+CONSTRAINT_TOLERANCE = 1e-6  # [m], [rad] or those per s; what a start may miss them by
+MAX_CONTRACTION = 0.5  # largest ratio of one Newton change to that before it
+# last change of h w, relative to 1 + max |q|; its square is below rounding
+NEWTON_TOLERANCE = 1e-12
 
 
 @checked
@@ -147,7 +148,7 @@ class VariationalIntegrator:
     def _check_start(self, x: Array, parameters: dict[str, float]) -> None:
         """Refuse a start that a step would have to jump away from."""
         excess = np.abs(self.model.constraint_residual(x, **parameters))
-        if excess.size and not excess.max() < ON_CONSTRAINTS:
+        if excess.size and not excess.max() < CONSTRAINT_TOLERANCE:
             where = f"system {self.model.system.name!r}"
             what = f"x0 misses its constraints by {excess.max():.3g}."
             raise InputError([Mistake(where, what, "Move it onto them with Model.project.")])
@@ -221,7 +222,7 @@ def _check(system: System) -> None:
 
 def _build(system: System, redundant: Sequence[str]) -> bytes:
     """Compile the functions of one machine."""
-    step = _Step(system, redundant)
+    step = _VariationalStep(system, redundant)
     binding, tape = step.binding, step.binding.tape
     q, p, u = binding.configuration, binding.parameters, binding.inputs
     known = {"q": q, "z": (*step.mean, *step.impulses), "u": u, "p": p, "h": (step.h,)}
@@ -242,7 +243,7 @@ def _build(system: System, redundant: Sequence[str]) -> bytes:
     return compile_ir("\n".join(text))
 
 
-class _Step:
+class _VariationalStep:
     """One step of a machine as nodes of a tape.
 
     Attributes:
@@ -255,12 +256,12 @@ class _Step:
     """
 
     def __init__(self, system: System, redundant: Sequence[str]) -> None:
-        self.system, self.binding = system, Binding.of(system)
+        self.system, self.binding = system, SymbolTable.of(system)
         tape = self.tape = self.binding.tape
         self.vectors = Vectors(tape)
         names = [tape.operations[node].label for node in self.binding.tangent]
         rows = constraint_rows(system, self.binding)
-        self.rows: list[Row] = [row for row in rows if row.name not in redundant]
+        self.rows: list[ConstraintRow] = [row for row in rows if row.name not in redundant]
         self.h = tape.variable("step length")
         self.mean = tuple(tape.variable(f"mean {name}") for name in names)
         self.start = tuple(tape.variable(f"start {name}") for name in names)
@@ -321,9 +322,9 @@ class _Step:
     def _slopes(self) -> tuple[list[Node], list[Node]]:
         """F and mu as functions of q and nu, each of shape (nt,)."""
         tape, binding = self.tape, self.binding
-        chart = unconstrained_chart(binding)
+        chart = unconstrained_coordinates(binding)
         motions = Motions(chart.velocities, chart.accelerations, chart.directions)
-        mechanics = Mechanics(self.system, binding, Kinematics(binding, motions))
+        mechanics = NewtonEuler(self.system, binding, Kinematics(binding, motions))
         kinetic, potential = mechanics.energy()
         L = [tape.sub(kinetic, potential)]
         slopes = [tape.derivative(L, binding.flow(e))[0] for e in chart.directions]
@@ -350,10 +351,10 @@ class _Step:
                 m.append(self._moved(place, at, 0.5))
         return dict(zip(self.binding.configuration, m, strict=True))
 
-    def _moved(self, place: int, at: int, share: float) -> Node:
+    def _moved(self, place: int, at: int, fraction: float) -> Node:
         tape = self.tape
-        way = tape.mul(tape.constant(share), tape.mul(self.h, self.mean[at]))
-        return tape.add(self.binding.configuration[place], way)
+        path = tape.mul(tape.constant(fraction), tape.mul(self.h, self.mean[at]))
+        return tape.add(self.binding.configuration[place], path)
 
     def _turn(self, at: int) -> Vector:
         """Return a = h w / 4 of the attitude whose velocities begin at an index."""
@@ -390,9 +391,9 @@ class _Step:
         """Return s v = v + 2 (a x v + a x (a x v)) / (1 + a.a), Rodrigues' formula."""
         tape, vectors = self.tape, self.vectors
         swept = vectors.cross(a, vector)
-        share = tape.div(tape.constant(2.0), tape.add(tape.one, vectors.dot(a, a)))
+        fraction = tape.div(tape.constant(2.0), tape.add(tape.one, vectors.dot(a, a)))
         return vectors.add(
-            vector, vectors.scale(share, vectors.add(swept, vectors.cross(a, swept)))
+            vector, vectors.scale(fraction, vectors.add(swept, vectors.cross(a, swept)))
         )
 
     def _columns(self) -> list[list[Node]]:
@@ -461,7 +462,7 @@ def _emit_newton(sizes: _Sizes) -> str:
         _give_if(r, r.line(f"icmp ne i32 {r.line(f'or i32 {failed}, {singular}')}, 0"), "1")
         largest = _largest(r, move, sizes.nu, literal(0.0))
         _give_if(r, r.line(f"fcmp ole double {largest}, {enough}"), "0")
-        bound = r.mul(literal(CONTRACTION), r.get("double", before))
+        bound = r.mul(literal(MAX_CONTRACTION), r.get("double", before))
         _give_if(r, r.line(f"fcmp ogt double {largest}, {bound}"), "1")
         r.put("double", before, largest)
     r.give("1")
@@ -472,7 +473,7 @@ def _tolerance(r: Routine, sizes: _Sizes) -> Register:
     """Return what a change of w may be at the end, in units of w."""
     reach = r.add(literal(1.0), _largest(r, "%q", sizes.q, literal(0.0)))
     length = r.line(f"call double @llvm.fabs.f64(double {r.load('%h', 0)})")
-    return r.div(r.mul(literal(CONVERGED), reach), length)
+    return r.div(r.mul(literal(NEWTON_TOLERANCE), reach), length)
 
 
 def _largest(r: Routine, array: Register, size: int, least: str) -> Register:

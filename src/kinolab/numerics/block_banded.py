@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
-from kinolab.numerics.jit import allocating
+from kinolab.numerics.jit import allocating_kernel
 
 Array: TypeAlias = NDArray[np.float64]
 
-ALIKE = 1e-13  # share that is added to the diagonal, for rows that say the same
-REFINED = 1e-6  # of the right side that a solution may miss
+DIAGONAL_REGULARISATION = 1e-13  # share that is added to the diagonal, for rows that say the same
+REFINEMENT_TOLERANCE = 1e-6  # of the right side that a solution may miss
 REFINEMENTS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class BlockBandedSystem:
     """Rows of equations in the order of their knots, and one more variable that all may share.
 
     Attributes:
@@ -40,7 +40,9 @@ class Chain:
     shared: Array
     right: Array
 
-    def joined(self, other: Chain, which: NDArray[np.bool_]) -> tuple[Chain, NDArray[np.int64]]:
+    def joined(
+        self, other: BlockBandedSystem, which: NDArray[np.bool_]
+    ) -> tuple[BlockBandedSystem, NDArray[np.int64]]:
         """Return these rows and some of others in order, and where those others are."""
         knot = np.concatenate([self.knot, other.knot[which]])
         order = np.argsort(knot, kind="stable")
@@ -54,9 +56,9 @@ class Chain:
         )
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
-        return Chain(knot[order], *parts), place[len(self.knot) :]
+        return BlockBandedSystem(knot[order], *parts), place[len(self.knot) :]
 
-    def missing(self, z: Array, h: float) -> Array:
+    def residual(self, z: Array, h: float) -> Array:
         """Return what the right sides are more than the left ones, shape (m,)."""
         return np.asarray(self.right - product(self.knot, self.rows, z) - self.shared * h)
 
@@ -78,15 +80,15 @@ class Chain:
             return None
         pull = cho_solve_banded((factor, True), self.shared, check_finite=False)
         yields = 1.0 + w_h * float(self.shared @ pull)
-        missing, total = self.missing(z, h), np.zeros(len(self.right))
-        enough = REFINED * float(np.abs(missing).max(initial=0.0))
+        missing, total = self.residual(z, h), np.zeros(len(self.right))
+        enough = REFINEMENT_TOLERANCE * float(np.abs(missing).max(initial=0.0))
         for _ in range(REFINEMENTS):
             by = cho_solve_banded((factor, True), missing, check_finite=False)
             dh = w_h * float(self.shared @ by) / yields
             by -= dh * pull
             total, h = total + by, h + dh
             z = z + w * transposed(self.knot, self.rows, by, *z.shape)
-            missing = self.missing(z, h)
+            missing = self.residual(z, h)
             if not np.abs(missing).max(initial=0.0) > enough:
                 return z, h, total
         return None
@@ -96,11 +98,11 @@ class Chain:
         behind = np.searchsorted(self.knot, self.knot + 2)  # the first row that has nothing common
         band = np.zeros((int((behind - np.arange(len(behind))).max(initial=1)), len(self.knot)))
         normal(self.knot, self.rows, w, band)
-        band[0] *= 1.0 + ALIKE
+        band[0] *= 1.0 + DIAGONAL_REGULARISATION
         return band
 
 
-@allocating
+@allocating_kernel
 def normal(knot, rows, w, band):  # type: ignore[no-untyped-def]
     """Fill the lower band of rows * w * rows^T."""
     count, own = rows.shape[0], w.shape[1]
@@ -125,7 +127,7 @@ def normal(knot, rows, w, band):  # type: ignore[no-untyped-def]
             j += 1
 
 
-@allocating
+@allocating_kernel
 def product(knot, rows, z):  # type: ignore[no-untyped-def]
     """Return rows * z, shape (m,)."""
     out, own = np.zeros(rows.shape[0]), z.shape[1]
@@ -139,7 +141,7 @@ def product(knot, rows, z):  # type: ignore[no-untyped-def]
     return out
 
 
-@allocating
+@allocating_kernel
 def transposed(knot, rows, by, knots, own):  # type: ignore[no-untyped-def]
     """Return rows^T * by, shape (knots, own)."""
     out = np.zeros((knots, own))

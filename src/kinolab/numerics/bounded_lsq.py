@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 
-ROUNDS = 200
-SETTLED = 1e-10  # of the range, by which no unknown changes any more
-RIDGE = 1e-9  # of the largest slope squared: picks the smallest of equally good answers
+MAX_ITERATIONS = 200
+CONVERGENCE_TOLERANCE = 1e-10  # of the range, by which no unknown changes any more
+RIDGE_PARAMETER = 1e-9  # of the largest slope squared: picks the smallest of equally good answers
 
 
 def bounded_least_squares(A: Array, b: Array, lower: Array, upper: Array) -> Array:
@@ -29,15 +29,17 @@ def bounded_least_squares(A: Array, b: Array, lower: Array, upper: Array) -> Arr
     span = upper - lower
     scaled = A * span
     G, c = scaled.T @ scaled, scaled.T @ b
-    G[np.diag_indices_from(G)] += RIDGE * max(float(G.diagonal().max(initial=0.0)), 1e-300)
+    G[np.diag_indices_from(G)] += RIDGE_PARAMETER * max(
+        float(G.diagonal().max(initial=0.0)), 1e-300
+    )
     low, high = lower / span, upper / span
     z = np.clip(np.linalg.solve(G, c), low, high)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         before = z.copy()
         for k in range(len(z)):
             z[k] += (c[k] - G[k] @ z) / G[k, k]
             z[k] = min(max(z[k], low[k]), high[k])
-        if np.abs(z - before).max(initial=0.0) < SETTLED:
+        if np.abs(z - before).max(initial=0.0) < CONVERGENCE_TOLERANCE:
             break
     found: Array = z * span
     return found

@@ -32,5 +32,5 @@ def compiler(**options: Any) -> Any:
     return compiled
 
 
-allocating: Any = compiler(**OPTIONS)  # around the loops
+allocating_kernel: Any = compiler(**OPTIONS)  # around the loops
 kernel: Any = compiler(**OPTIONS, _nrt=False)

@@ -19,20 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.quickselect import part
+from kinolab.numerics.quickselect import partition_median
 
 Array: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Singles: TypeAlias = NDArray[np.float32]
 
-LEAF = 64  # points of a leaf, and of the list of the newest ones
-WIDTH = 8  # boxes that are looked at together
-WAITING = 512  # parts of a tree that wait at most: WIDTH for every layer
-SLACK = np.float32(1.0 / 1.1**2)  # a point is nearest where none is nearer by more than a tenth
+LEAF_SIZE = 64  # points of a leaf, and of the list of the newest ones
+BRANCHING = 8  # boxes that are looked at together
+QUEUE_SIZE = 512  # parts of a tree that wait at most: WIDTH for every layer
+# a point is nearest where none is nearer by more than a tenth
+RELATIVE_SLACK = np.float32(1.0 / 1.1**2)
 NOTHING, FAR = np.float32(0.0), np.float32(np.inf)
 
 
-class Forest(NamedTuple):
+class KdForest(NamedTuple):
     """Points and trees in flat arrays, for compiled code.
 
     Level k holds no tree or one of 2^k leaves, which begin at block 2^k; block 0 is the list of the
@@ -53,23 +54,23 @@ class Forest(NamedTuple):
     gaps: Singles  # (WAITING,) scratch
 
 
-def forest(capacity: int, period: Array) -> Forest:
+def kd_forest(capacity: int, period: Array) -> KdForest:
     """Return an empty forest for so many points; ``period`` (d,) is infinite on lines."""
-    levels, d = max(1, (capacity // LEAF).bit_length()), len(period)
+    levels, d = max(1, (capacity // LEAF_SIZE).bit_length()), len(period)
     groups = [sum(_layers(1 << level)) for level in range(levels)]
-    return Forest(
+    return KdForest(
         points=np.zeros((capacity, d), np.float32),
-        blocks=np.zeros((1 << levels, d, LEAF), np.float32),
-        names=np.zeros(LEAF << levels, np.int32),
-        boxes=np.zeros((sum(groups), 2, d, WIDTH), np.float32),
+        blocks=np.zeros((1 << levels, d, LEAF_SIZE), np.float32),
+        names=np.zeros(LEAF_SIZE << levels, np.int32),
+        boxes=np.zeros((sum(groups), 2, d, BRANCHING), np.float32),
         begin=np.cumsum([0, *groups[:-1]]).astype(np.int64),
         full=np.zeros(levels, np.uint8),
         counts=np.zeros(2, np.int64),
         period=np.asarray(period, np.float32),
-        squares=np.zeros(LEAF, np.float32),
-        bounds=np.zeros(WIDTH, np.float32),
-        queue=np.zeros((WAITING, 2), np.int64),
-        gaps=np.zeros(WAITING, np.float32),
+        squares=np.zeros(LEAF_SIZE, np.float32),
+        bounds=np.zeros(BRANCHING, np.float32),
+        queue=np.zeros((QUEUE_SIZE, 2), np.int64),
+        gaps=np.zeros(QUEUE_SIZE, np.float32),
     )
 
 
@@ -77,7 +78,7 @@ def _layers(leaves: int) -> list[int]:
     """Return how many groups of boxes there are above some leaves, layer by layer."""
     found: list[int] = []
     while leaves > 1:
-        leaves = -(-leaves // WIDTH)
+        leaves = -(-leaves // BRANCHING)
         found.append(leaves)
     return found
 
@@ -99,7 +100,7 @@ def add(forest, point):  # type: ignore[no-untyped-def]
     forest.names[at] = name
     forest.counts[0] += 1
     forest.counts[1] += 1
-    if forest.counts[1] == LEAF:
+    if forest.counts[1] == LEAF_SIZE:
         carry(forest)
         forest.counts[1] = 0
 
@@ -114,7 +115,7 @@ def carry(forest):  # type: ignore[no-untyped-def]
         level += 1
     forest.full[level] = 1
     leaves = 1 << level
-    begin = LEAF * leaves
+    begin = LEAF_SIZE * leaves
     for k in range(begin):  # the list and the levels below lie right before, and are as many
         names[begin + k] = names[k]
     for depth in range(level):
@@ -128,11 +129,11 @@ def carry(forest):  # type: ignore[no-untyped-def]
                     low, high = min(low, value), max(high, value)
                 if high - low > extent:
                     widest, extent = i, high - low
-            part(points, widest, names, first, first + length - 1, first + length // 2)
+            partition_median(points, widest, names, first, first + length - 1, first + length // 2)
     for leaf in range(leaves, 2 * leaves):
-        for k in range(LEAF):
+        for k in range(LEAF_SIZE):
             for i in range(d):
-                blocks[leaf, i, k] = points[names[leaf * LEAF + k], i]
+                blocks[leaf, i, k] = points[names[leaf * LEAF_SIZE + k], i]
     enclose(forest, level)
 
 
@@ -143,17 +144,17 @@ def enclose(forest, level):  # type: ignore[no-untyped-def]
     count, group, below = 1 << level, forest.begin[level], -1
     first_leaf = count
     while count > 1:
-        first_group, groups = group, -(-count // WIDTH)
-        for part_of in range(groups * WIDTH):
-            group, c = first_group + part_of // WIDTH, part_of % WIDTH
+        first_group, groups = group, -(-count // BRANCHING)
+        for part_of in range(groups * BRANCHING):
+            group, c = first_group + part_of // BRANCHING, part_of % BRANCHING
             for i in range(d):
                 low, high = FAR, -FAR  # of no part: farther than anything
                 if part_of < count and below < 0:
-                    for k in range(LEAF):
+                    for k in range(LEAF_SIZE):
                         value = blocks[first_leaf + part_of, i, k]
                         low, high = min(low, value), max(high, value)
                 elif part_of < count:
-                    for k in range(WIDTH):
+                    for k in range(BRANCHING):
                         low = min(low, boxes[below + part_of, 0, i, k])
                         high = max(high, boxes[below + part_of, 1, i, k])
                 boxes[group, 0, i, c], boxes[group, 1, i, c] = low, high
@@ -163,16 +164,16 @@ def enclose(forest, level):  # type: ignore[no-untyped-def]
 @kernel
 def measure(block, query, period, squares):  # type: ignore[no-untyped-def]
     """Write the squared distances (LEAF,) of a block's points from a query."""
-    for k in range(LEAF):
+    for k in range(LEAF_SIZE):
         squares[k] = NOTHING
     for i in range(period.shape[0]):
         value, turn = np.float32(query[i]), period[i]
         if turn == FAR:
-            for k in range(LEAF):  # the processor takes several at once
+            for k in range(LEAF_SIZE):  # the processor takes several at once
                 gap = block[i, k] - value
                 squares[k] += gap * gap
         else:
-            for k in range(LEAF):
+            for k in range(LEAF_SIZE):
                 gap = abs(block[i, k] - value)
                 gap = min(gap, turn - gap)
                 squares[k] += gap * gap
@@ -181,11 +182,11 @@ def measure(block, query, period, squares):  # type: ignore[no-untyped-def]
 @kernel
 def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
     """Write lower bounds (WIDTH,) on the squared distances of a query from what boxes hold."""
-    for c in range(WIDTH):
+    for c in range(BRANCHING):
         bounds[c] = NOTHING
     for i in range(period.shape[0]):
         value, turn = np.float32(query[i]), period[i]
-        for c in range(WIDTH):
+        for c in range(BRANCHING):
             under, over = boxes[0, i, c] - value, value - boxes[1, i, c]
             gap = max(under, over, NOTHING)
             # The other end may be nearer, the other way round.
@@ -194,7 +195,7 @@ def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def nearest(forest, query, start, best, slack=SLACK):  # type: ignore[no-untyped-def]
+def nearest(forest, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[no-untyped-def]
     """Return the name of a point near a query (d,), and its squared distance.
 
     No point is nearer by more than a tenth, unless ``slack`` says otherwise.
@@ -215,9 +216,9 @@ def nearest(forest, query, start, best, slack=SLACK):  # type: ignore[no-untyped
         if full[level] and level > 0:
             found, least = descend(forest, level, query, found, least, slack)
         elif full[level]:
-            own = names[LEAF:]
+            own = names[LEAF_SIZE:]
             found, least = look(
-                blocks[1], own, np.int64(LEAF), query, period, squares, found, least
+                blocks[1], own, np.int64(LEAF_SIZE), query, period, squares, found, least
             )
     return found, least
 
@@ -247,12 +248,12 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
         layer, group = queue[left, 0], queue[left, 1]
         first, count = begin, leaves
         for _ in range(layer):
-            count = -(-count // WIDTH)
+            count = -(-count // BRANCHING)
             first += count
         bound(boxes[first + group], query, period, bounds)
         if layer > 0:
             bottom = left
-            for c in range(WIDTH):
+            for c in range(BRANCHING):
                 if not bounds[c] < least * slack:
                     continue
                 k = left
@@ -260,20 +261,20 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
                     gaps[k] = gaps[k - 1]
                     queue[k, 0], queue[k, 1] = queue[k - 1, 0], queue[k - 1, 1]
                     k -= 1
-                gaps[k], queue[k, 0], queue[k, 1] = bounds[c], layer - 1, group * WIDTH + c
+                gaps[k], queue[k, 0], queue[k, 1] = bounds[c], layer - 1, group * BRANCHING + c
                 left += 1
             continue
-        for _ in range(WIDTH):
+        for _ in range(BRANCHING):
             nearer = 0
-            for c in range(1, WIDTH):
+            for c in range(1, BRANCHING):
                 if bounds[c] < bounds[nearer]:
                     nearer = c
             if not bounds[nearer] < least * slack:
                 break
             bounds[nearer] = FAR
-            leaf = leaves + group * WIDTH + nearer
-            own = names[leaf * LEAF :]
+            leaf = leaves + group * BRANCHING + nearer
+            own = names[leaf * LEAF_SIZE :]
             found, least = look(
-                blocks[leaf], own, np.int64(LEAF), query, period, squares, found, least
+                blocks[leaf], own, np.int64(LEAF_SIZE), query, period, squares, found, least
             )
     return found, least

@@ -6,7 +6,7 @@ from kinolab.numerics.jit import kernel
 
 
 @kernel
-def part(values, axis, order, first, last, at):  # type: ignore[no-untyped-def]
+def partition_median(values, axis, order, first, last, at):  # type: ignore[no-untyped-def]
     """Sort ``order`` between first and last so far that no value before ``at`` exceeds one after.
 
     Source: Hoare, Algorithm 65: find, Communications of the ACM 4(7), 1961.

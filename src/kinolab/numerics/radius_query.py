@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import LEAF, WIDTH, bound, measure
+from kinolab.numerics.kd_forest import BRANCHING, LEAF_SIZE, bound, measure
 
 
 @kernel
-def cheapest(forest, costs, query, square):  # type: ignore[no-untyped-def]
+def cheapest_within(forest, costs, query, square):  # type: ignore[no-untyped-def]
     """Return the name of the cheapest point near a query, -1 where there is none.
 
     Of several that cost the same it is one.
@@ -24,7 +24,9 @@ def cheapest(forest, costs, query, square):  # type: ignore[no-untyped-def]
         if full[level] and level > 0:
             found = descend_cheap(forest, level, costs, query, square, found)
         elif full[level]:
-            found = look_cheap(forest, blocks[1], names[LEAF:], LEAF, costs, query, square, found)
+            found = look_cheap(
+                forest, blocks[1], names[LEAF_SIZE:], LEAF_SIZE, costs, query, square, found
+            )
     return found
 
 
@@ -53,17 +55,17 @@ def descend_cheap(forest, level, costs, query, square, found):  # type: ignore[n
         layer, group = queue[left, 0], queue[left, 1]
         first, count = begin, leaves
         for _ in range(layer):
-            count = -(-count // WIDTH)
+            count = -(-count // BRANCHING)
             first += count
         bound(boxes[first + group], query, period, bounds)
-        for c in range(WIDTH):
+        for c in range(BRANCHING):
             if not bounds[c] <= square:
                 continue
             if layer > 0:
-                queue[left, 0], queue[left, 1] = layer - 1, group * WIDTH + c
+                queue[left, 0], queue[left, 1] = layer - 1, group * BRANCHING + c
                 left += 1
                 continue
-            leaf = leaves + group * WIDTH + c
-            own = names[leaf * LEAF :]
-            found = look_cheap(forest, blocks[leaf], own, LEAF, costs, query, square, found)
+            leaf = leaves + group * BRANCHING + c
+            own = names[leaf * LEAF_SIZE :]
+            found = look_cheap(forest, blocks[leaf], own, LEAF_SIZE, costs, query, square, found)
     return found

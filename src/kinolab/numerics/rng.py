@@ -51,7 +51,7 @@ def attitude(state, out):  # type: ignore[no-untyped-def]
 
     Source: Shoemake, Uniform random rotations, Graphics Gems III, 1992.
     """
-    share, a, b = uniform(state), 2 * math.pi * uniform(state), 2 * math.pi * uniform(state)
-    less, more = math.sqrt(1.0 - share), math.sqrt(share)
+    fraction, a, b = uniform(state), 2 * math.pi * uniform(state), 2 * math.pi * uniform(state)
+    less, more = math.sqrt(1.0 - fraction), math.sqrt(fraction)
     out[0], out[1] = less * math.sin(a), less * math.cos(a)
     out[2], out[3] = more * math.sin(b), more * math.cos(b)

@@ -80,7 +80,7 @@ def _entries(problem: Problem, x: Array) -> Iterator[GoalEntry]:
         )
 
 
-def apart_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
+def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
     """Return the norm of the errors of each unit; the norm of all is the goal's distance.
 
     Metres and radians have no sum: what is to be read is told in each unit for itself.
@@ -94,7 +94,7 @@ def apart_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
 
 def distance_text(problem: Problem, x: Array) -> str:
     """Word how far a state is from the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
-    norms = apart_by_unit(_entries(problem, x))
+    norms = distance_by_unit(_entries(problem, x))
     parts = [f"{norm:.3g} {unit}".rstrip() for unit, norm in norms.items()]
     head, last = ", ".join(parts[:-1]), parts[-1]
     return f"{head} and {last}" if head else last

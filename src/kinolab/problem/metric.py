@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from kinolab.problem.task import Problem
 
-MOST = 3  # coordinates; more would have too many cells
+MAX_COORDINATES = 3  # coordinates; more would have too many cells
 CELLS_AROUND_GOAL = 1000  # of one size, over all of the goal's tolerances
 
 
-def projected(problem: Problem, *, angles: bool = True) -> list[int]:
+def projected_coordinates(problem: Problem, *, angles: bool = True) -> list[int]:
     """Return the entries of the state that describe where a machine is: lengths before angles.
 
     What the metric hardly weighs, such as how far a wheel has rolled, comes last.
@@ -23,4 +23,4 @@ def projected(problem: Problem, *, angles: bool = True) -> list[int]:
     lengths = [i for i in range(model.nq) if units.get(model.state_names[i]) == "m"]
     others = [i for i in range(model.nq) if i not in lengths]
     others.sort(key=lambda i: -float(problem.weights[i] * spans[i]))
-    return (lengths if lengths and not angles else lengths + others)[:MOST]
+    return (lengths if lengths and not angles else lengths + others)[:MAX_COORDINATES]

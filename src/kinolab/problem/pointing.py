@@ -12,7 +12,7 @@ from kinolab.problem.goal import DirectionTarget, Goal
 
 Array: TypeAlias = NDArray[np.float64]
 
-OPPOSITE = 1e-9  # of 1 + cosine: below, the turn may be about any axis across
+OPPOSITE_TOLERANCE = 1e-9  # of 1 + cosine: below, the turn may be about any axis across
 
 
 def pointed(model: Model, goal: Goal, x: Array) -> Array:
@@ -49,7 +49,7 @@ def _least_turn(begin: Array, end: Array) -> Array:
     """Return the quaternions (n, 4) of the least turns from unit vectors (n, 3) to one (3,)."""
     cosine = begin @ end
     aside = np.cross(begin, np.eye(3)[np.abs(begin).argmin(axis=1)])
-    opposite = (1.0 + cosine < OPPOSITE)[:, None]
+    opposite = (1.0 + cosine < OPPOSITE_TOLERANCE)[:, None]
     vector = np.where(opposite, aside, np.cross(begin, end))
     scalar = np.where(opposite, 0.0, (1.0 + cosine)[:, None])
     turn = np.hstack([vector, scalar])

@@ -11,7 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.analysis.consistent_states import breaches, nearest_consistent
+from kinolab.dynamics.analysis.consistent_states import (
+    constraint_violations,
+    nearest_consistent_state,
+)
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
@@ -33,13 +36,13 @@ from kinolab.world import (
 )
 
 if TYPE_CHECKING:
-    from kinolab.search.ompl import Bridge
+    from kinolab.search.ompl import OmplSetup
     from kinolab.solve import Plan
 
 Array: TypeAlias = NDArray[np.float64]
 
 GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
-ROUNDING = 1e-9  # by how much a value may pass a limit, in its own unit
+LIMIT_TOLERANCE = 1e-9  # by how much a value may pass a limit, in its own unit
 SAME = 1e-12  # what differs by less is not written
 
 
@@ -149,7 +152,7 @@ class Problem:
             named.append((self.model.rate_names, self.model.velocity(x), self.rate_bounds))
         for names, values, bounds in named:
             for name, value, (lower, upper) in zip(names, values, bounds, strict=True):
-                if not lower - ROUNDING <= value <= upper + ROUNDING:
+                if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
                     yield name, float(value), float(lower), float(upper)
         yield from self.outside_world(self.frames(x))
 
@@ -174,12 +177,12 @@ class Problem:
         """
         for cone in self.keep_outs:
             angle = cone.angle(frames)
-            if not angle >= cone.half_angle - ROUNDING:
+            if not angle >= cone.half_angle - LIMIT_TOLERANCE:
                 yield f"the axis of {self.bodies[cone.body].name}", angle, cone.half_angle, np.pi
         for body, pose in zip(self.bodies, frames, strict=True):
             for axis, (lower, upper) in self.world.bounds.items():
                 value = float(pose["xyz".index(axis) * 4 + 3])
-                if not lower - ROUNDING <= value <= upper + ROUNDING:
+                if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
                     yield f"{axis} of {body.name}", value, lower, upper
 
     def check_endpoints(self) -> None:
@@ -198,10 +201,10 @@ class Problem:
 
     def start_breaches(self) -> Iterator[Mistake]:
         """Yield what is wrong with a start that breaks constraints, and the nearest that holds."""
-        broken = breaches(self.model, self.start)
+        broken = constraint_violations(self.model, self.start)
         if broken:
             sizes = ", ".join(f"{one.name!r} by {one.size:.3g} {one.unit}" for one in broken)
-            near = nearest_consistent(self.model, self.start, self.bounds)
+            near = nearest_consistent_state(self.model, self.start, self.bounds)
             remedy = "Move it to where they hold; no such state was found nearby."
             if near is not None:
                 remedy = f"The nearest start that holds has {self._changed_entries(near)}."
@@ -211,7 +214,7 @@ class Problem:
         """Write the entries that differ from the start's, with the digits that it takes to hold."""
         near = np.where(np.abs(near) < SAME, 0.0, near)
         short = np.array([float(f"{value:.12g}") for value in near.tolist()])
-        values = near if breaches(self.model, short) else short
+        values = near if constraint_violations(self.model, short) else short
         differs = np.abs(values - self.start) > SAME
         first_of = {first: name for name, first in self.model.attitudes.items()}
         quaternions = {first + k for first in first_of for k in range(4)}
@@ -240,7 +243,7 @@ class Problem:
         margins = self.model.requirements(x).tolist()
         for requirement, margin in zip(self.system.requirements, margins, strict=True):
             open_yet = any(isinstance(s, decided) for s in requirement.margin.free_symbols)
-            if not (open_yet or margin >= -ROUNDING):
+            if not (open_yet or margin >= -LIMIT_TOLERANCE):
                 yield f"it breaks a requirement ({requirement.name}) by {-margin:g}."
 
     def _goal_mistakes(self) -> Iterator[Mistake]:
@@ -277,8 +280,8 @@ class Problem:
         entries, goal = list(self.goal.indices), self.goal
         lower, upper = self.bounds[entries].T if entries else np.zeros((2, 0))
         return (
-            np.maximum(goal.targets - reach, lower - ROUNDING),
-            np.minimum(goal.targets + reach, upper + ROUNDING),
+            np.maximum(goal.targets - reach, lower - LIMIT_TOLERANCE),
+            np.minimum(goal.targets + reach, upper + LIMIT_TOLERANCE),
         )
 
     def sample(self, generator: np.random.Generator) -> Array:
@@ -302,8 +305,8 @@ class Problem:
         shares = np.full(len(entries) + len(goal.attitudes), spread)
         if goal.together:
             shares *= _near_the_centre(goal.norm, (1, len(shares)), generator)[0]
-        for share, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
-            reach = min(abs(share) * attitude.tolerance, np.pi)
+        for fraction, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
+            reach = min(abs(fraction) * attitude.tolerance, np.pi)
             near = turned_at_random(np.array(attitude.target), reach, generator)
             x[attitude.entries] = near
         if goal.together:
@@ -327,8 +330,8 @@ class Problem:
         if goal.together:
             shares *= _near_the_centre(goal.norm, shares.shape, generator)
         reaches = np.abs(shares[:, len(entries) :]).T
-        for share, attitude in zip(reaches, goal.attitudes, strict=True):
-            angles = np.minimum(share * attitude.tolerance, np.pi)
+        for fraction, attitude in zip(reaches, goal.attitudes, strict=True):
+            angles = np.minimum(fraction * attitude.tolerance, np.pi)
             near = turned_by_at_most(np.array(attitude.target), angles, generator)
             x[:, attitude.entries] = near
         box = self._goal_box(spreads[:, None])
@@ -383,19 +386,19 @@ class Problem:
 
         return notebook_frame(self, None)
 
-    def to_ompl(self) -> Bridge:
+    def to_ompl(self) -> OmplSetup:
         """Return the problem as OMPL objects, for any OMPL control planner.
 
         ``.space_information`` and ``.problem_definition`` are ready to use.
         """
-        from kinolab.search.ompl import Bridge
+        from kinolab.search.ompl import OmplSetup
 
-        return Bridge(self)
+        return OmplSetup(self)
 
 
 def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
     """Say which rows of values (m, n) are not within limits (n, 2), NaN included, shape (m,)."""
-    within = (values >= limits[:, 0] - ROUNDING) & (values <= limits[:, 1] + ROUNDING)
+    within = (values >= limits[:, 0] - LIMIT_TOLERANCE) & (values <= limits[:, 1] + LIMIT_TOLERANCE)
     return np.asarray(np.logical_not(within).any(axis=1))
 
 
@@ -427,7 +430,7 @@ def _with_a_sum(shape: tuple[int, int], generator: np.random.Generator) -> Array
 
 def _in_a_ball(shape: tuple[int, int], generator: np.random.Generator) -> Array:
     """Return points of the unit ball (n, d), all places alike."""
-    ways, d = generator.normal(size=shape), max(shape[1], 1)
-    lengths = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-300)
-    points: Array = generator.uniform(size=(shape[0], 1)) ** (1 / d) * ways / lengths
+    paths, d = generator.normal(size=shape), max(shape[1], 1)
+    lengths = np.maximum(np.linalg.norm(paths, axis=1, keepdims=True), 1e-300)
+    points: Array = generator.uniform(size=(shape[0], 1)) ** (1 / d) * paths / lengths
     return points

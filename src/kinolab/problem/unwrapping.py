@@ -17,7 +17,7 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-LARGEST = 1e12  # [rad] of an angle that is known to a thousandth
+MAX_ANGLE = 1e12  # [rad] of an angle that is known to a thousandth
 
 
 def unwrapped(problem: Problem, trajectory: Trajectory) -> Trajectory:
@@ -33,7 +33,7 @@ def unwrapped(problem: Problem, trajectory: Trajectory) -> Trajectory:
         trajectory: Its knots, written in any way.
     """
     turning = problem.circular.any() or problem.model.attitudes
-    if not turning or not (np.abs(trajectory.x) < LARGEST).all():
+    if not turning or not (np.abs(trajectory.x) < MAX_ANGLE).all():
         return trajectory
     x = np.array(trajectory.x, dtype=float)
     near = problem.start

@@ -28,7 +28,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import utf_8, write_whole
 from kinolab.loading import build_problem
 from kinolab.problem import Problem
-from kinolab.problem.goal_entries import apart_by_unit, goal_entries
+from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.plot_files import FILES
@@ -317,7 +317,7 @@ def goal_distance_by_unit(problem: Problem, plan: Plan) -> dict[str, float] | No
     """
     if plan.trajectory is None:
         return None
-    return apart_by_unit(goal_entries(problem, plan.trajectory.x[-1]))
+    return distance_by_unit(goal_entries(problem, plan.trajectory.x[-1]))
 
 
 def _versions() -> dict[str, str]:

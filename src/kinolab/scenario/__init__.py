@@ -1,7 +1,7 @@
 """What a scenario file says: its schema, how it is read, checked and written."""
 
 from kinolab.scenario.file_lookup import builtin_scenarios, read_text, scenario_path
-from kinolab.scenario.issues import Finding, Origin
+from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.load import check_document, load_scenario, read_scenario, scenario_from
 from kinolab.scenario.locations import mistake_at
 from kinolab.scenario.names import check_names, check_settings
@@ -27,9 +27,9 @@ from kinolab.scenario.write import write_scenario
 __all__ = [
     "PLANNER_KEYS",
     "DirectionGoal",
-    "Finding",
     "GoalSection",
     "IntegrationSection",
+    "Issue",
     "KeepOut",
     "ObstacleEntry",
     "Origin",

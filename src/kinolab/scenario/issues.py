@@ -9,16 +9,16 @@ KeyPath = tuple[str | int, ...]  # keys from the top of the document; lists coun
 
 
 @dataclass(frozen=True)
-class Finding:
+class Issue:
     """One thing that is wrong at ``path``."""
 
     path: KeyPath
     what: str
     remedy: str = ""
 
-    def below(self, prefix: KeyPath) -> Finding:
+    def below(self, prefix: KeyPath) -> Issue:
         """The same finding, seen from further up in the document."""
-        return Finding(prefix + self.path, self.what, self.remedy)
+        return Issue(prefix + self.path, self.what, self.remedy)
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,13 @@ from pydantic import ValidationError
 
 from kinolab.errors import InputError, Mistake
 from kinolab.scenario.file_lookup import read_text, scenario_path
-from kinolab.scenario.issues import Finding, Origin
+from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.locations import mistake_at
 from kinolab.scenario.long_keys import MOST_PARTS, long_key
 from kinolab.scenario.messages import explain
 from kinolab.scenario.overrides import apply_overrides
-from kinolab.scenario.partial_parse import salvage
-from kinolab.scenario.rules import document_findings
+from kinolab.scenario.partial_parse import parse_partially
+from kinolab.scenario.rules import document_issues
 from kinolab.scenario.schema import Scenario
 from kinolab.scenario.toml_text import shortened
 
@@ -95,16 +95,16 @@ def check_document(
 def _checked(
     document: dict[str, Any], origin: Origin, mistakes: list[Mistake]
 ) -> tuple[Scenario | None, list[Mistake]]:
-    findings = document_findings(document)
+    issues = document_issues(document)
     scenario = None
     try:
         scenario = Scenario.model_validate(document).located(origin)
     except ValidationError as error:
-        findings = explain(error, document, MISTAKE_LIMIT) + findings
-    findings = _in_reading_order(findings[: MISTAKE_LIMIT + 1], document)
-    if findings:
-        scenario = salvage(document, findings, origin)
-    mistakes = mistakes + [mistake_at(finding, origin) for finding in findings]
+        issues = explain(error, document, MISTAKE_LIMIT) + issues
+    issues = _in_reading_order(issues[: MISTAKE_LIMIT + 1], document)
+    if issues:
+        scenario = parse_partially(document, issues, origin)
+    mistakes = mistakes + [mistake_at(issue, origin) for issue in issues]
     return scenario, _readable(mistakes, origin)
 
 
@@ -115,19 +115,19 @@ def _readable(mistakes: list[Mistake], origin: Origin) -> list[Mistake]:
     return [*mistakes[:MISTAKE_LIMIT], rest]
 
 
-def _in_reading_order(findings: list[Finding], document: dict[str, Any]) -> list[Finding]:
+def _in_reading_order(issues: list[Issue], document: dict[str, Any]) -> list[Issue]:
     """Sort findings as their places stand in the document; what is missing comes last."""
 
-    def places(finding: Finding) -> list[int]:
+    def places(issue: Issue) -> list[int]:
         holder: Any = document
         order = []
-        for part in finding.path:
+        for part in issue.path:
             keys: list[Any] = list(holder if isinstance(holder, dict) else range(_length(holder)))
             order.append(keys.index(part) if part in keys else len(keys))
             holder = holder[part] if part in keys else None
         return order
 
-    return sorted(findings, key=places)
+    return sorted(issues, key=places)
 
 
 def _length(value: object) -> int:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 
 from kinolab.errors import Mistake
-from kinolab.scenario.issues import Finding, KeyPath, Origin
+from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.schema import Scenario, Section
 from kinolab.scenario.toml_text import key_text, shortened, value_text
 from kinolab.scenario.values import Wanted
@@ -29,12 +29,12 @@ NAME_TABLES: tuple[KeyPath, ...] = (
 )
 
 
-def mistake_at(finding: Finding, origin: Origin) -> Mistake:
+def mistake_at(issue: Issue, origin: Origin) -> Mistake:
     """Give a finding its address: the override that caused it, or else the file."""
-    culprits = [override for override in origin.overrides if override.touches(finding.path)]
-    place = f"{origin.file.name} {place_text(finding.path)}".rstrip()
+    culprits = [override for override in origin.overrides if override.touches(issue.path)]
+    place = f"{origin.file.name} {place_text(issue.path)}".rstrip()
     where = culprits[-1].where if culprits else place
-    return Mistake(where, finding.what, finding.remedy)
+    return Mistake(where, issue.what, issue.remedy)
 
 
 def place_text(path: KeyPath) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from kinolab.scenario.issues import Finding, KeyPath
+from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.locations import has_keys, is_table_entry, keys_of, section_at, wanted_at
 from kinolab.scenario.rules import unknown_key
 from kinolab.scenario.schema import RULE_ERROR, Scenario
@@ -37,14 +37,14 @@ PREDICATES = {
 }
 
 
-def explain(error: ValidationError, document: Mapping[str, object], limit: int) -> list[Finding]:
+def explain(error: ValidationError, document: Mapping[str, object], limit: int) -> list[Issue]:
     """Describe the first errors; what several keys did together is left to the rules."""
     lines = error.errors(include_url=False, include_input=False)[:limit]
-    findings = [_finding(line, document) for line in lines if line["type"] != RULE_ERROR]
-    return list(dict.fromkeys(findings))  # a list that lacks two entries lacks them once
+    issues = [_issue(line, document) for line in lines if line["type"] != RULE_ERROR]
+    return list(dict.fromkeys(issues))  # a list that lacks two entries lacks them once
 
 
-def _finding(line: ErrorDetails, document: Mapping[str, object]) -> Finding:
+def _issue(line: ErrorDetails, document: Mapping[str, object]) -> Issue:
     axis = line["loc"][:2] == ("world", "bounds") and line["loc"][3:] == ("[key]",)
     path = _path(line["loc"][:3] if axis else line["loc"])
     if line["type"] == "extra_forbidden" or axis:
@@ -77,7 +77,7 @@ def _value(document: object, path: KeyPath) -> object:
     return document
 
 
-def _unknown(path: KeyPath, value: object) -> Finding:
+def _unknown(path: KeyPath, value: object) -> Issue:
     parent, key = section_at(path[:-1]), str(path[-1])
     if path[:-1] == ("world", "bounds"):
         return unknown_key(path, key, WORLD_AXES, "axis")
@@ -85,10 +85,10 @@ def _unknown(path: KeyPath, value: object) -> Finding:
     return unknown_key(path, key, keys_of(parent or Scenario), "section" if is_section else "key")
 
 
-def _missing(path: KeyPath) -> Finding:
+def _missing(path: KeyPath) -> Issue:
     kind = "section" if section_at(path) is not None else "key"
     remedy = _how_to_write(path) if kind == "section" else f"Give {wanted_at(path)}."
-    return Finding(path, f"the {kind} is missing.", remedy)
+    return Issue(path, f"the {kind} is missing.", remedy)
 
 
 def _how_to_write(path: KeyPath) -> str:
@@ -97,15 +97,15 @@ def _how_to_write(path: KeyPath) -> str:
     return "Give a table such as { key = value }."
 
 
-def _misfit(path: KeyPath, predicate: str, value: object) -> Finding:
+def _misfit(path: KeyPath, predicate: str, value: object) -> Issue:
     subject = shown(value)
     if isinstance(path[-1], int) and not is_table_entry(path):
         subject = f"entry {path[-1] + 1}, {subject},"
     if predicate == PREDICATES["dict_type"]:
-        return Finding(path, f"{subject} {predicate}.", _how_to_write(path))
+        return Issue(path, f"{subject} {predicate}.", _how_to_write(path))
     phrase = wanted_at(path)
     remedy = f"{_hint(path, predicate, value)}{f'Give {phrase}.' if phrase else ''}"
-    return Finding(path, f"{subject} {predicate}.", remedy)
+    return Issue(path, f"{subject} {predicate}.", remedy)
 
 
 def _predicate(line: ErrorDetails, value: object) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from kinolab.errors import Mistake
-from kinolab.scenario.issues import Finding, KeyPath
+from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.locations import keys_of, mistake_at
 from kinolab.scenario.rules import PLANNER_KEYS, unknown_key
 from kinolab.scenario.schema import GoalSection, Scenario
@@ -23,28 +23,28 @@ def check_names(
     state = [*coordinates, *rates]
     goal = scenario.goal
     tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
-    findings = [
+    issues = [
         *_unknown(("system", "parameters"), scenario.system.parameters, parameters, "parameter"),
         *_unknown(("bounds",), scenario.bounds, [*state, *inputs], "coordinate, rate or input"),
         *_unknown(("metric",), scenario.metric, state),
         *_unknown(("start",), scenario.start, state),
         *_unknown(("goal",), goal.values, [*state, *keys_of(GoalSection)]),
         *_unknown(("goal", "tolerance"), tolerances, state),
-        *(finding for path, body in _bodies(scenario) for finding in _body(path, body, bodies)),
+        *(issue for path, body in _bodies(scenario) for issue in _body(path, body, bodies)),
     ]
-    return [mistake_at(finding, scenario.origin) for finding in findings]
+    return [mistake_at(issue, scenario.origin) for issue in issues]
 
 
 def check_settings(scenario: Scenario, known: Iterable[str]) -> list[Mistake]:
     """List every key of ``[planner]`` that neither all planners nor this one read."""
     keys = [*PLANNER_KEYS, *known]
     unknown = _unknown(("planner",), scenario.planner.settings, keys, "key")
-    return [mistake_at(finding, scenario.origin) for finding in unknown]
+    return [mistake_at(issue, scenario.origin) for issue in unknown]
 
 
 def _unknown(
     path: KeyPath, names: Iterable[str], known: Sequence[str], kind: str = "coordinate or rate"
-) -> list[Finding]:
+) -> list[Issue]:
     return [unknown_key((*path, name), name, known, kind) for name in names if name not in known]
 
 
@@ -61,5 +61,5 @@ def _bodies(scenario: Scenario) -> list[tuple[KeyPath, str]]:
     ]
 
 
-def _body(path: KeyPath, body: str, bodies: Sequence[str]) -> list[Finding]:
+def _body(path: KeyPath, body: str, bodies: Sequence[str]) -> list[Issue]:
     return [] if body in bodies else [unknown_key(path, body, bodies, "body")]

@@ -12,15 +12,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from kinolab.scenario.issues import Finding, KeyPath, Origin
+from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.schema import Scenario, SystemSection
 
-ROUNDS = 5  # taking something out may reveal what rests on it
+MAX_ROUNDS = 5  # taking something out may reveal what rests on it
 STAND_IN = {"sphere": 1.0}  # keeps the count of obstacles, on which messages rely
 
 
-def salvage(
-    document: dict[str, Any], findings: Iterable[Finding], origin: Origin
+def parse_partially(
+    document: dict[str, Any], issues: Iterable[Issue], origin: Origin
 ) -> Scenario | None:
     """Return the scenario without its broken parts; None where too little is left.
 
@@ -30,13 +30,13 @@ def salvage(
         rest = copy.deepcopy(document)
     except RecursionError:
         return None
-    broken = [finding.path for finding in findings]
+    broken = [issue.path for issue in issues]
     system = rest.get("system")
     unknown = not isinstance(system, dict) or ("system",) in broken or _source(broken)
     rest |= {"schema": 1, "title": "untitled", "system": {"name": "unknown"} if unknown else system}
     for path in sorted(broken, key=len, reverse=True):
         _take_out(rest, path)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         try:
             scenario = Scenario.model_validate(rest)
         except ValidationError as error:

@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 
 from kinolab.errors import unknown_name
-from kinolab.scenario.issues import Finding, KeyPath
+from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
 
 SYSTEM_KINDS = ("name", "file")
@@ -18,46 +18,46 @@ MESH_ONLY = ("scale", "up", "solid")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
 
-def document_findings(document: Mapping[str, object]) -> list[Finding]:
+def document_issues(document: Mapping[str, object]) -> list[Issue]:
     """Apply every rule to a document of which nothing is known yet."""
     system, world, planner = (_table(document.get(key)) for key in ("system", "world", "planner"))
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
     return [
-        *_below(("system",), system_findings(system) if "system" in document else []),
+        *_below(("system",), system_issues(system) if "system" in document else []),
         *(
-            finding.below(("world", "obstacle", place))
+            issue.below(("world", "obstacle", place))
             for place, obstacle in enumerate(obstacles)
-            for finding in obstacle_findings(obstacle)
+            for issue in obstacle_issues(obstacle)
         ),
-        *_below(("world", "obstacle"), name_findings([entry.get("name") for entry in obstacles])),
-        *_below(("planner",), planner_findings(planner)),
+        *_below(("world", "obstacle"), name_issues([entry.get("name") for entry in obstacles])),
+        *_below(("planner",), planner_issues(planner)),
     ]
 
 
-def system_findings(given: Iterable[str]) -> list[Finding]:
+def system_issues(given: Iterable[str]) -> list[Issue]:
     """A machine has one description."""
     return _exactly_one(given, SYSTEM_KINDS, "a registered machine's name or a machine's file")
 
 
-def obstacle_findings(given: Iterable[str]) -> list[Finding]:
+def obstacle_issues(given: Iterable[str]) -> list[Issue]:
     """An obstacle has one shape, and only a mesh can be scaled, turned up or declared solid."""
     given = list(given)
-    findings = _exactly_one(given, OBSTACLE_KINDS, "one shape per obstacle")
+    issues = _exactly_one(given, OBSTACLE_KINDS, "one shape per obstacle")
     if "mesh" not in given:
-        findings += [
-            Finding((key,), f"{key} is a key of meshes only.", f"Leave {key} out.")
+        issues += [
+            Issue((key,), f"{key} is a key of meshes only.", f"Leave {key} out.")
             for key in MESH_ONLY
             if key in given
         ]
-    return findings
+    return issues
 
 
-def name_findings(names: Sequence[object]) -> list[Finding]:
+def name_issues(names: Sequence[object]) -> list[Issue]:
     """Names that the user gave to obstacles are different from each other."""
     first: dict[str, int] = {}
     return [
-        Finding(
+        Issue(
             (place, "name"),
             f"obstacle {first[name]} is called {shortened(string_text(name))} too.",
             "Give every obstacle a name of its own.",
@@ -67,7 +67,7 @@ def name_findings(names: Sequence[object]) -> list[Finding]:
     ]
 
 
-def planner_findings(given: Iterable[str]) -> list[Finding]:
+def planner_issues(given: Iterable[str]) -> list[Issue]:
     """A key that is one slip away from a shared key is no setting of some planner."""
     return [
         unknown_key((key,), key, PLANNER_KEYS)
@@ -76,25 +76,25 @@ def planner_findings(given: Iterable[str]) -> list[Finding]:
     ]
 
 
-def unknown_key(path: KeyPath, key: str, known: Sequence[str], kind: str = "key") -> Finding:
+def unknown_key(path: KeyPath, key: str, known: Sequence[str], kind: str = "key") -> Issue:
     """Describe a key that nothing reads, and the nearest one that something does."""
     mistake = unknown_name(kind, shortened(key), known=sorted(known))
-    return Finding(path, mistake.what, mistake.remedy)
+    return Issue(path, mistake.what, mistake.remedy)
 
 
-def _exactly_one(given: Iterable[str], kinds: Sequence[str], purpose: str) -> list[Finding]:
+def _exactly_one(given: Iterable[str], kinds: Sequence[str], purpose: str) -> list[Issue]:
     present = [key for key in given if key in kinds]
     if len(present) == 1:
         return []
     listing = f"{', '.join(kinds[:-1])} and {kinds[-1]}"
     if not present:
-        return [Finding((), f"none of {listing} is given.", f"Give {purpose}.")]
+        return [Issue((), f"none of {listing} is given.", f"Give {purpose}.")]
     both = f"{', '.join(present[:-1])} and {present[-1]}"
-    return [Finding((present[-1],), f"{both} are given together.", f"Keep one of {listing}.")]
+    return [Issue((present[-1],), f"{both} are given together.", f"Keep one of {listing}.")]
 
 
-def _below(prefix: KeyPath, findings: Iterable[Finding]) -> list[Finding]:
-    return [finding.below(prefix) for finding in findings]
+def _below(prefix: KeyPath, issues: Iterable[Issue]) -> list[Issue]:
+    return [issue.below(prefix) for issue in issues]
 
 
 def _table(value: object) -> dict[str, object]:

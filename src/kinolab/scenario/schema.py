@@ -23,7 +23,7 @@ from pydantic_core import PydanticCustomError
 
 from kinolab.errors import is_broken, printable
 from kinolab.scenario import rules
-from kinolab.scenario.issues import Finding, Origin
+from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.values import (
     Angle,
     Axis,
@@ -82,7 +82,7 @@ class SystemSection(Section):
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        _obey(rules.system_findings(_given(self)))
+        _obey(rules.system_issues(_given(self)))
         return self
 
 
@@ -111,13 +111,13 @@ class ObstacleEntry(Section):
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
-        _obey(rules.obstacle_findings(_given(self)))
+        _obey(rules.obstacle_issues(_given(self)))
         return self
 
 
 def _named(obstacles: tuple[ObstacleEntry, ...]) -> tuple[ObstacleEntry, ...]:
     """Name the nameless, around the names that are taken."""
-    _obey(rules.name_findings([entry.name for entry in obstacles]))
+    _obey(rules.name_issues([entry.name for entry in obstacles]))
     taken = {entry.name for entry in obstacles}
     named = []
     for count, entry in enumerate(obstacles, start=1):
@@ -265,7 +265,7 @@ class PlannerSection(Section):
 
     @model_validator(mode="after")
     def _no_slips(self) -> Self:
-        _obey(rules.planner_findings(self.__pydantic_extra__))
+        _obey(rules.planner_issues(self.__pydantic_extra__))
         return self
 
 
@@ -343,8 +343,8 @@ def _given(section: Section) -> list[str]:
     return [key for key in fields if key in given and getattr(section, key) is not None]
 
 
-def _obey(findings: Sequence[Finding]) -> None:
+def _obey(issues: Sequence[Issue]) -> None:
     """Refuse what a rule refuses; the reader of files asks the rules itself, and all of them."""
-    if findings:
-        text = " ".join(f"{finding.what} {finding.remedy}" for finding in findings)
+    if issues:
+        text = " ".join(f"{issue.what} {issue.remedy}" for issue in issues)
         raise PydanticCustomError(RULE_ERROR, "{text}", {"text": text})

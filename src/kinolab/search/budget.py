@@ -9,10 +9,10 @@ from collections.abc import Callable
 from itertools import count
 from typing import TypeAlias, final
 
-Spent: TypeAlias = Callable[[], float]
+IsSpent: TypeAlias = Callable[[], float]
 
 
-class AbstractAllowance(ABC):
+class AbstractBudget(ABC):
     """What is left, and parts of it to give away.
 
     Args:
@@ -40,13 +40,13 @@ class AbstractAllowance(ABC):
         """Whether nothing more may be used up."""
         return self._stopped() or self._clock() >= self.until or self.left <= 0
 
-    def part(self, share: float = 1.0) -> Spent:
+    def fraction(self, fraction: float = 1.0) -> IsSpent:
         """Return what tells how much is spent of a share of what is left: 1 where all of it is.
 
         It is asked before each subproblem.
         """
         before = self.left
-        whole = share * before
+        whole = fraction * before
 
         def spent() -> float:
             if self.over or whole <= 0:
@@ -62,7 +62,7 @@ class AbstractAllowance(ABC):
 
 
 @final
-class Seconds(AbstractAllowance):
+class TimeBudget(AbstractBudget):
     """Time on the clock."""
 
     def __init__(
@@ -83,7 +83,7 @@ class Seconds(AbstractAllowance):
 
 
 @final
-class Subproblems(AbstractAllowance):
+class SubproblemBudget(AbstractBudget):
     """A number of subproblems, which gives the same result on every computer."""
 
     def __init__(
@@ -105,7 +105,7 @@ class Subproblems(AbstractAllowance):
         self._left -= 1
 
 
-def seldom(late: Callable[[], bool], times: int) -> Callable[[], bool]:
+def throttled(cancelled: Callable[[], bool], times: int) -> Callable[[], bool]:
     """Return what asks whether it is late only every so many times it is asked itself.
 
     So that many small subproblems count as a large one.
@@ -116,12 +116,12 @@ def seldom(late: Callable[[], bool], times: int) -> Callable[[], bool]:
     def late_by_now() -> bool:
         nonlocal known
         if not known and next(asked) % times == 0:
-            known = late()
+            known = cancelled()
         return known
 
     return late_by_now
 
 
-def seconds_of_this_thread(seconds: float) -> Seconds:
+def thread_seconds(seconds: float) -> TimeBudget:
     """Return so much of this thread's time, from now on."""
-    return Seconds(time.thread_time() + seconds, time.thread_time)
+    return TimeBudget(time.thread_time() + seconds, time.thread_time)

@@ -17,7 +17,7 @@ from kinolab.errors import InputError, Mistake
 Array: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.integer]
 
-MOST = 10_000  # states that are kept of a tree: a picture shows no more
+MAX_STATES = 10_000  # states that are kept of a tree: a picture shows no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class SearchGraph:
 
     @classmethod
     def of_tree(
-        cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = MOST
+        cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = MAX_STATES
     ) -> SearchGraph:
         """Return a tree, thinned to so many states where it has more.
 

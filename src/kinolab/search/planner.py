@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake, unknown_name
-from kinolab.settings import setting, settings_of, with_default
+from kinolab.settings import OLD_NAMES, setting, settings_of, with_default
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -35,9 +35,9 @@ __all__ = [
 Array: TypeAlias = NDArray[np.float64]
 T = TypeVar("T")
 
-LOOK = 0.5  # [s] between two pictures of what is explored
+PICTURE_PERIOD = 0.5  # [s] between two pictures of what is explored
 READY = 30.0  # [s] to get ready that do not count: code is loaded, on a slow computer, too
-RARELY = 4.0  # times what a picture takes, at least, until the next
+PICTURE_COST_FACTOR = 4.0  # times what a picture takes, at least, until the next
 
 
 class Outcome(Enum):
@@ -48,7 +48,7 @@ class Outcome(Enum):
     NOT_FOUND = "Found no motion that comes nearer to the goal than the start."
     LOCAL_MINIMUM = (
         "Stuck in a local minimum of the potential; the nearest approach is kept. "
-        "Raise [planner] escapes or set navigation = true."
+        "Raise [planner] random_walk_escapes or set navigation = true."
     )
     INTERRUPTED = "Interrupted; the nearest approach is kept."
 
@@ -209,7 +209,9 @@ class Budget:
         """Let somebody watch what is explored, if anybody does and it is time."""
         if self.viewer and (elapsed := self.elapsed) > self._next_look:
             self.viewer(explored())
-            self._next_look = self.elapsed + max(LOOK, RARELY * (self.elapsed - elapsed))
+            self._next_look = self.elapsed + max(
+                PICTURE_PERIOD, PICTURE_COST_FACTOR * (self.elapsed - elapsed)
+            )
 
     def _report(self) -> None:
         if self.progress and (elapsed := self.elapsed) > self._next_report:
@@ -258,7 +260,9 @@ class AbstractPlanner(ABC):
         """Yield (key, what is wrong, what would work) of settings that do not fit."""
         known = {entry.name: entry for entry in settings_of(cls)}
         for key, value in settings.items():
-            if key not in known:
+            if key not in known and OLD_NAMES.get(key) in known:
+                yield key, f"{key!r} is called {OLD_NAMES[key]!r} now.", "Write the new name."
+            elif key not in known:
                 unknown = unknown_name(f"setting of {cls.name}", key, known=sorted(known))
                 yield key, unknown.what, unknown.remedy
             elif misfit := known[key].misfit(value):

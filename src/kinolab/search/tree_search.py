@@ -26,7 +26,7 @@ class AbstractTreeSearch(AbstractPlanner):
         unit="steps",
         meaning="For how many steps of the integration an input is held at most.",
     )
-    goal_zoom: float = setting(
+    goal_region_scale: float = setting(
         1.0, 1.0, 1e6, unit="tolerances", meaning="How far around the goal growth aims."
     )
     restart_after: int = setting(

@@ -14,7 +14,7 @@ from kinolab.simulation.compiled_step import stepper
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Rollouts:
+class CandidateRollouts:
     """Motions of equal length from one state, each under an input that is held.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.problem import Problem
 
-SAMPLES = 4  # of what a machine demands, along a step
+REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
 POINTER = ctypes.c_void_p
 
 
@@ -95,9 +95,9 @@ class CompiledStep:
         """Check what the machine demands along the step under the inputs held, its end first."""
         if not self._margins:
             return True
-        for k in range(SAMPLES, -1, -1):
-            if k < SAMPLES:
-                self.step(duration * k / SAMPLES)
+        for k in range(REQUIREMENT_SAMPLES, -1, -1):
+            if k < REQUIREMENT_SAMPLES:
+                self.step(duration * k / REQUIREMENT_SAMPLES)
             self._requirements(*self._margins_at)
             if any(margin < 0 for margin in self._margins):
                 return False

@@ -9,11 +9,11 @@ from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.simulation.safety_factor import moves_upright, resolution
 from kinolab.world import CollisionChecker
 
-LEVELS = 7  # each looks at twice the distance of the one before
-PIECES = 4  # that a way is cut into where a look at the whole of it fails
+MAX_DOUBLINGS = 7  # each looks at twice the distance of the one before
+SUBDIVISIONS = 4  # that a way is cut into where a look at the whole of it fails
 
 
-class Sweep:
+class ContinuousCollisionCheck:
     """Looks along a step with the machine inflated by how far its points move from where it looks.
 
     A look at the middle of a way, with a margin of half its length, proves the whole way free.
@@ -32,7 +32,7 @@ class Sweep:
         self._coarse: dict[int, CollisionChecker] = {}
         self._ground = moves_upright(problem, touching=False)
         # A foot may come down to the ground and no further: only fine looks tell the difference.
-        self._levels = 1 if moves_upright(problem, touching=True) else LEVELS
+        self._levels = 1 if moves_upright(problem, touching=True) else MAX_DOUBLINGS
         self._workspace = [
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
@@ -50,7 +50,7 @@ class Sweep:
             return False
         return self._free_between(0.0, duration, speed)
 
-    def culprits(self) -> list[str]:
+    def rejection_sources(self) -> list[str]:
         """Name what is in the way at the last look, which failed."""
         calls = self._calls
         outside = [
@@ -72,7 +72,7 @@ class Sweep:
                 return True
             if level == 0:
                 return False
-        pieces = min(PIECES, math.ceil(reach / self._resolution))
+        pieces = min(SUBDIVISIONS, math.ceil(reach / self._resolution))
         cuts = [begin + (end - begin) * k / pieces for k in range(pieces + 1)]
         return all(
             self._free_between(cuts[k], cuts[k + 1], speed) for k in range(pieces - 1, -1, -1)

@@ -92,7 +92,7 @@ def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
     return u.shape[0]
 
 
-def motion_under(
+def states_under(
     problem: Problem, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
 ) -> Array:
     """Return the states (N+1, nx) under inputs (N, nu), by the problem's own map.

@@ -9,12 +9,12 @@ import numpy as np
 
 from kinolab.problem import Problem
 from kinolab.simulation.compiled_step import CompiledStep
-from kinolab.simulation.continuous_collision import Sweep
+from kinolab.simulation.continuous_collision import ContinuousCollisionCheck
 from kinolab.simulation.rejections import Rejections
-from kinolab.simulation.safety_factor import CAUTION
+from kinolab.simulation.safety_factor import SAFETY_FACTOR
 
-TURN = 0.01  # [rad] of an axis between two looks at a forbidden cone
-INSTANT = 1e-6  # [s] over which the speed of an axis is measured
+CONE_RESOLUTION = 0.01  # [rad] of an axis between two looks at a forbidden cone
+FD_STEP = 1e-6  # [s] over which the speed of an axis is measured
 
 
 class Propagator:
@@ -38,7 +38,7 @@ class Propagator:
     ) -> None:
         self.problem = problem
         self._calls = CompiledStep(problem)
-        self._sweep = Sweep(problem, self._calls, margin)
+        self._sweep = ContinuousCollisionCheck(problem, self._calls, margin)
         self._limits = [
             (i, float(lower), float(upper))
             for i, (lower, upper) in enumerate(problem.bounds)
@@ -79,7 +79,7 @@ class Propagator:
         calls = self._calls
         calls.x[:], calls.u[:] = x, u
         failed = calls.step(duration)
-        return not failed and self._sweep.free_within(duration, CAUTION * calls.fastest())
+        return not failed and self._sweep.free_within(duration, SAFETY_FACTOR * calls.fastest())
 
     def is_free(self, x: Sequence[float]) -> bool:
         """Say whether a state is within its limits and touches nothing."""
@@ -93,7 +93,7 @@ class Propagator:
         if limit:
             self.rejections.add("limit", lambda: [limit])
         elif not self._sweep.free():
-            self.rejections.add("collision", self._sweep.culprits)
+            self.rejections.add("collision", self._sweep.rejection_sources)
         else:
             return True
         return False
@@ -109,8 +109,8 @@ class Propagator:
         if limit:
             self.rejections.add("limit", lambda: [limit])
             return False
-        if not self._sweep.free_within(duration, CAUTION * self._calls.fastest()):
-            self.rejections.add("collision", self._sweep.culprits)
+        if not self._sweep.free_within(duration, SAFETY_FACTOR * self._calls.fastest()):
+            self.rejections.add("collision", self._sweep.rejection_sources)
             return False
         return True
 
@@ -135,7 +135,7 @@ class Propagator:
         for i, lower, upper in self._limits:
             a, b = before[i], after[i]
             if a * b < 0:
-                overshoot = CAUTION * 0.5 * duration * min(abs(a), abs(b))
+                overshoot = SAFETY_FACTOR * 0.5 * duration * min(abs(a), abs(b))
                 ends = self._calls.x[i], self._calls.next[i]
                 if min(ends) - overshoot < lower or max(ends) + overshoot > upper:
                     return str(self.problem.model.state_names[i])
@@ -159,16 +159,16 @@ class Propagator:
         calls = self._calls
         ends = zip((calls.x, calls.next), calls.slopes(), strict=True)
         fastest = max(_axis_speed(self.problem, np.array(x), np.array(dx)) for x, dx in ends)
-        looks = max(1, math.ceil(CAUTION * fastest * duration / TURN))
-        for k in range(1, looks + 1):
-            calls.step(duration * k / looks)
+        checks = max(1, math.ceil(SAFETY_FACTOR * fastest * duration / CONE_RESOLUTION))
+        for k in range(1, checks + 1):
+            calls.step(duration * k / checks)
             yield self.problem.frames(np.array(calls.next))
 
 
 def _axis_speed(problem: Problem, x: np.ndarray, slope: np.ndarray) -> float:
     """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
-    before, after = problem.frames(np.stack([x, x + INSTANT * slope]))
+    before, after = problem.frames(np.stack([x, x + FD_STEP * slope]))
     turned = (after - before).reshape(-1, 3, 4)[:, :, :3]
     return max(
-        float(np.linalg.norm(turned[cone.body] @ cone.axis)) / INSTANT for cone in problem.keep_outs
+        float(np.linalg.norm(turned[cone.body] @ cone.axis)) / FD_STEP for cone in problem.keep_outs
     )

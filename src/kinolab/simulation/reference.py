@@ -27,8 +27,9 @@ Array: TypeAlias = NDArray[np.float64]
 RTOL = 1e-9
 ATOL = 1e-11  # per unit of a coordinate's scale; three orders below what the check accepts
 
-GROWTH = 1e6  # a motion that amplifies errors more than this needs a stored feedback law
-NUDGE = 1e-6  # of a state's scale: the disturbance whose growth is measured
+# a motion that amplifies errors more than this needs a stored feedback law
+MAX_ERROR_AMPLIFICATION = 1e6
+PERTURBATION = 1e-6  # of a state's scale: the disturbance whose growth is measured
 
 
 class DivergedError(KinolabError):
@@ -42,7 +43,7 @@ class DivergedError(KinolabError):
 
 
 @dataclass(frozen=True)
-class Motion:
+class ReferenceMotion:
     """A continuous motion, one interpolant per knot interval."""
 
     t: Array
@@ -70,7 +71,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class MapMotion(Motion):
+class MapMotion(ReferenceMotion):
     """A motion whose states are joined by straight ways: chords."""
 
     space: StateSpace
@@ -78,14 +79,14 @@ class MapMotion(Motion):
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
         """Return the states at times, each within an interval of its own, shape (times, nx)."""
         begin, end = self.t[intervals], self.t[intervals + 1]
-        share = ((times - begin) / (end - begin))[:, None]
-        way = self.x[intervals + 1] - self.x[intervals]
-        return self.space.retract(self.x[intervals], share * way)
+        fraction = ((times - begin) / (end - begin))[:, None]
+        path = self.x[intervals + 1] - self.x[intervals]
+        return self.space.retract(self.x[intervals], fraction * path)
 
 
 def follow(
     model: Model, start: Array, t: Array, u: Array, scales: Array, *, between: bool = True
-) -> Motion:
+) -> ReferenceMotion:
     """Integrate from a start with the inputs held between the times t.
 
     Where the machine has feedback, it is asked at every knot what its inputs are. Constraints of
@@ -109,14 +110,14 @@ def follow(
     loops = any(isinstance(c, PositionConstraint) for c in model.system.constraints)
     for k, held in enumerate(u):
         try:
-            acting = model.acting(states[-1], held)
+            acting = model.plant_inputs(states[-1], held)
         except KinolabError as error:
             raise DivergedError(float(t[k]), str(error)) from error
         span = (float(t[k]), float(t[k + 1]))
         end, piece = interval(model.plant, states[-1], span, acting, scales, between=between)
         states.append(model.plant.project(end) if loops else end)
         pieces.append(piece)
-    return Motion(np.asarray(t, dtype=float), np.array(states), pieces)
+    return ReferenceMotion(np.asarray(t, dtype=float), np.array(states), pieces)
 
 
 def interval(
@@ -157,7 +158,7 @@ def interval(
 
 def follow_map(
     model: Model, start: Array, t: Array, u: Array, method: str, substeps: int = 1
-) -> Motion:
+) -> ReferenceMotion:
     """Apply the integrator's own step as the truth; between knots the state is interpolated.
 
     Raises:
@@ -196,13 +197,13 @@ class Chord:
 
     def __call__(self, times: float | Array) -> Array:
         """Return the state at a time, shape (nx,), or the states at times, shape (nx, times)."""
-        share = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
-        return self.space.retract(self.begin, share[..., None] * (self.end - self.begin)).T
+        fraction = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
+        return self.space.retract(self.begin, fraction[..., None] * (self.end - self.begin)).T
 
 
-def true_motion(
+def reference_motion(
     problem: Problem, start: Array, t: Array, u: Array, *, between: bool = True
-) -> Motion:
+) -> ReferenceMotion:
     """Return the motion that counts: the differential equation's, or the integrator's own map.
 
     Args:
@@ -223,7 +224,7 @@ def true_motion(
 
 def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
     """Return the true motion from the problem's start under given inputs, as a trajectory."""
-    motion = true_motion(problem, problem.start, t, u, between=False)
+    motion = reference_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
 
 
@@ -238,26 +239,26 @@ def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
     """
     if model.plant is model:
         return Trajectory(t, x, u, model.state_names, model.control_names)
-    acting, names = model.acting(x[: len(u)], u), model.plant.control_names
+    acting, names = model.plant_inputs(x[: len(u)], u), model.plant.control_names
     return Trajectory(t, x, acting, model.state_names, names, u, model.control_names)
 
 
-def nudged(problem: Problem, start: Array) -> Array:
+def perturbed_start(problem: Problem, start: Array) -> Array:
     """Return a start beside another one, to see how errors grow; always the same one."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
-    nudge *= NUDGE / np.linalg.norm(nudge)
+    nudge *= PERTURBATION / np.linalg.norm(nudge)
     beside: Array = start + nudge * problem.scales
     return beside
 
 
-def growth(problem: Problem, states: Array, beside: Array) -> float:
+def error_amplification(problem: Problem, states: Array, beside: Array) -> float:
     """Return by how much a motion makes errors grow: the most that another one goes away from it.
 
     Args:
         problem: Whose states.
         states: Of the motion, shape (N+1, nx).
-        beside: Of the motion from a start that was ``nudged``.
+        beside: Of the motion from a start that was ``perturbed_start``.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that diverges it is infinite
-        apart = np.linalg.norm((beside - states) / problem.scales, axis=1).max() / NUDGE
+        apart = np.linalg.norm((beside - states) / problem.scales, axis=1).max() / PERTURBATION
     return float(apart) if np.isfinite(apart) else np.inf

@@ -14,11 +14,11 @@ from kinolab.simulation.reference import DivergedError, interval
 
 Array: TypeAlias = NDArray[np.float64]
 
-TRUE = 1e-9  # of a state's scale: how well two lengths of compiled steps must agree
-MOST_SUBSTEPS = 512  # beyond it the motion is followed as the verifier does
+REFERENCE_TOLERANCE = 1e-9  # of a state's scale: how well two lengths of compiled steps must agree
+MAX_HALVED_SUBSTEPS = 512  # beyond it the motion is followed as the verifier does
 
 
-class TrueStep:
+class ReferenceStep:
     """Where a machine without feedback comes to while its inputs are held.
 
     It is what [integration] truth says: the problem's own step, or the differential equation,
@@ -66,15 +66,15 @@ class TrueStep:
         """Return where steps lead that are short enough; the next ones begin at half as many."""
         substeps = max(1, self._substeps // 2)
         coarse = self._made(span, substeps)
-        while substeps < MOST_SUBSTEPS:
+        while substeps < MAX_HALVED_SUBSTEPS:
             fine = self._made(span, 2 * substeps)
             with np.errstate(over="ignore", invalid="ignore"):  # long steps may run away
                 apart = np.abs((fine - coarse) / self._scales).max(initial=0.0)
-            if apart <= TRUE:
+            if apart <= REFERENCE_TOLERANCE:
                 self._substeps = substeps
                 return fine
             substeps, coarse = 2 * substeps, fine
-        self._substeps = MOST_SUBSTEPS
+        self._substeps = MAX_HALVED_SUBSTEPS
         x, held = self._start.copy(), self._held.copy()
         return interval(
             self._plant, x, (0.0, span), held, self._scales, between=False, **self._parameters

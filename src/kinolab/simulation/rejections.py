@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 
-ALL = 200  # rejections of each cause whose culprit is looked for; beyond them one in SPARSE
-SPARSE = 32
+# rejections of each cause whose culprit is looked for; beyond them one in SPARSE
+FULLY_EXPLAINED = 200
+EXPLANATION_PERIOD = 32
 
 
 class Rejections:
     """How many motions were refused, by cause, and who is to blame.
 
     Naming a culprit can cost more than the motion did, so that only a sample is asked for: every
-    one of the first ones, then one in ``SPARSE``, which counts for as many.
+    one of the first ones, then one in ``EXPLANATION_PERIOD``, which counts for as many.
 
     Attributes:
         counts: Refused motions by cause: ``limit``, ``collision`` or ``equations``.
@@ -26,8 +27,8 @@ class Rejections:
     def add(self, cause: str, culprits: Callable[[], Iterable[str]]) -> None:
         """Count a rejection; ``culprits`` names who is to blame, where it is asked."""
         self.counts[cause] = count = self.counts[cause] + 1
-        if count <= ALL or count % SPARSE == 0:
-            weight = 1 if count <= ALL else SPARSE
+        if count <= FULLY_EXPLAINED or count % EXPLANATION_PERIOD == 0:
+            weight = 1 if count <= FULLY_EXPLAINED else EXPLANATION_PERIOD
             self._culprits.update({(cause, culprit): weight for culprit in culprits()})
 
     def shares(self) -> dict[str, dict[str, float]]:

@@ -10,8 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.simulation.machine import motion_under
-from kinolab.simulation.reference import GROWTH, DivergedError, growth, nudged, resimulate
+from kinolab.simulation.machine import states_under
+from kinolab.simulation.reference import (
+    MAX_ERROR_AMPLIFICATION,
+    DivergedError,
+    error_amplification,
+    perturbed_start,
+    resimulate,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -35,8 +41,8 @@ class TrueEnds:
     broken: int = 0
 
     def excess(self, u: Array) -> float:
-        """Return ``true_excess`` of inputs (N, nu)."""
-        excess = true_excess(self.problem, u)
+        """Return ``resimulated_violation`` of inputs (N, nu)."""
+        excess = resimulated_violation(self.problem, u)
         self.broken += math.isinf(excess)
         self.missed += 1.0 < excess < math.inf
         return excess
@@ -52,7 +58,7 @@ class TrueEnds:
         return {MISSED: float(self.missed), BROKEN: float(self.broken)}
 
 
-def true_excess(problem: Problem, u: Array) -> float:
+def resimulated_violation(problem: Problem, u: Array) -> float:
     """Return how far outside the goal the true motion from the problem's start ends, in tolerances.
 
     Whether it ends inside is told by compiled steps where two lengths of them agree; else the
@@ -64,9 +70,9 @@ def true_excess(problem: Problem, u: Array) -> float:
         u: Inputs, one row per step, shape (N, nu).
     """
     if problem.scenario.integration.truth == "discrete":
-        return _end(problem, motion_under(problem, u))
+        return _end(problem, states_under(problem, u))
     method = problem.scenario.integration.accurate_method
-    states = [motion_under(problem, u, substeps=substeps, method=method) for substeps in SUBSTEPS]
+    states = [states_under(problem, u, substeps=substeps, method=method) for substeps in SUBSTEPS]
     coarse, fine = (_end(problem, one) for one in states)
     doubt = abs(coarse - fine)
     if not (max(coarse, fine) + doubt < 1.0 or min(coarse, fine) - doubt > 1.0):
@@ -89,5 +95,5 @@ def _holds(problem: Problem, states: Array, u: Array) -> bool:
     if problem.checker().first_collision(problem.model.frames(states), ends) is not None:
         return False
     method = problem.scenario.integration.accurate_method
-    far = motion_under(problem, u, nudged(problem, problem.start), method, SUBSTEPS[-1])
-    return growth(problem, states, far) <= GROWTH
+    far = states_under(problem, u, perturbed_start(problem, problem.start), method, SUBSTEPS[-1])
+    return error_amplification(problem, states, far) <= MAX_ERROR_AMPLIFICATION

@@ -8,16 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from kinolab.cancel import Stop, look, never
+from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.problem import Problem
 from kinolab.simulation.compiled_step import CompiledStep
 
 Array: TypeAlias = NDArray[np.float64]
 
-FINE = 0.15  # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
-MOST = 20  # such steps within a propagation step
-STATES = 10  # random states at which time constants are looked at
-GLANCE = 256  # steps between two looks at whether to stop: some milliseconds
+# of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
+STEP_PER_TIME_CONSTANT = 0.15
+MAX_SUBSTEPS = 20  # such steps within a propagation step
+RANDOM_STATES = 10  # random states at which time constants are looked at
+STEPS_PER_CANCELLATION_CHECK = 256  # steps between two looks at whether to stop: some milliseconds
 
 
 class Rollout:
@@ -31,7 +32,7 @@ class Rollout:
         step: Length of a propagation step in [s].
     """
 
-    def __init__(self, problem: Problem, stop: Stop = never) -> None:
+    def __init__(self, problem: Problem, stop: CancellationToken = never_cancelled) -> None:
         settings, self._stop = problem.scenario.integration, stop
         discrete = settings.truth == "discrete"
         # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
@@ -51,8 +52,8 @@ class Rollout:
         states[0] = calls.x[:] = x0.tolist()
         short = self.step / self._pieces
         for k, held in enumerate(u.tolist(), start=1):
-            if k % GLANCE == 1:
-                look(self._stop)
+            if k % STEPS_PER_CANCELLATION_CHECK == 1:
+                raise_if_cancelled(self._stop)
             calls.u[:] = held
             for _ in range(self._pieces):
                 if calls.step(short):
@@ -75,10 +76,10 @@ class Rollout:
         """
         nx, nu = x.shape[1], u.shape[1]
         A, B = np.empty((len(u), nx, nx)), np.empty((len(u), nx, nu))
-        for first in range(0, len(u), GLANCE):
-            look(self._stop)
-            part = slice(first, first + GLANCE)
-            ends = x[first : first + GLANCE + 1]
+        for first in range(0, len(u), STEPS_PER_CANCELLATION_CHECK):
+            raise_if_cancelled(self._stop)
+            part = slice(first, first + STEPS_PER_CANCELLATION_CHECK)
+            ends = x[first : first + STEPS_PER_CANCELLATION_CHECK + 1]
             whole = np.zeros((len(u[part]), nx + nu, nx + nu))
             whole[:, :nx] = np.dstack(
                 self._problem.model.jacobian((ends[:-1] + ends[1:]) / 2, u[part])
@@ -91,9 +92,11 @@ class Rollout:
 def _pieces(problem: Problem) -> int:
     """Return how many Runge-Kutta steps a propagation step takes."""
     generator, model = np.random.default_rng(0), problem.model
-    states = np.array([problem.start, *(problem.sample_goal(generator) for _ in range(STATES))])
+    states = np.array(
+        [problem.start, *(problem.sample_goal(generator) for _ in range(RANDOM_STATES))]
+    )
     states[1:, model.nq :] *= 0.3
     u = np.clip(np.zeros(model.nu), *model.control_bounds.T)
     A, _ = model.jacobian(states, u)
     fastest = float(np.abs(np.linalg.eigvals(A[np.isfinite(A).all(axis=(1, 2))])).max(initial=0.0))
-    return int(np.clip(np.ceil(problem.step * fastest / FINE), 1, MOST))
+    return int(np.clip(np.ceil(problem.step * fastest / STEP_PER_TIME_CONSTANT), 1, MAX_SUBSTEPS))

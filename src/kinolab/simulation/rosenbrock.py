@@ -17,14 +17,14 @@ from typing import NamedTuple
 from kinolab.dynamics.codegen.integrators import GAMMA
 from kinolab.numerics.jit import kernel
 from kinolab.simulation.machine import call_under
-from kinolab.simulation.state_derivative import slope
+from kinolab.simulation.state_derivative import state_derivative
 from kinolab.world.geometry import Array
 
-NUDGE = 1e-6  # of an entry of a state, or of inputs
-SINGULAR = 1e-300  # the compiled step calls smaller pivots singular, too
+FD_STEP = 1e-6  # of an entry of a state, or of inputs
+SINGULAR_PIVOT = 1e-300  # the compiled step calls smaller pivots singular, too
 
 
-class Room(NamedTuple):
+class RosenbrockScratch(NamedTuple):
     """Scratch memory of a step."""
 
     at: Array  # (nx,)
@@ -40,89 +40,91 @@ class Room(NamedTuple):
 
 
 @kernel
-def rosenbrock(code, u, du, h, derive, x, dx, room):  # type: ignore[no-untyped-def]
+def rosenbrock(code, u, du, h, derive, x, dx, scratch):  # type: ignore[no-untyped-def]
     """Make a substep in place; 0 if it worked."""
     nx, last = x.shape[0], dx.shape[1] - 1
-    share = 1.0 / (code.acts * code.substeps)
-    h, p, first = h * share, code.p.ctypes.data, room.first
-    k1, dk1, k2, dk2 = room.k[0], room.dk[0], room.k[1], room.dk[1]
+    fraction = 1.0 / (code.feedback_updates * code.substeps)
+    h, p, first = h * fraction, code.p.ctypes.data, scratch.first
+    k1, dk1, k2, dk2 = scratch.k[0], scratch.dk[0], scratch.k[1], scratch.dk[1]
     failed = call_under(code.jacobian, x.ctypes.data, u.ctypes.data, p, first.ctypes.data)
-    failed |= slope(code, x, dx, u, du, derive, k1, dk1, room.jacobian)
+    failed |= state_derivative(code, x, dx, u, du, derive, k1, dk1, scratch.jacobian)
     for i in range(nx):
         for j in range(nx):
-            room.matrix[i, j] = (1.0 if i == j else 0.0) - GAMMA * h * first[j, i]
-    failed |= factor(room.matrix, room.pivots)
-    failed |= solve_stage(code, u, du, h, share, derive, x, dx, k1, dk1, room)
+            scratch.matrix[i, j] = (1.0 if i == j else 0.0) - GAMMA * h * first[j, i]
+    failed |= factor(scratch.matrix, scratch.pivots)
+    failed |= solve_stage(code, u, du, h, fraction, derive, x, dx, k1, dk1, scratch)
     for i in range(nx):
-        room.at[i] = x[i] + h * k1[i]
+        scratch.at[i] = x[i] + h * k1[i]
         if derive:
             for c in range(last + 1):
-                room.dat[i, c] = dx[i, c] + h * dk1[i, c]
-            room.dat[i, last] += share * k1[i]
-    failed |= slope(code, room.at, room.dat, u, du, derive, k2, dk2, room.jacobian)
+                scratch.dat[i, c] = dx[i, c] + h * dk1[i, c]
+            scratch.dat[i, last] += fraction * k1[i]
+    failed |= state_derivative(
+        code, scratch.at, scratch.dat, u, du, derive, k2, dk2, scratch.jacobian
+    )
     for i in range(nx):
         k2[i] -= 2.0 * k1[i]
         if derive:
             for c in range(last + 1):
                 dk2[i, c] -= 2.0 * dk1[i, c]
-    failed |= solve_stage(code, u, du, h, share, derive, x, dx, k2, dk2, room)
+    failed |= solve_stage(code, u, du, h, fraction, derive, x, dx, k2, dk2, scratch)
     for i in range(nx):
         x[i] += h * (1.5 * k1[i] + 0.5 * k2[i])
         if derive:
             for c in range(last + 1):
                 dx[i, c] += h * (1.5 * dk1[i, c] + 0.5 * dk2[i, c])
-            dx[i, last] += share * (1.5 * k1[i] + 0.5 * k2[i])
+            dx[i, last] += fraction * (1.5 * k1[i] + 0.5 * k2[i])
     return failed
 
 
 @kernel
-def solve_stage(code, u, du, h, share, derive, x, dx, k, dk, room):  # type: ignore[no-untyped-def]
+def solve_stage(code, u, du, h, fraction, derive, x, dx, k, dk, scratch):  # type: ignore[no-untyped-def]
     """Replace a stage's right-hand side k, and its derivative, by the stage itself; 0 if it worked.
 
     x and dx are those of the step's beginning.
     """
-    substitute(room.matrix, room.pivots, k)
+    substitute(scratch.matrix, scratch.pivots, k)
     if not derive:
         return 0
     nx, last = x.shape[0], dx.shape[1] - 1
-    failed = bent(code, u, x, k, room)
+    failed = bent(code, u, x, k, scratch)
     for c in range(last + 1):
         for i in range(nx):
             change = 0.0
             for j in range(nx):
-                change += room.bend[i, j] * dx[j, c]
+                change += scratch.bend[i, j] * dx[j, c]
             for j in range(u.shape[0]):
-                change += room.bend[i, nx + j] * du[j, c]
+                change += scratch.bend[i, nx + j] * du[j, c]
             dk[i, c] += GAMMA * h * change
     for i in range(nx):
         for j in range(nx):
-            dk[i, last] += GAMMA * share * room.first[j, i] * k[j]
+            dk[i, last] += GAMMA * fraction * scratch.first[j, i] * k[j]
     for c in range(last + 1):
-        substitute(room.matrix, room.pivots, dk[:, c])
+        substitute(scratch.matrix, scratch.pivots, dk[:, c])
     return failed
 
 
 @kernel
-def bent(code, u, x, k, room):  # type: ignore[no-untyped-def]
-    """Set ``room.bend`` to the derivative of J(x, u) k by x and u, k being held; 0 if it worked."""
-    nx, z, failed = x.shape[0], room.z, 0
+def bent(code, u, x, k, scratch):  # type: ignore[no-untyped-def]
+    """Set ``scratch.bend`` to d(J(x, u) k) by x and u for a held k; return 0 if it worked."""
+    nx, z, failed = x.shape[0], scratch.z, 0
     for i in range(nx):
         z[i] = x[i]
     for i in range(u.shape[0]):
         z[nx + i] = u[i]
     for j in range(z.shape[0]):
         for i in range(nx):
-            room.bend[i, j] = 0.0
-        before, nudge = z[j], NUDGE * max(1.0, abs(z[j]))
+            scratch.bend[i, j] = 0.0
+        before, nudge = z[j], FD_STEP * max(1.0, abs(z[j]))
         for sign in (1.0, -1.0):
             z[j] = before + sign * nudge
             failed |= call_under(
                 code.jacobian, z[:nx].ctypes.data, z[nx:].ctypes.data, code.p.ctypes.data,
-                room.jacobian.ctypes.data,
+                scratch.jacobian.ctypes.data,
             )  # fmt: skip
             for i in range(nx):
                 for m in range(nx):
-                    room.bend[i, j] += sign * room.jacobian[m, i] * k[m] / (2.0 * nudge)
+                    scratch.bend[i, j] += sign * scratch.jacobian[m, i] * k[m] / (2.0 * nudge)
         z[j] = before
     return failed
 
@@ -137,7 +139,7 @@ def factor(A, pivots):  # type: ignore[no-untyped-def]
             if abs(A[i, k]) > abs(A[row, k]):
                 row = i
         pivots[k] = row
-        failed |= 0 if abs(A[row, k]) > SINGULAR else 1
+        failed |= 0 if abs(A[row, k]) > SINGULAR_PIVOT else 1
         for j in range(n):
             A[k, j], A[row, j] = A[row, j], A[k, j]
         for i in range(k + 1, n):

@@ -15,20 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
-from kinolab.numerics.jit import allocating, kernel
+from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.simulation.machine import call_at, call_under
-from kinolab.simulation.rosenbrock import Room, rosenbrock
-from kinolab.simulation.state_derivative import slope
+from kinolab.simulation.rosenbrock import RosenbrockScratch, rosenbrock
+from kinolab.simulation.state_derivative import state_derivative
 
 Array: TypeAlias = NDArray[np.float64]
 
 STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
-NUDGE = 1e-6  # of a state, for the derivative of the projection onto constraints
-SMALL = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
+FD_STEP = 1e-6  # of a state, for the derivative of the projection onto constraints
+SMALL_TURN = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
 
 
-class MapCode(NamedTuple):
+class StepCode(NamedTuple):
     """A machine's step for compiled code; f and its derivative are those without feedback."""
 
     f: int
@@ -39,13 +39,13 @@ class MapCode(NamedTuple):
     project: int
     p: Array
     stages: int  # of the method, see STAGES
-    acts: int  # how often the law is asked in a step
+    feedback_updates: int  # how often the law is asked in a step
     substeps: int  # from one time to the next
     projects: int  # whether a step ends on constraints and unit quaternions
     attitudes: NDArray[np.int64]  # where quaternions begin
 
 
-class StepMap:
+class StepSensitivities:
     """The states after steps of any length, and their derivatives.
 
     Args:
@@ -71,9 +71,9 @@ class StepMap:
             u: Inputs, shape (N, nu).
             h: Length of all steps in [s].
         """
-        return self.linearised(x, u, h, derive=False)[0]
+        return self.linearized(x, u, h, derive=False)[0]
 
-    def linearised(
+    def linearized(
         self, x: Array, u: Array, h: float, *, derive: bool = True
     ) -> tuple[Array, Array]:
         """Return where every step leads and the derivatives of that.
@@ -96,7 +96,7 @@ class StepMap:
 def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
     plant, closed = model.plant, model.plant is not model
     return Record(
-        MapCode(
+        StepCode(
             f=plant.address("f"),
             jacobian=plant.address("jacobian"),
             law=model.address("law") if closed else 0,
@@ -105,7 +105,7 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
             project=model.address("project"),
             p=np.append(model.parameter_vector(), 0.0),
             stages=STAGES[method],
-            acts=acts,
+            feedback_updates=acts,
             substeps=substeps,
             projects=int(model.projects),
             attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
@@ -113,7 +113,7 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
     )
 
 
-@allocating
+@allocating_kernel
 def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untyped-def]
     """Fill ``after`` and ``tangents`` of all steps; NaN where one fails."""
     nx, wide = x.shape[1], x.shape[1] + u.shape[1] + 1
@@ -124,7 +124,7 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
     jacobian, dat = np.empty((nx + inputs, nx)), np.empty((nx, wide))
     dtotal, side = np.empty((nx, wide)), np.empty((2, nx))
     projection = np.empty((nx, nx))
-    room = Room(
+    clearance = RosenbrockScratch(
         at, dat, np.empty((2, nx)), np.empty((2, nx, wide)), jacobian,
         np.empty((nx + inputs, nx)), np.empty((nx, nx)), np.empty(nx), np.empty(nx + inputs),
         np.empty((nx, nx + inputs)),
@@ -136,13 +136,13 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
             state[i] = x[n, i]
             tangent[i, i] = 1.0
         refused = 0
-        for part in range(code.acts * code.substeps):
+        for part in range(code.feedback_updates * code.substeps):
             if part % code.substeps == 0:
-                refused = act(code, state, tangent, u[n], derive, acting, dacting, gains)
+                refused = apply_law(code, state, tangent, u[n], derive, acting, dacting, gains)
             if code.stages == 1:
                 failed = euler(code, acting, dacting, h, derive, state, tangent, k, dk, jacobian)
             elif code.stages == 2:
-                failed = rosenbrock(code, acting, dacting, h, derive, state, tangent, room)
+                failed = rosenbrock(code, acting, dacting, h, derive, state, tangent, clearance)
             else:
                 failed = runge_kutta(
                     code, acting, dacting, h, derive, state, tangent, at, dat, k, dk, total,
@@ -158,7 +158,7 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
 
 
 @kernel
-def act(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
+def apply_law(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
     """Set the inputs that act from a state on, and their derivative; 0 if it worked."""
     nx, chosen, inputs = x.shape[0], u.shape[0], acting.shape[0]
     for j in range(inputs):
@@ -187,27 +187,27 @@ def act(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-unty
 def euler(code, u, du, h, derive, x, dx, k, dk, jacobian):  # type: ignore[no-untyped-def]
     """Make a substep x + h f(x), on SO(3) along the geodesic, in place."""
     nx, wide = dx.shape
-    share = 1.0 / (code.acts * code.substeps)
-    h = h * share
-    failed = slope(code, x, dx, u, du, derive, k, dk, jacobian)
+    fraction = 1.0 / (code.feedback_updates * code.substeps)
+    h = h * fraction
+    failed = state_derivative(code, x, dx, u, du, derive, k, dk, jacobian)
     first, turns = 0, code.attitudes.shape[0]
     i = 0
     while i < nx:
         if first < turns and i == code.attitudes[first]:
-            turn(i, h, share, derive, x, dx, k, dk)
+            turn(i, h, fraction, derive, x, dx, k, dk)
             first, i = first + 1, i + 4
             continue
         x[i] += h * k[i]
         if derive:
             for c in range(wide):
                 dx[i, c] += h * dk[i, c]
-            dx[i, wide - 1] += share * k[i]
+            dx[i, wide - 1] += fraction * k[i]
         i += 1
     return failed
 
 
 @kernel
-def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
+def turn(first, h, fraction, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
     """Move a quaternion along the great circle of its derivative: q cos a + h q_dot sin(a)/a.
 
     Here a = h |q_dot|; all coefficients are functions of a^2, which is smooth at rest too.
@@ -219,7 +219,7 @@ def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
     a2 = h * h * square
     a = math.sqrt(a2)
     cosine = math.cos(a)
-    if a2 < SMALL:
+    if a2 < SMALL_TURN:
         sinc, bend = 1.0 - a2 / 6.0 + a2 * a2 / 120.0, -1.0 / 6.0 + a2 / 60.0
     else:
         sinc = math.sin(a) / a
@@ -231,8 +231,8 @@ def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
                 da2 += 2.0 * h * h * k[i] * dk[i, c]
             dh = 0.0
             if c == wide - 1:
-                dh = share
-                da2 += 2.0 * h * share * square
+                dh = fraction
+                da2 += 2.0 * h * fraction * square
             for i in range(first, first + 4):
                 dx[i, c] = (
                     cosine * dx[i, c] - 0.5 * sinc * da2 * x[i]
@@ -245,17 +245,17 @@ def turn(first, h, share, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
 @kernel
 def runge_kutta(code, u, du, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobian):  # type: ignore[no-untyped-def]
     """Make a substep of the classical Runge-Kutta method in place."""
-    share = 1.0 / (code.acts * code.substeps)
-    h, failed = h * share, 0
+    fraction = 1.0 / (code.feedback_updates * code.substeps)
+    h, failed = h * fraction, 0
     copy(x, dx, derive, total, dtotal)
     for stage in range(4):
         ahead = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
         weight = 1.0 / 6.0 if stage in (0, 3) else 1.0 / 3.0
         copy(x, dx, derive, at, dat)
         if stage > 0:
-            add(ahead * h, ahead * share, k, dk, derive, at, dat)
-        failed |= slope(code, at, dat, u, du, derive, k, dk, jacobian)
-        add(weight * h, weight * share, k, dk, derive, total, dtotal)
+            add(ahead * h, ahead * fraction, k, dk, derive, at, dat)
+        failed |= state_derivative(code, at, dat, u, du, derive, k, dk, jacobian)
+        add(weight * h, weight * fraction, k, dk, derive, total, dtotal)
     copy(total, dtotal, derive, x, dx)
     return failed
 
@@ -271,15 +271,15 @@ def copy(x, dx, derive, target, dtarget):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add(h, share, k, dk, derive, x, dx):  # type: ignore[no-untyped-def]
-    """Add h k to a state, where ``share`` is the derivative of h with respect to the step."""
+def add(h, fraction, k, dk, derive, x, dx):  # type: ignore[no-untyped-def]
+    """Add h k to a state, where ``fraction`` is the derivative of h with respect to the step."""
     wide = dx.shape[1]
     for i in range(x.shape[0]):
         x[i] += h * k[i]
         if derive:
             for c in range(wide):
                 dx[i, c] += h * dk[i, c]
-            dx[i, wide - 1] += share * k[i]
+            dx[i, wide - 1] += fraction * k[i]
 
 
 @kernel
@@ -317,7 +317,7 @@ def projection_at(code, x, side, projection):  # type: ignore[no-untyped-def]
     """Write the derivative (nx, nx) of the projection, by central differences."""
     nx = x.shape[0]
     for j in range(nx):
-        h = NUDGE * max(1.0, abs(x[j]))
+        h = FD_STEP * max(1.0, abs(x[j]))
         for i in range(nx):
             projection[i, j] = 0.0
         for sign in (1.0, -1.0):

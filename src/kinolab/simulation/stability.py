@@ -18,11 +18,12 @@ from kinolab.scenario.schema import IntegrationSection
 
 Array: TypeAlias = NDArray[np.float64]
 
-STABLE = {"rk4": 2.785, "euler": 2.0}  # |h lambda| up to which |R(h lambda)| <= 1 for lambda < 0
-STATES = 100  # of each kind
-USUAL = 0.9  # share of them: what is stiff at few places only is not counted
-GROWING = 0.5  # Re(lambda) / |lambda| above which something truly grows
-LARGEST = 1e3  # of an input without a limit, in its unit
+# |h lambda| up to which |R(h lambda)| <= 1 for lambda < 0
+STABILITY_BOUNDS = {"rk4": 2.785, "euler": 2.0}
+RANDOM_STATES = 100  # of each kind
+QUANTILE = 0.9  # share of them: what is stiff at few places only is not counted
+GROWTH_RATIO = 0.5  # Re(lambda) / |lambda| above which something truly grows
+UNLIMITED_INPUT = 1e3  # of an input without a limit, in its unit
 
 
 @dataclass(frozen=True)
@@ -67,21 +68,21 @@ def stiffness(problem: Problem, visited: Array | None = None) -> Stiffness | Non
     generator = np.random.default_rng(0)
     kinds = [problem.start[None], *_sampled(problem, generator)]
     if visited is not None and len(visited):
-        kinds.append(visited[:: -(-len(visited) // STATES)])
+        kinds.append(visited[:: -(-len(visited) // RANDOM_STATES)])
     settings = problem.scenario.integration
-    return too_long(settings, max(fading(problem.model, x, generator) for x in kinds))
+    return step_too_long(settings, max(decay_rate(problem.model, x, generator) for x in kinds))
 
 
-def too_long(settings: IntegrationSection, rate: float) -> Stiffness | None:
+def step_too_long(settings: IntegrationSection, rate: float) -> Stiffness | None:
     """Return what makes steps unstable for something that fades at a rate in [1/s], if it does."""
     step = settings.step / settings.substeps
-    stable = STABLE.get(settings.method)
+    stable = STABILITY_BOUNDS.get(settings.method)
     if stable is None or rate * step <= stable:
         return None
     return Stiffness(settings.method, step, stable / rate, rate, settings.substeps)
 
 
-def fading(model: Model, x: Array, generator: np.random.Generator) -> float:
+def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:
     """Return the rate of the fastest thing that does not grow at nine of ten states, in [1/s].
 
     A machine's own feedback does not count: its inputs are held during a step.
@@ -91,31 +92,31 @@ def fading(model: Model, x: Array, generator: np.random.Generator) -> float:
         x: States, shape (N, nx).
         generator: Of inputs, which may change what fades; that none act is looked at besides.
     """
-    lower, upper = np.clip(model.control_bounds, -LARGEST, LARGEST).T
+    lower, upper = np.clip(model.control_bounds, -UNLIMITED_INPUT, UNLIMITED_INPUT).T
     drawn = generator.uniform(lower, upper, (len(x), model.nu))
     idle = np.broadcast_to(np.clip(0.0, lower, upper), drawn.shape)
     rates = np.zeros(len(x))
     for u in (idle, drawn):
         rates = np.maximum(rates, [_fading_at(model, *one) for one in zip(x, u, strict=True)])
-    return float(np.quantile(rates, USUAL, method="lower"))
+    return float(np.quantile(rates, QUANTILE, method="lower"))
 
 
 def _fading_at(model: Model, x: Array, u: Array) -> float:
     """Return the rate at one state under inputs; 0 where the equations have no solution."""
     try:
-        slope = model.plant.jacobian(x, model.acting(x, u))[0]
+        slope = model.plant.jacobian(x, model.plant_inputs(x, u))[0]
     except KinolabError:
         return 0.0
     if not np.isfinite(slope).all():
         return 0.0
     found = np.linalg.eigvals(slope)
-    return float(np.abs(found[found.real <= GROWING * np.abs(found)]).max(initial=0.0))
+    return float(np.abs(found[found.real <= GROWTH_RATIO * np.abs(found)]).max(initial=0.0))
 
 
 def _sampled(problem: Problem, generator: np.random.Generator) -> list[Array]:
     """Return states of the goal, states within the limits, and the latter at rest."""
-    goals = problem.sample_goals(generator, np.ones(STATES))
-    moving = problem.sample_goals(generator, np.ones(STATES))
+    goals = problem.sample_goals(generator, np.ones(RANDOM_STATES))
+    moving = problem.sample_goals(generator, np.ones(RANDOM_STATES))
     aimed, (lower, upper) = list(problem.goal.indices), problem.sampling_bounds.T
     moving[:, aimed] = generator.uniform(lower, upper, moving.shape)[:, aimed]
     still = moving.copy()

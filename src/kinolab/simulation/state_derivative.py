@@ -7,7 +7,7 @@ from kinolab.simulation.machine import call_under
 
 
 @kernel
-def slope(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
+def state_derivative(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
     """Set k to f(x, u), and dk to its derivative along dx and du; 0 if it worked."""
     nx, nu = x.shape[0], u.shape[0]
     p = code.p.ctypes.data

@@ -14,7 +14,7 @@ from kinolab.simulation.compiled_step import CompiledStep
 Array: TypeAlias = NDArray[np.float64]
 
 
-class HeldInputs:
+class ZeroOrderHold:
     """Simulates a machine in steps of the problem's length."""
 
     def __init__(self, problem: Problem) -> None:

@@ -8,7 +8,7 @@ from multiprocessing.connection import Connection
 from kinolab.solve.job_messages import Better, Failed, Found, Searching
 from kinolab.solve.plan import Attempt
 from kinolab.solve.request import Request
-from kinolab.solve.solution_pool import Findings
+from kinolab.solve.solution_pool import SolutionPool
 
 INTERRUPTED = "interrupted."
 
@@ -19,7 +19,7 @@ class AbstractJob(ABC):
     Args:
         connection: By which it tells.
         request: What to search for.
-        findings: Where its plans go.
+        pool: Where its plans go.
 
     Attributes:
         connection: Readable when it has something to tell, or has left.
@@ -29,8 +29,8 @@ class AbstractJob(ABC):
         failure: The exit code that its failure deserves, 0 where it has not failed.
     """
 
-    def __init__(self, connection: Connection, request: Request, findings: Findings) -> None:
-        self.connection, self._findings = connection, findings
+    def __init__(self, connection: Connection, request: Request, pool: SolutionPool) -> None:
+        self.connection, self._findings = connection, pool
         self.iterations, self.seconds, self.over, self.failure = 0, 0.0, False, 0
         self._seeds = request.seeds()
         self._seed = next(self._seeds, None)  # it searches with; None when it is through

@@ -21,7 +21,7 @@ SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alon
 
 
 @dataclass
-class Keeper:
+class Incumbent:
     """Keeps the better one of two motions if it passes the verifier.
 
     Attributes:
@@ -29,7 +29,7 @@ class Keeper:
         best: The best plan so far, as its search gave it but for the motion.
         budget: By which the user may interrupt.
         time: Tells the seconds since the first search began.
-        told: Called with each verified plan that is better than those before.
+        on_improved: Called with each verified plan that is better than those before.
         improvements: All verified motions.
     """
 
@@ -37,7 +37,7 @@ class Keeper:
     best: Plan
     budget: Budget
     time: Callable[[], float]
-    told: Callable[[Plan], None] | None = None
+    on_improved: Callable[[Plan], None] | None = None
     improvements: list[Improvement] = field(default_factory=list)
 
     @property
@@ -116,5 +116,5 @@ class Keeper:
         )
 
     def _tell(self) -> None:
-        if self.told:
-            self.told(replace(self.best, improvements=tuple(self.improvements)))
+        if self.on_improved:
+            self.on_improved(replace(self.best, improvements=tuple(self.improvements)))

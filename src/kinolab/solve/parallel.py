@@ -18,13 +18,13 @@ from kinolab.solve.abstract_job import INTERRUPTED, AbstractJob
 from kinolab.solve.plan import Attempt, Plan
 from kinolab.solve.process_job import Job
 from kinolab.solve.request import Request
-from kinolab.solve.solution_pool import Findings
+from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.thread_job import ThreadJob
 from kinolab.solve.worker import OUT_OF_MEMORY
 
-LOOK = 0.05  # [s] between two looks at whether the user has interrupted
-ASKED = 0.25  # [s] in which a search that is asked to end may do so by itself
-URGED = 0.2  # [s] more, in which what keeps it from ending is broken off
+POLL_SECONDS = 0.05  # [s] between two looks at whether the user has interrupted
+REQUEST_SECONDS = 0.25  # [s] in which a search that is asked to end may do so by itself
+URGE_SECONDS = 0.2  # [s] more, in which what keeps it from ending is broken off
 
 NOTHING = "Interrupted before anything was found."
 
@@ -40,13 +40,13 @@ class JobsError(KinolabError):
 def solve_at_once(
     problem: Problem,
     request: Request,
-    findings: Findings,
+    pool: SolutionPool,
     *,
     in_threads: bool,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
 ) -> Plan:
-    """Search ``findings.jobs`` times at once until one has a plan, or until all have ended.
+    """Search ``pool.jobs`` times at once until one has a plan, or until all have ended.
 
     Raises:
         InputError: If this platform has no such processes.
@@ -55,21 +55,21 @@ def solve_at_once(
     budget = Budget(request.time_limit)
     if watch:
         watch(budget)
-    team = _Team(findings, request)
+    team = _Team(pool, request)
     try:
         team.start(problem, in_threads)
         team.listen(budget, progress)
     finally:
         team.close()
-    best = findings.plan(interrupted=budget.interrupted)
+    best = pool.plan(interrupted=budget.interrupted)
     if best is not None:
         return best
     if budget.interrupted:
-        return _nothing(problem, request, findings)
-    raise JobsError(findings.all, team.exit_code)
+        return _nothing(problem, request, pool)
+    raise JobsError(pool.all, team.exit_code)
 
 
-def _nothing(problem: Problem, request: Request, findings: Findings) -> Plan:
+def _nothing(problem: Problem, request: Request, pool: SolutionPool) -> Plan:
     """Return the plan of a user who did not wait for any."""
     return Plan(
         "interrupted",
@@ -77,11 +77,11 @@ def _nothing(problem: Problem, request: Request, findings: Findings) -> Plan:
         None,
         request.planner or problem.scenario.planner.name,
         request.seed,
-        sum(attempt.iterations for attempt in findings.all),
+        sum(attempt.iterations for attempt in pool.all),
         problem.goal_distance(problem.start),
         message=NOTHING,
-        jobs=findings.jobs,
-        attempts=findings.all,
+        jobs=pool.jobs,
+        attempts=pool.all,
         interrupted=True,
     )
 
@@ -89,8 +89,8 @@ def _nothing(problem: Problem, request: Request, findings: Findings) -> Plan:
 class _Team:
     """The processes or threads, from the start of the first to the end of the last."""
 
-    def __init__(self, findings: Findings, request: Request) -> None:
-        self._findings, self._request = findings, request
+    def __init__(self, pool: SolutionPool, request: Request) -> None:
+        self._findings, self._request = pool, request
         self._jobs: list[AbstractJob] = []
 
     @property
@@ -105,23 +105,23 @@ class _Team:
             JobsError: If one of them cannot be started.
         """
         parcel = b"" if in_threads else pickle.dumps(problem)
-        for share in self._request.shares(self._findings.jobs):
+        for fraction in self._request.shares(self._findings.jobs):
             try:
                 if in_threads:
-                    self._jobs.append(ThreadJob(problem, share, self._findings))
+                    self._jobs.append(ThreadJob(problem, fraction, self._findings))
                 else:
-                    self._jobs.append(Job(parcel, share, self._findings))
+                    self._jobs.append(Job(parcel, fraction, self._findings))
             except OSError as error:
                 kind = "thread" if in_threads else "process"
                 what = f"its {kind} cannot be started ({error}). Ask for fewer."
-                failed = Attempt(share.seed, "failed", 0, detail=what)
+                failed = Attempt(fraction.seed, "failed", 0, detail=what)
                 raise JobsError([failed], OUT_OF_MEMORY) from error
 
     def listen(self, budget: Budget, progress: Callable[[int, float], None] | None) -> None:
         """Hear what they tell until one has won, all have ended, or the user has waited enough."""
         ending = _Ending()
         while self._running and not self._won and not ending.reached:
-            ready = wait([job.connection for job in self._running], LOOK)
+            ready = wait([job.connection for job in self._running], POLL_SECONDS)
             for job in self._running:
                 if job.connection in ready and not (self._won or job.over):
                     job.hear()
@@ -185,9 +185,9 @@ class _Ending:
         """Ask, urge or give up, whichever is due."""
         now = time.monotonic()
         self._begun = self._begun or now
-        due = 2 if now > self._begun + ASKED else 1
+        due = 2 if now > self._begun + REQUEST_SECONDS else 1
         if self._calls < due:
             self._calls = due
             for job in jobs:
                 job.end_search()
-        self.reached = now > self._begun + ASKED + URGED
+        self.reached = now > self._begun + REQUEST_SECONDS + URGE_SECONDS

@@ -12,8 +12,8 @@ from kinolab.solve.attempt import make_planner
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import Plan
 from kinolab.solve.request import Request
-from kinolab.solve.sequential_runs import series
-from kinolab.solve.solution_pool import Findings
+from kinolab.solve.sequential_runs import sequential_runs
+from kinolab.solve.solution_pool import SolutionPool
 
 
 def solve(
@@ -72,12 +72,12 @@ def solve(
         anytime=anytime,
         optimize=optimize,
     )
-    findings = Findings(jobs, improved)
+    pool = SolutionPool(jobs, improved)
     if jobs > 1:
         return solve_at_once(
             problem,
             request,
-            findings,
+            pool,
             in_threads=searcher.in_threads,
             progress=progress,
             watch=watch,
@@ -89,9 +89,11 @@ def solve(
         if watch:
             watch(budget)
 
-    told = findings.compare
-    for found, after in series(problem, request, progress=progress, watch=watched, better=told):
-        findings.add(found, after)
-    best = findings.plan(interrupted=any(budget.interrupted for budget in budgets))
+    told = pool.compare
+    for found, after in sequential_runs(
+        problem, request, progress=progress, watch=watched, better=told
+    ):
+        pool.add(found, after)
+    best = pool.plan(interrupted=any(budget.interrupted for budget in budgets))
     assert best is not None, "a series makes at least one attempt"
     return best

@@ -12,10 +12,10 @@ from typing import final
 from kinolab.solve.abstract_job import INTERRUPTED, AbstractJob
 from kinolab.solve.processes import bury, start_process
 from kinolab.solve.request import Request
-from kinolab.solve.solution_pool import Findings
+from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import INTERNAL, OUT_OF_MEMORY
 
-PATIENCE = 5.0  # [s] for a process that has told everything to leave
+EXIT_SECONDS = 5.0  # [s] for a process that has told everything to leave
 
 
 @final
@@ -25,16 +25,16 @@ class Job(AbstractJob):
     Args:
         parcel: The problem, pickled.
         request: What to search for.
-        findings: Where its plans go.
+        pool: Where its plans go.
 
     Raises:
         InputError: If this platform cannot start such processes.
         OSError: If the system has no room for one more.
     """
 
-    def __init__(self, parcel: bytes, request: Request, findings: Findings) -> None:
+    def __init__(self, parcel: bytes, request: Request, pool: SolutionPool) -> None:
         self._process, connection = start_process()
-        super().__init__(connection, request, findings)
+        super().__init__(connection, request, pool)
         # The pipe is smaller than most problems, and the process reads only once it is awake.
         deliver = threading.Thread(target=_deliver, args=(connection, request, parcel))
         deliver.daemon = True
@@ -61,7 +61,7 @@ class Job(AbstractJob):
     def _left(self) -> None:
         """See how a process ended that tells nothing more."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(PATIENCE)
+            self._process.wait(EXIT_SECONDS)
         code = self._process.returncode
         if code == 0:  # it used up its time; the next seed was not begun
             self.over = True

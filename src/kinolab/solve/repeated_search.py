@@ -14,7 +14,7 @@ REFUSED = "verification_failed"
 
 
 @dataclass
-class Searches:
+class RepeatedSearch:
     """What the searches with one seed have come to.
 
     Attributes:

@@ -9,13 +9,13 @@ from dataclasses import replace
 from kinolab.problem import Problem
 from kinolab.search import Budget
 from kinolab.solve.attempt import attempt, make_planner
-from kinolab.solve.improve import Improving
+from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import Plan
-from kinolab.solve.repeated_search import Searches
+from kinolab.solve.repeated_search import RepeatedSearch
 from kinolab.solve.request import Request
 
 
-def series(
+def sequential_runs(
     problem: Problem,
     request: Request,
     *,
@@ -37,11 +37,11 @@ def series(
     """
     searcher = make_planner(problem, request.planner, request.settings)
     clock, solved = _Clock(progress), False
-    improving = Improving(problem, searcher, request, lambda: clock.elapsed, watch, better)
+    improving = PlanImprover(problem, searcher, request, lambda: clock.elapsed, watch, better)
     budget: Budget | None = None
     last: Budget | None = None
     for seed in request.seeds():
-        searches = Searches(seed, request.max_iterations)
+        searches = RepeatedSearch(seed, request.max_iterations)
         while not searches.over:
             left = request.time_limit - clock.elapsed
             if budget is not None and (budget.interrupted or left <= 0):

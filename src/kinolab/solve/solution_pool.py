@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 
 from kinolab.solve.plan import Attempt, Improvement, Plan
 
-CENTRE = 1e-4  # SI units between the goal and a motion that ends in the middle of it
+CENTRE_TOLERANCE = 1e-4  # SI units between the goal and a motion that ends in the middle of it
 CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
 
 
 @dataclass
-class Findings:
+class SolutionPool:
     """Collects plans and keeps the best one.
 
     Attributes:
@@ -82,7 +82,7 @@ def rank(found: Plan) -> tuple[int, float, float]:
     verified by its distance from it.
     """
     if found.status == "solved":
-        return 0, float(found.goal_distance > CENTRE), found.cost or 0.0
+        return 0, float(found.goal_distance > CENTRE_TOLERANCE), found.cost or 0.0
     distance = found.goal_distance if math.isfinite(found.goal_distance) else math.inf
     near = (
         found.status in {"approximate", "local_minimum", "interrupted"}

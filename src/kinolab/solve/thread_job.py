@@ -16,10 +16,10 @@ from kinolab.problem import Problem
 from kinolab.search import Budget
 from kinolab.solve.abstract_job import AbstractJob
 from kinolab.solve.request import Request
-from kinolab.solve.solution_pool import Findings
+from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import search_and_tell
 
-PATIENCE = 0.2  # [s] for a thread to leave; what it is still busy with ends by itself
+EXIT_SECONDS = 0.2  # [s] for a thread to leave; what it is still busy with ends by itself
 
 
 @final
@@ -29,15 +29,15 @@ class ThreadJob(AbstractJob):
     Args:
         problem: What to solve; threads share it.
         request: What to search for.
-        findings: Where its plans go.
+        pool: Where its plans go.
 
     Raises:
         OSError: If the system has no room for one more.
     """
 
-    def __init__(self, problem: Problem, request: Request, findings: Findings) -> None:
+    def __init__(self, problem: Problem, request: Request, pool: SolutionPool) -> None:
         ours, theirs = Pipe()
-        super().__init__(ours, request, findings)
+        super().__init__(ours, request, pool)
         self._asked = self._killed = False
         self._budget: Budget | None = None
         self._thread = threading.Thread(target=self._search, args=(theirs, problem, request))
@@ -60,7 +60,7 @@ class ThreadJob(AbstractJob):
     def close(self, reason: str) -> None:
         """Give it a moment to leave; ``reason`` says why a search was not finished, if any was."""
         self.connection.close()  # nobody listens any more, which ends what it tells
-        self._thread.join(PATIENCE)
+        self._thread.join(EXIT_SECONDS)
         if not self.over:
             self._note("ended", reason)
 

@@ -21,7 +21,7 @@ from kinolab.search import Budget
 from kinolab.solve.job_messages import Better, Failed, Found, Message, Searching
 from kinolab.solve.plan import Plan
 from kinolab.solve.request import Request
-from kinolab.solve.sequential_runs import series
+from kinolab.solve.sequential_runs import sequential_runs
 
 OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes
 
@@ -94,7 +94,9 @@ def _search(
     def better(plan: Plan) -> None:
         tell(Better(plan))
 
-    for found, after in series(problem, request, progress=report, watch=heed, better=better):
+    for found, after in sequential_runs(
+        problem, request, progress=report, watch=heed, better=better
+    ):
         tell(Found(found, after))
 
 

@@ -5,11 +5,19 @@ an equilibrium or along a motion, and a boundary-value problem. All give the sam
 per propagation step, and the states that these inputs lead through.
 """
 
-from kinolab.steering.cyclic_coordinates import ignorable
-from kinolab.steering.goal_connection import Arrival
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
+from kinolab.steering.goal_connection import GoalConnection
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.nearest_equilibrium import settle
+from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import AbstractSteering, Steering
-from kinolab.steering.tracking import Tracker
+from kinolab.steering.tracking import TrackingLaw
 
-__all__ = ["AbstractSteering", "Arrival", "Maneuver", "Steering", "Tracker", "ignorable", "settle"]
+__all__ = [
+    "AbstractSteering",
+    "GoalConnection",
+    "Maneuver",
+    "Steering",
+    "TrackingLaw",
+    "cyclic_coordinates",
+    "nearest_equilibrium",
+]

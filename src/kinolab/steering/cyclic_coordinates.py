@@ -14,13 +14,13 @@ from kinolab.world.geometry import placement
 
 Array: TypeAlias = NDArray[np.float64]
 
-STATES = 8  # random states at which it is tried
-MOVED = 1e-9  # [m] and [1]: rounding
+RANDOM_STATES = 8  # random states at which it is tried
+MOTION_TOLERANCE = 1e-9  # [m] and [1]: rounding
 ROUNDING = 1e-12  # of the largest derivative
 
 
 @lru_cache(maxsize=8)
-def ignorable(problem: Problem) -> NDArray[np.bool_]:
+def cyclic_coordinates(problem: Problem) -> NDArray[np.bool_]:
     """Return which entries of the state neither change a motion nor what it touches, shape (nx,).
 
     Those are coordinates without limits or goals that the equations of motion do not contain, and
@@ -49,13 +49,13 @@ def _entries(attitude: object) -> range:
 
 def _states(problem: Problem) -> Array:
     generator = np.random.default_rng(0)
-    return np.array([problem.sample_goal(generator) for _ in range(STATES)])
+    return np.array([problem.sample_goal(generator) for _ in range(RANDOM_STATES)])
 
 
 def _inputs(problem: Problem) -> Array:
     """Return inputs at random: what steers a force shows only where the force is not zero."""
     lower, upper = problem.model.control_bounds.T
-    return np.random.default_rng(1).uniform(lower, upper, (STATES, problem.model.nu))
+    return np.random.default_rng(1).uniform(lower, upper, (RANDOM_STATES, problem.model.nu))
 
 
 def _turned(states: Array, i: int) -> Array:
@@ -70,16 +70,16 @@ def _demands(problem: Problem, states: Array, i: int) -> bool:
         return False
     u = _inputs(problem)
     before, after = (problem.model.requirements(x, u) for x in (states, _turned(states, i)))
-    return bool(np.abs(after - before).max() > MOVED)
+    return bool(np.abs(after - before).max() > MOTION_TOLERANCE)
 
 
 def _shows(problem: Problem, states: Array, i: int) -> bool:
     """Say whether an entry of the state moves a shape, spin about its own axis apart."""
     cables = [problem.model.cables(x) for x in (states, _turned(states, i))]
-    if problem.cables and np.abs(cables[1] - cables[0]).max() > MOVED:
+    if problem.cables and np.abs(cables[1] - cables[0]).max() > MOTION_TOLERANCE:
         return True
     before, after = (
-        problem.frames(x).reshape(STATES, -1, 3, 4) for x in (states, _turned(states, i))
+        problem.frames(x).reshape(RANDOM_STATES, -1, 3, 4) for x in (states, _turned(states, i))
     )
     for k, body in enumerate(problem.bodies):
         for shape in body.shapes:
@@ -89,7 +89,7 @@ def _shows(problem: Problem, states: Array, i: int) -> bool:
                 turns = [(pose[:, :3] @ own[:, :3])[:, _visible(shape)] for pose in (a, b)]
                 if (
                     max(np.abs(np.subtract(*pair)).max(initial=0.0) for pair in (centres, turns))
-                    > MOVED
+                    > MOTION_TOLERANCE
                 ):
                     return True
     return False
@@ -103,7 +103,7 @@ def _turns_what_is_aimed(problem: Problem, states: Array, i: int) -> bool:
     if not bodies:
         return False
     before, after = (problem.frames(x)[:, bodies] for x in (states, _turned(states, i)))
-    return bool(np.abs(after - before).max() > MOVED)
+    return bool(np.abs(after - before).max() > MOTION_TOLERANCE)
 
 
 def _visible(shape: object) -> list[int]:

@@ -16,7 +16,7 @@ from kinolab.steering.path_motion import Path
 Array: TypeAlias = NDArray[np.float64]
 
 
-class OutputWays:
+class FlatOutputPaths:
     """Ways with flat outputs on a straight line.
 
     Attributes:
@@ -39,7 +39,7 @@ class OutputWays:
         """Return the state as it is: nothing is steered."""
         return x
 
-    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+    def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield the straight way from x0 to x1, both at rest."""
         begin, end = self._outputs(x0), self._outputs(x1)
         if np.abs(end - begin).max() > 0:
@@ -54,15 +54,15 @@ class OutputWays:
         )
 
     def _path(self, begin: Array, end: Array) -> Path:
-        def path(share: Array, rate: Array, slope: Array) -> Array:
+        def path(fraction: Array, rate: Array, slope: Array) -> Array:
             values: dict[sympy.Symbol, Any] = dict(self._parameters)
             for k, (name, _) in enumerate(self._flat.outputs):
-                way = end[k] - begin[k]
-                line = (begin[k] + share * way, rate * way, slope * way)
+                path = end[k] - begin[k]
+                line = (begin[k] + fraction * path, rate * path, slope * path)
                 values |= {output(name, order): line[order] for order in range(3)}
             columns = []
             for coordinate, expression in self._flat.determined:
-                columns.append(np.broadcast_to(evaluate(expression, values), share.shape))
+                columns.append(np.broadcast_to(evaluate(expression, values), fraction.shape))
                 values[coordinate] = columns[-1]
             return np.column_stack(columns)
 

@@ -16,27 +16,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from kinolab.cancel import Stop, StoppedError, look
+from kinolab.cancel import CancellationToken, CancelledError, raise_if_cancelled
 from kinolab.numerics.quaternions import multiply
 from kinolab.problem import Problem
-from kinolab.simulation import HeldInputs, Propagator
-from kinolab.steering.nearest_equilibrium import settle
+from kinolab.simulation import Propagator, ZeroOrderHold
+from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
 
 Array: TypeAlias = NDArray[np.float64]
 
-GOALS = 2  # states in the goal that a flat machine is steered to
-PIECES = 8  # for which inputs are held, one after the other
-LENGTHS = (1.0, 2.0, 4.0, 8.0)  # durations that are tried, in horizons
-ENOUGH = 0.5  # of the tolerance: what is left covers the integrator's error
-ROUNDS = 15  # of least squares
-EFFORT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
-NUDGE = 1e-4  # of an input's range, for slopes by differences
-FAR = 1e9  # tolerances from the goal that count as no more than that
-GLANCE = 16  # steps of a motion between two looks at whether to stop
+MAX_GOAL_STATES = 2  # states in the goal that a flat machine is steered to
+CONTROL_INTERVALS = 8  # for which inputs are held, one after the other
+DURATIONS = (1.0, 2.0, 4.0, 8.0)  # durations that are tried, in horizons
+TOLERANCE_FRACTION = 0.5  # of the tolerance: what is left covers the integrator's error
+MAX_ITERATIONS = 15  # of least squares
+CONTROL_WEIGHT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
+FD_STEP = 1e-4  # of an input's range, for slopes by differences
+MAX_ERROR = 1e9  # tolerances from the goal that count as no more than that
+STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
 
 
-class Arrival:
+class GoalConnection:
     """Looks for the last motion into the goal.
 
     Args:
@@ -53,17 +53,17 @@ class Arrival:
         problem: Problem,
         steps: int,
         propagator: Propagator,
-        stop: Stop,
+        stop: CancellationToken,
         *,
         shoots: bool = True,
     ) -> None:
         self._shoots = shoots or problem.system.flat is None
         self._problem, self._propagator, self._stop = problem, propagator, stop
-        self._rollout = HeldInputs(problem)
+        self._rollout = ZeroOrderHold(problem)
         self._steering = Steering(problem, stop) if problem.system.flat is not None else None
         self._goals = [] if self._steering is None else _goals(problem, self._steering)
         self._failed: Array | None = None  # where nothing was found, so that it is not tried again
-        self._holds = [max(1, round(length * steps / PIECES)) for length in LENGTHS]
+        self._holds = [max(1, round(length * steps / CONTROL_INTERVALS)) for length in DURATIONS]
 
     def inputs(self, x: Array) -> list[tuple[Array, Array]] | None:
         """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
@@ -71,10 +71,10 @@ class Arrival:
             return None
         found: list[list[tuple[Array, Array]]] = []
         try:
-            for way in (self._steered, self._shot):
-                motion = way(x)
+            for path in (self._steered, self._shot):
+                motion = path(x)
                 found += [] if motion is None else [motion]
-        except StoppedError:
+        except CancelledError:
             return found[0] if found else None
         if not found:
             self._failed = x
@@ -95,56 +95,57 @@ class Arrival:
         if self._steering is None:
             return None
         for goal in self._goals:
-            look(self._stop)
+            raise_if_cancelled(self._stop)
             for motion in self._steering.steer(x, goal, self._looks_free):
                 judged = self._judged(x, motion.u)
                 if judged is not None:
                     return judged
-                look(self._stop)
+                raise_if_cancelled(self._stop)
         return None
 
     def _looks_free(self, states: Array) -> bool:
-        look(self._stop)
+        raise_if_cancelled(self._stop)
         return all(self._propagator.is_free(state) for state in states.tolist())
 
     def _shoot(self, x: Array, hold: int) -> Array | None:
         """Return inputs (pieces, nu) that lead into the goal, as far as obstacles allow."""
         model = self._problem.model
-        lower, upper = (np.tile(b, PIECES) for b in model.control_bounds.T)
+        lower, upper = (np.tile(b, CONTROL_INTERVALS) for b in model.control_bounds.T)
         span, middle = upper - lower, (lower + upper) / 2
 
         def end(shares: Array) -> Array | None:
-            look(self._stop)
-            inputs = (middle + shares * span).reshape(PIECES, model.nu)
+            raise_if_cancelled(self._stop)
+            inputs = (middle + shares * span).reshape(CONTROL_INTERVALS, model.nu)
             return self._rollout.end_of(x, inputs, hold)
 
         def residual(shares: Array) -> Array:
             reached = end(shares)
             errors = goal_errors(self._problem, x if reached is None else reached)
-            errors = np.clip(errors, -FAR, FAR)  # what runs away has squares that are not finite
-            return np.concatenate([errors, EFFORT * shares])
+            # what runs away has squares that are not finite
+            errors = np.clip(errors, -MAX_ERROR, MAX_ERROR)
+            return np.concatenate([errors, CONTROL_WEIGHT * shares])
 
         def slopes(shares: Array) -> Array:
             base = residual(shares)
-            signs = np.where(shares > 0, -NUDGE, NUDGE)
+            signs = np.where(shares > 0, -FD_STEP, FD_STEP)
             moved = [residual(shares + step) for step in np.diag(signs)]
             return ((np.array(moved) - base) / signs[:, None]).T
 
         result = least_squares(
-            residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=ROUNDS
+            residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=MAX_ITERATIONS
         )
         reached = end(result.x)
-        if reached is None or self._problem.goal_excess(reached) > ENOUGH:
+        if reached is None or self._problem.goal_excess(reached) > TOLERANCE_FRACTION:
             return None
-        found: Array = (middle + result.x * span).reshape(PIECES, model.nu)
+        found: Array = (middle + result.x * span).reshape(CONTROL_INTERVALS, model.nu)
         return np.clip(found, *model.control_bounds.T)
 
     def _judged(self, x: Array, rows: Array) -> list[tuple[Array, Array]] | None:
         """Follow inputs until the goal is reached; None where anything is in the way."""
         motion = []
         for k, u in enumerate(rows):
-            if k % GLANCE == 0:
-                look(self._stop)
+            if k % STEPS_PER_CANCELLATION_CHECK == 0:
+                raise_if_cancelled(self._stop)
             reached, free = self._propagator.step(x.tolist(), u.tolist(), self._problem.step)
             if not free:
                 return None
@@ -156,10 +157,10 @@ class Arrival:
 def _goals(problem: Problem, steering: Steering) -> list[Array]:
     """Return states at rest in the goal, its middle first."""
     generator, found = np.random.default_rng(0), []
-    for k in range(GOALS):
+    for k in range(MAX_GOAL_STATES):
         x = problem.sample_goal(generator, 1.0 if k else 1e-9)
-        settled = settle(problem, steering.ways.straightened(x))
-        if settled is not None and problem.goal_excess(settled[0]) <= ENOUGH:
+        settled = nearest_equilibrium(problem, steering.ways.straightened(x))
+        if settled is not None and problem.goal_excess(settled[0]) <= TOLERANCE_FRACTION:
             found.append(settled[0])
     return found
 

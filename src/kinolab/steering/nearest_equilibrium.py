@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.problem import Problem
-from kinolab.steering.cyclic_coordinates import ignorable
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 
 Array: TypeAlias = NDArray[np.float64]
 
-ROUNDS = 20  # of Newton's method
-DRAWN_BACK = 10  # of them look for the nearest equilibrium, the others for any
-SPARE = 0.98  # share of an input's range that may be used to stay
+NEWTON_STEPS = 20  # of Newton's method
+PROJECTED_STEPS = 10  # of them look for the nearest equilibrium, the others for any
+INPUT_FRACTION = 0.98  # share of an input's range that may be used to stay
 
 
-def settle(problem: Problem, x: Array) -> tuple[Array, Array] | None:
+def nearest_equilibrium(problem: Problem, x: Array) -> tuple[Array, Array] | None:
     """Return the equilibrium near a state, and the inputs that hold it; None where there is none.
 
     It keeps the problem's limits and requirements, and the inputs some of their range.
@@ -31,9 +31,9 @@ def settle(problem: Problem, x: Array) -> tuple[Array, Array] | None:
         problem.model,
         x,
         scales=problem.scales,
-        movable=~ignorable(problem),
-        rounds=ROUNDS,
-        drawn_back=DRAWN_BACK,
+        movable=~cyclic_coordinates(problem),
+        rounds=NEWTON_STEPS,
+        drawn_back=PROJECTED_STEPS,
     )
     return found if found is not None and _holds(problem, *found) else None
 
@@ -42,7 +42,7 @@ def _holds(problem: Problem, x: Array, u: Array) -> bool:
     """Say whether an equilibrium keeps the limits, and the inputs some of their range."""
     lower, upper = problem.model.control_bounds.T
     middle, half = (lower + upper) / 2, (upper - lower) / 2
-    if (np.abs(u - middle) > SPARE * half + 1e-12).any():
+    if (np.abs(u - middle) > INPUT_FRACTION * half + 1e-12).any():
         return False
     if problem.system.requirements and (problem.model.requirements(x, u) < 0).any():
         return False

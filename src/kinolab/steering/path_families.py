@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.problem import Problem
-from kinolab.steering.flat_outputs import OutputWays
+from kinolab.steering.flat_outputs import FlatOutputPaths
 from kinolab.steering.path_motion import Path
-from kinolab.steering.plane_curves import PlaneWays
-from kinolab.steering.straight_lines import LineWays
+from kinolab.steering.plane_curves import PlanePaths
+from kinolab.steering.straight_lines import StraightLines
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Ways(Protocol):
+class PathFamily(Protocol):
     """Ways from rest to rest."""
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """What the paths give."""
 
-    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+    def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
@@ -36,11 +36,11 @@ class Ways(Protocol):
         """Return a state whose steering stands straight, where a machine has any."""
 
 
-def ways_of(problem: Problem) -> Ways:
+def path_family(problem: Problem) -> PathFamily:
     """Return the ways of a machine: those of its flat map, or straight lines."""
     match problem.system.flat:
         case PlaneCurves() as flat:
-            return PlaneWays(problem, flat)
+            return PlanePaths(problem, flat)
         case FlatOutputs() as flat:
-            return OutputWays(problem, flat)
-    return LineWays(problem)
+            return FlatOutputPaths(problem, flat)
+    return StraightLines(problem)

@@ -8,30 +8,31 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import Stop, look, never
+from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.problem import Problem
-from kinolab.problem.task import ROUNDING
+from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.time_scaling import Timing
+from kinolab.steering.time_scaling import TimeScaling
 
 Array: TypeAlias = NDArray[np.float64]
 Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -> (times, known)
 
-SPARE = 0.9  # share of every limit that a motion may use; the rest is for what corrects it
+LIMIT_FRACTION = 0.9  # share of every limit that a motion may use; the rest is for what corrects it
 FIRST_RAMP = 0.5  # [s]
-SLOW = Timing(100.0, 100.0)  # at which speeds show and forces do not
-LOOKS = 12  # at a path, before the work of finding its motion
-CLOSE = 48  # steps in which it is looked at whether slowness helps at all
-COARSE = 32  # steps in which a timing is tried
-MOST = 20_000  # steps of one motion
-TRIALS = 24  # timings that are tried
-PATIENCE = 10.0  # times the duration at full speed, after which slowness is no help
-KEPT = 1.0 + 1e-9  # share of a limit, rounding included
-GENTLER = 1.15  # factor on a timing that asks too much, at least
-REDUNDANT = 1e-13  # of a matrix's size, added to it where inputs can do the same
-COMPATIBLE = 0.05  # of the largest rate: what differences in time leave of a path that is allowed
+SLOW = TimeScaling(100.0, 100.0)  # at which speeds show and forces do not
+PATH_CHECKS = 12  # at a path, before the work of finding its motion
+FINE_STEPS = 48  # steps in which it is looked at whether slowness helps at all
+COARSE_STEPS = 32  # steps in which a timing is tried
+MAX_STEPS = 20_000  # steps of one motion
+MAX_TRIALS = 24  # timings that are tried
+MAX_SLOWDOWN = 10.0  # times the duration at full speed, after which slowness is no help
+ROUNDING_FACTOR = 1.0 + 1e-9  # share of a limit, rounding included
+MIN_SLOWDOWN = 1.15  # factor on a timing that asks too much, at least
+REGULARISATION = 1e-13  # of a matrix's size, added to it where inputs can do the same
+# of the largest rate: what differences in time leave of a path that is allowed
+COMPATIBILITY_TOLERANCE = 0.05
 
 
 class PathMotion:
@@ -47,7 +48,12 @@ class PathMotion:
         stop: Says that what is being done must end, by a StoppedError.
     """
 
-    def __init__(self, problem: Problem, known: tuple[Coordinate, ...], stop: Stop = never) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        known: tuple[Coordinate, ...],
+        stop: CancellationToken = never_cancelled,
+    ) -> None:
         model, self._stop = problem.model, stop
         self._problem, self._model = problem, model
         self._known = [model.coordinate_names.index(c.name) for c in known]
@@ -70,7 +76,7 @@ class PathMotion:
             whole = piece if whole is None else whole.then(piece)
         return whole
 
-    def looks(self, path: Path, start: Array, count: int = LOOKS) -> Array:
+    def sample_states(self, path: Path, start: Array, count: int = PATH_CHECKS) -> Array:
         """Return some states at rest along a path, shape (count, nx), its middle first."""
         shares = np.linspace(0.0, 1.0, count)
         shares = shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
@@ -88,37 +94,37 @@ class PathMotion:
             start: State at rest at the path's beginning, shape (nx,).
         """
         step = self._problem.step
-        found = self._motion(path, start, SLOW, CLOSE)
-        if found is None or self._fastest(found) > KEPT:
+        found = self._motion(path, start, SLOW, FINE_STEPS)
+        if found is None or self._fastest(found) > ROUNDING_FACTOR:
             return None  # the path itself, or its direction, passes a limit
         speed = SLOW.speed / max(self._fastest(found, first=self._model.nq), 1e-9)
         ramp, closely = max(FIRST_RAMP, 2 * step), False
-        longest = max(SLOW.duration, PATIENCE / speed)
-        for _ in range(TRIALS):
-            timing = Timing(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
+        longest = max(SLOW.duration, MAX_SLOWDOWN / speed)
+        for _ in range(MAX_TRIALS):
+            timing = TimeScaling(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
             if timing.duration > longest:
                 return None  # no slowness helps
             steps = round(timing.duration / step)
-            if steps > MOST:
+            if steps > MAX_STEPS:
                 return None
-            count = steps if closely else min(COARSE, steps)
+            count = steps if closely else min(COARSE_STEPS, steps)
             found = self._motion(path, start, timing, count)
             if found is None:
                 return None
             fast, (hard, when) = self._fastest(found), self._hardest(found)
-            if fast <= KEPT and hard <= KEPT:
+            if fast <= ROUNDING_FACTOR and hard <= ROUNDING_FACTOR:
                 if count == steps:
                     return found
                 closely = True
                 continue
             cruising = timing.ramp < when * timing.duration < timing.ramp + timing.cruise
-            if hard > KEPT:
-                ramp *= max(GENTLER, min(hard, 2.0))
+            if hard > ROUNDING_FACTOR:
+                ramp *= max(MIN_SLOWDOWN, min(hard, 2.0))
                 speed = min(speed, 1.0 / ramp)
-            if hard > KEPT and cruising:
-                speed /= max(GENTLER, min(np.sqrt(hard), 2.0))  # forces grow with its square
-            elif fast > KEPT or ramp * speed > 0.5:
-                speed /= max(GENTLER, min(fast, 2.0))
+            if hard > ROUNDING_FACTOR and cruising:
+                speed /= max(MIN_SLOWDOWN, min(np.sqrt(hard), 2.0))  # forces grow with its square
+            elif fast > ROUNDING_FACTOR or ramp * speed > 0.5:
+                speed /= max(MIN_SLOWDOWN, min(fast, 2.0))
         return None
 
     def _fastest(self, motion: Maneuver, first: int = 0) -> float:
@@ -138,8 +144,8 @@ class PathMotion:
             limits = np.vstack([limits, self._problem.rate_bounds[self._limited_rates]])
         lower, upper = limits.T
         off, half = np.abs(values - (lower + upper) / 2), (upper - lower) / 2
-        ends = np.minimum(np.maximum(off[0], off[-1]), half + ROUNDING)
-        allowed = np.maximum(SPARE * half, ends)
+        ends = np.minimum(np.maximum(off[0], off[-1]), half + LIMIT_TOLERANCE)
+        allowed = np.maximum(LIMIT_FRACTION * half, ends)
         return float((off / allowed).max(initial=0.0))
 
     def _hardest(self, motion: Maneuver) -> tuple[float, float]:
@@ -147,16 +153,16 @@ class PathMotion:
 
         What is spared does not count; when is a share of the duration.
         """
-        shares = (np.abs(motion.u - self._middle) / self._half).max(axis=1) / SPARE
+        shares = (np.abs(motion.u - self._middle) / self._half).max(axis=1) / LIMIT_FRACTION
         if self._problem.system.requirements:
             margins = self._model.requirements(motion.x[:-1], motion.u)
             shares = np.where((margins < 0).any(axis=1), np.maximum(shares, 1.5), shares)
         worst = int(np.argmax(shares))
         return float(shares[worst]), (worst + 0.5) / motion.steps
 
-    def _motion(self, path: Path, start: Array, timing: Timing, count: int) -> Maneuver | None:
+    def _motion(self, path: Path, start: Array, timing: TimeScaling, count: int) -> Maneuver | None:
         """Return states and inputs of as many steps; None where constraints forbid the path."""
-        look(self._stop)
+        raise_if_cancelled(self._stop)
         half = timing.duration / count / 2  # times are those of knots, and of middles of steps
         times: Array = half * np.arange(2 * count + 1, dtype=float)
         x = np.tile(start, (2 * count + 1, 1))
@@ -185,7 +191,7 @@ class PathMotion:
         known = maps[:, self._rates]
         speeds = _least_squares(known, rates)
         missed = np.abs((known @ speeds[:, :, None])[:, :, 0] - rates)
-        if missed.max(initial=0.0) > COMPATIBLE * np.abs(rates).max(initial=0.0):
+        if missed.max(initial=0.0) > COMPATIBILITY_TOLERANCE * np.abs(rates).max(initial=0.0):
             return None, rates
         return speeds, (maps[:, self._other_rates] @ speeds[:, :, None])[:, :, 0]
 
@@ -210,5 +216,5 @@ def _least_squares(rows: Array, right: Array) -> Array:
     turned = rows.transpose(0, 2, 1)
     square = turned @ rows
     size = np.trace(square, axis1=1, axis2=2)[:, None, None]
-    regular = square + REDUNDANT * size * np.eye(square.shape[-1])
+    regular = square + REGULARISATION * size * np.eye(square.shape[-1])
     return np.asarray(np.linalg.solve(regular, turned @ right[:, :, None])[:, :, 0], dtype=float)

@@ -19,12 +19,12 @@ from kinolab.steering.reeds_shepp import Arc, arcs
 
 Array: TypeAlias = NDArray[np.float64]
 
-SAMPLES = 120  # of a smooth curve
+CURVE_SAMPLES = 120  # of a smooth curve
 REACHES = (0.7, 1.2)  # length of a smooth curve's tangents, in distances of its ends
 LEADS = (0.25, 0.5, 1.0)  # length of a straight way into the end, in radii of the tightest circle
-TIGHTEST = 0.9  # share of the largest curvature that curves use
-SHARPEST = 20.0  # [1/m] for machines that turn on the spot
-TINY = 1e-6  # [m] or [rad] that is not worth a motion
+CURVATURE_FRACTION = 0.9  # share of the largest curvature that curves use
+MAX_CURVATURE = 20.0  # [1/m] for machines that turn on the spot
+MIN_LENGTH = 1e-6  # [m] or [rad] that is not worth a motion
 FORWARD, BACKWARD = 1.0, -1.0
 
 
@@ -38,7 +38,7 @@ class Pose:
     steered: tuple[float, ...]
 
 
-class PlaneWays:
+class PlanePaths:
     """Ways along plane curves.
 
     Candidates, in the order in which they are tried: smooth curves forward and back (Hermite
@@ -62,7 +62,7 @@ class PlaneWays:
     @property
     def radius(self) -> float:
         """Of the tightest circle, in [m]; 0 where the machine turns on the spot."""
-        return 1.0 / (TIGHTEST * self._sharpest) if self._flat.steered else 0.0
+        return 1.0 / (CURVATURE_FRACTION * self._sharpest) if self._flat.steered else 0.0
 
     def straightened(self, x: Array) -> Array:
         """Return a state with what is steered as on a straight line."""
@@ -70,7 +70,7 @@ class PlaneWays:
         straight[self._index[3:]] = self._steered(np.zeros(1))[0]
         return straight
 
-    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+    def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
         begin, end = self._pose(x0), self._pose(x1)
         straight = self._pose(self.straightened(x0))
@@ -85,7 +85,7 @@ class PlaneWays:
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield ways with a straight part into the end, for ends where there is no room to turn."""
         begin, end = self._pose(x0), self._pose(x1)
-        if not self._flat.steered or float(np.hypot(end.x - begin.x, end.y - begin.y)) < TINY:
+        if not self._flat.steered or float(np.hypot(end.x - begin.x, end.y - begin.y)) < MIN_LENGTH:
             return
         straight = tuple(map(float, self._steered(np.zeros(1))[0]))
         for lead in LEADS:
@@ -104,7 +104,7 @@ class PlaneWays:
 
     def _smooth(self, begin: Pose, end: Pose) -> Iterator[Path]:
         distance = float(np.hypot(end.x - begin.x, end.y - begin.y))
-        if distance < TINY:
+        if distance < MIN_LENGTH:
             return
         ends = np.array([[begin.x, begin.y], [end.x, end.y]])
         for reach in REACHES:
@@ -121,16 +121,16 @@ class PlaneWays:
         self, ends: Array, tangents: Array, begin: Pose, end: Pose, gear: float
     ) -> Path | None:
         """Return the fifth-degree curve by arc length; None where it is too sharp."""
-        point, slope, bend = _hermite(ends, tangents, np.linspace(0.0, 1.0, SAMPLES))
+        point, slope, bend = _hermite(ends, tangents, np.linspace(0.0, 1.0, CURVE_SAMPLES))
         speed = np.hypot(*slope.T)
         curvature = gear * (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / speed**3
-        if not (np.abs(curvature) <= TIGHTEST * self._sharpest).all():
+        if not (np.abs(curvature) <= CURVATURE_FRACTION * self._sharpest).all():
             return None
         heading = np.unwrap(np.arctan2(gear * slope[:, 1], gear * slope[:, 0]))
         heading += begin.heading - heading[0]
         steered = self._steered(curvature)
         off = np.abs([steered[0] - begin.steered, steered[-1] - end.steered])
-        if off.max(initial=0.0) > TINY:
+        if off.max(initial=0.0) > MIN_LENGTH:
             return None  # the wheels stand elsewhere
         gone = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
         return _along(gone / gone[-1], np.column_stack([point, heading, steered]))
@@ -144,11 +144,11 @@ class PlaneWays:
         return np.column_stack(columns) if columns else np.empty((len(curvature), 0))
 
     def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Path]:
-        way = np.array([end.x - begin.x, end.y - begin.y])
-        distance = float(np.hypot(*way))
-        if distance < TINY:
+        path = np.array([end.x - begin.x, end.y - begin.y])
+        distance = float(np.hypot(*path))
+        if distance < MIN_LENGTH:
             return self._shifts([begin, _turned(begin, end.heading)])
-        course = _nearest(float(np.arctan2(*(gear * way[::-1]))), begin.heading)
+        course = _nearest(float(np.arctan2(*(gear * path[::-1]))), begin.heading)
         there = Pose(end.x, end.y, course, ())
         return [
             *self._shifts([begin, _turned(begin, course)]),
@@ -178,7 +178,7 @@ class PlaneWays:
 def _sharpest(problem: Problem, flat: PlaneCurves) -> float:
     """Return the largest curvature in [1/m] at which what is steered keeps its limits."""
     values = {p: problem.system.parameter_values[p.name] for p in problem.system.parameters}
-    curvatures = np.geomspace(1e-3, SHARPEST, 400)
+    curvatures = np.geomspace(1e-3, MAX_CURVATURE, 400)
     possible = np.ones(len(curvatures), dtype=bool)
     for coordinate, expression in flat.steered:
         lower, upper = problem.bounds[problem.model.state_names.index(coordinate.name)]
@@ -202,8 +202,8 @@ def _hermite(ends: Array, tangents: Array, s: Array) -> tuple[Array, Array, Arra
     return point, slope, bend
 
 
-def _along(share: Array, coordinates: Array) -> Path:
-    spline = CubicSpline(share, coordinates)
+def _along(fraction: Array, coordinates: Array) -> Path:
+    spline = CubicSpline(fraction, coordinates)
     return lambda s, _rate, _slope: spline(s)
 
 
@@ -234,4 +234,4 @@ def _apart(a: Pose, b: Pose) -> bool:
         abs(a.heading - b.heading),
         *(abs(p - q) for p, q in zip(a.steered, b.steered, strict=True)),
     ]
-    return max(turned) > TINY or float(np.hypot(a.x - b.x, a.y - b.y)) > TINY
+    return max(turned) > MIN_LENGTH or float(np.hypot(a.x - b.x, a.y - b.y)) > MIN_LENGTH

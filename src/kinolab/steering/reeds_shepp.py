@@ -16,11 +16,12 @@ from kinolab.dynamics.codegen.state_space import wrapped
 Array: TypeAlias = NDArray[np.float64]
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
 
-NEAR = 1e-12  # of all lengths at hand: by how much a pose may be off the arc that it is on
-SMALLEST = 2.0**-40  # share of a curve that is not looked into any more
+# of all lengths at hand: by how much a pose may be off the arc that it is on
+POSE_TOLERANCE = 1e-12
+MIN_INTERVAL = 2.0**-40  # share of a curve that is not looked into any more
 KINDS = [(gear, side) for gear in (1, -1) for side in (0, 1, -1)]
-WORLD = 1e6  # [m] that OMPL wants to be told of
-SHORTEST = 1e-6  # [m] of an arc that is worth a motion
+WORLD_EXTENT = 1e6  # [m] that OMPL wants to be told of
+MIN_ARC_LENGTH = 1e-6  # [m] of an arc that is worth a motion
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,10 @@ class Arc:
     length: float
     curvature: float
 
-    def poses(self, begin: PlanePose, share: Array) -> tuple[Array, Array, Array]:
+    def poses(self, begin: PlanePose, fraction: Array) -> tuple[Array, Array, Array]:
         """Return x, y and heading at shares of the arc's length."""
         x, y, heading = begin
-        gone = share * self.length
+        gone = fraction * self.length
         turned = heading + self.curvature * gone
         if self.curvature == 0.0:
             return x + gone * np.cos(heading), y + gone * np.sin(heading), turned
@@ -79,8 +80,8 @@ def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = Tr
     pieces = _Curve(begin, end, radius, backward=backward).arcs()
     whole = _merged(pieces, lambda last, arc: last.continues(arc))
     # Where two arcs meet, a piece of both may pass for a third one.
-    found = _merged(whole, lambda _, arc: abs(arc.length) <= SHORTEST)
-    return [arc for arc in found if abs(arc.length) > SHORTEST]
+    found = _merged(whole, lambda _, arc: abs(arc.length) <= MIN_ARC_LENGTH)
+    return [arc for arc in found if abs(arc.length) > MIN_ARC_LENGTH]
 
 
 def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Arc]:
@@ -102,8 +103,8 @@ class _Curve:
             ob.ReedsSheppStateSpace(radius) if backward else ob.DubinsStateSpace(radius)
         )
         bounds = ob.RealVectorBounds(2)
-        bounds.setLow(-WORLD)
-        bounds.setHigh(WORLD)
+        bounds.setLow(-WORLD_EXTENT)
+        bounds.setHigh(WORLD_EXTENT)
         self._space.setBounds(bounds)
         self._begin, self._end, self._here = (self._space.allocState() for _ in range(3))
         for state, (x, y, heading) in ((self._begin, begin), (self._end, end)):
@@ -112,9 +113,9 @@ class _Curve:
         self.length, self._radius = float(self._space.distance(self._begin, self._end)), radius
         self.size = max(self.length, radius, *map(abs, (*begin[:2], *end[:2])))
 
-    def pose(self, share: float) -> PlanePose:
+    def pose(self, fraction: float) -> PlanePose:
         """Return the pose at a share of the length."""
-        self._space.interpolate(self._begin, self._end, share, self._here)
+        self._space.interpolate(self._begin, self._end, fraction, self._here)
         return self._here.getX(), self._here.getY(), self._here.getYaw()
 
     def arcs(self) -> Iterator[Arc]:
@@ -127,7 +128,7 @@ class _Curve:
         arc = self._single((end - begin) * self.length, before, after)
         if arc is not None:
             yield arc
-        elif end - begin > SMALLEST:
+        elif end - begin > MIN_INTERVAL:
             middle = (begin + end) / 2
             half = self.pose(middle)
             yield from self._between(begin, middle, before, half)
@@ -140,6 +141,6 @@ class _Curve:
             x, y, heading = arc.after(before)
             turned = float(wrapped(heading - after[2]))
             off = max(abs(x - after[0]), abs(y - after[1]), abs(turned) * self._radius)
-            if off <= NEAR * self.size:
+            if off <= POSE_TOLERANCE * self.size:
                 return arc
         return None

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinolab.cancel import Stop
+from kinolab.cancel import CancellationToken
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator
-from kinolab.steering.goal_connection import Arrival
+from kinolab.steering.goal_connection import GoalConnection
 
-HORIZON = 20  # steps of the shortest motion that is looked for by shooting
+MAX_SHOOTING_STEPS = 20  # steps of the shortest motion that is looked for by shooting
 
 
-class LastStep:
+class SteeredGoalConnection:
     """Steers from some of a tree's states into the goal.
 
     A flat machine is steered from anywhere, others from states near the goal alone: there,
@@ -21,7 +21,7 @@ class LastStep:
     Args:
         problem: With the goal.
         every: From how many of the states that could be steered from one is.
-        zoom: What counts as near the goal, in its tolerances.
+        goal_region_scale: What counts as near the goal, in its tolerances.
         stop: Says when looking for motions must end.
 
     Attributes:
@@ -29,14 +29,16 @@ class LastStep:
             were found.
     """
 
-    def __init__(self, problem: Problem, every: int, zoom: float, stop: Stop) -> None:
+    def __init__(
+        self, problem: Problem, every: int, goal_region_scale: float, stop: CancellationToken
+    ) -> None:
         self.inputs: list[list[float]] = []
         self._every, self._met = every, 0
-        self._within = zoom if problem.system.flat is None else np.inf
+        self._within = goal_region_scale if problem.system.flat is None else np.inf
         propagator = Propagator(problem)
-        self._arrival = Arrival(problem, HORIZON, propagator, stop, shoots=False)
+        self._arrival = GoalConnection(problem, MAX_SHOOTING_STEPS, propagator, stop, shoots=False)
 
-    def leads_in(self, values: list[float], excess: float) -> bool:
+    def connect(self, values: list[float], excess: float) -> bool:
         """Say whether a state is tried, and a motion into the goal was found.
 
         Args:

@@ -10,23 +10,23 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import Stop, never
-from kinolab.dynamics.analysis.equilibrium import STILL
+from kinolab.cancel import CancellationToken, never_cancelled
+from kinolab.dynamics.analysis.equilibrium import EQUILIBRIUM_TOLERANCE
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.nearest_equilibrium import settle
-from kinolab.steering.path_families import ways_of
-from kinolab.steering.path_motion import MOST, PathMotion
-from kinolab.steering.stop_maneuver import Brake
-from kinolab.steering.terminal_correction import Closing
-from kinolab.steering.tracking import Tracker
+from kinolab.steering.nearest_equilibrium import nearest_equilibrium
+from kinolab.steering.path_families import path_family
+from kinolab.steering.path_motion import MAX_STEPS, PathMotion
+from kinolab.steering.stop_maneuver import StopManeuver
+from kinolab.steering.terminal_correction import TerminalCorrection
+from kinolab.steering.tracking import TrackingLaw
 
 Array: TypeAlias = NDArray[np.float64]
 
 DURATIONS = (1.0, 2.0, 4.0)  # of a boundary-value problem, in times that the way would take
-PATIENCE = 25  # corrections of a boundary-value problem
-SETTLING = 60  # steps of feedback toward an equilibrium
+MAX_CORRECTIONS = 25  # corrections of a boundary-value problem
+SETTLING_STEPS = 60  # steps of feedback toward an equilibrium
 
 
 class AbstractSteering(ABC):
@@ -67,13 +67,13 @@ class Steering(AbstractSteering):
         reversible: Whether a way back touches what the way there touches.
     """
 
-    def __init__(self, problem: Problem, stop: Stop = never) -> None:
+    def __init__(self, problem: Problem, stop: CancellationToken = never_cancelled) -> None:
         self._problem = problem
         self.rollout = Rollout(problem, stop)
-        self.closing = Closing(problem, self.rollout)
-        self.tracker = Tracker(problem, self.rollout)
-        self.brake = Brake(problem, self.rollout, self.closing, self.tracker)
-        self.ways = ways_of(problem)
+        self.closing = TerminalCorrection(problem, self.rollout)
+        self.tracker = TrackingLaw(problem, self.rollout)
+        self.brake = StopManeuver(problem, self.rollout, self.closing, self.tracker)
+        self.ways = path_family(problem)
         attitudes = bool(problem.model.attitudes)
         self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates, stop)
         self.flat = problem.system.flat is not None
@@ -86,7 +86,7 @@ class Steering(AbstractSteering):
         """Yield motions from x0 that end at x1, as ``AbstractSteering`` says."""
         x1 = self._problem.space.nearest(x0, x1)
         for rough in self._rough(x0, x1, worthwhile):
-            exact = self.closing.close(x0, rough.u, x1, most=PATIENCE)
+            exact = self.closing.correct(x0, rough.u, x1, most=MAX_CORRECTIONS)
             if exact is not None:
                 yield exact
 
@@ -101,9 +101,9 @@ class Steering(AbstractSteering):
         if stopped is not None:
             yield from self._onward(stopped, x1, worthwhile)
             return
-        settled = settle(self._problem, x1)
-        if settled is not None and np.abs(self.closing.miss(settled[0], x1)).max() < 1e-6:
-            held = self.tracker.settle_at(x0, x1, settled[1], SETTLING)
+        settled = nearest_equilibrium(self._problem, x1)
+        if settled is not None and np.abs(self.closing.residual(settled[0], x1)).max() < 1e-6:
+            held = self.tracker.settle_at(x0, x1, settled[1], SETTLING_STEPS)
             if held is not None:
                 yield held
         yield from self._idle(x0, x1)
@@ -112,9 +112,9 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
         assert self.paths is not None
-        for paths in chain(self.ways.ways(x0, x1), self.ways.detours(x0, x1)):
+        for paths in chain(self.ways.paths(x0, x1), self.ways.detours(x0, x1)):
             # From the end, where there is least room more often than anywhere else.
-            if all(worthwhile(self.paths.looks(path, x0)) for path in reversed(paths)):
+            if all(worthwhile(self.paths.sample_states(path, x0)) for path in reversed(paths)):
                 motion = self.paths.chain(paths, x0)
                 if motion is not None:
                     yield motion
@@ -132,15 +132,15 @@ class Steering(AbstractSteering):
 
     def _idle(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
         """Yield motions under inputs that hold the machine, as a boundary-value problem begins."""
-        begin, end = (settle(self._problem, x) for x in (x0, x1))
+        begin, end = (nearest_equilibrium(self._problem, x) for x in (x0, x1))
         idle = np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
         u0, u1 = (idle if found is None else found[1] for found in (begin, end))
         for factor in DURATIONS:
             steps = max(int(np.ceil(factor * self._duration(x0, x1) / self.rollout.step)), 4)
-            if steps > MOST:
+            if steps > MAX_STEPS:
                 return
-            share = (np.arange(steps)[:, None] + 0.5) / steps
-            inputs = u0 + share * (u1 - u0)
+            fraction = (np.arange(steps)[:, None] + 0.5) / steps
+            inputs = u0 + fraction * (u1 - u0)
             states = self.rollout.follow(x0, inputs)
             if states is not None:
                 yield Maneuver(states, inputs)
@@ -148,7 +148,7 @@ class Steering(AbstractSteering):
     def _duration(self, x0: Array, x1: Array) -> float:
         """Return about how long the way takes in [s], by the limits or scales of the rates."""
         model = self._problem.model
-        miss = np.abs(self.closing.miss(x0, x1) * self._problem.scales)[: model.nq]
+        miss = np.abs(self.closing.residual(x0, x1) * self._problem.scales)[: model.nq]
         speeds = np.array([_speed(self._problem, name) for name in model.coordinate_names])
         return float(np.max(miss / speeds, initial=0.5)) * 1.5
 
@@ -156,7 +156,8 @@ class Steering(AbstractSteering):
         """Say whether a machine stands still in a state."""
         model = self._problem.model
         return bool(
-            np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0) <= STILL
+            np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0)
+            <= EQUILIBRIUM_TOLERANCE
         )
 
 

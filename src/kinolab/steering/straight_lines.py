@@ -15,7 +15,7 @@ from kinolab.steering.path_motion import Path
 Array: TypeAlias = NDArray[np.float64]
 
 
-class LineWays:
+class StraightLines:
     """Straight lines, which a machine may or may not be able to follow; attitudes know none.
 
     Attributes:
@@ -36,8 +36,8 @@ class LineWays:
         """Return the state as it is: nothing is steered."""
         return x
 
-    def ways(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+    def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield the straight way from x0 to x1, both at rest."""
-        begin, way = x0[: self._nq], (x1 - x0)[: self._nq]
-        if self._can and np.abs(way).max(initial=0.0) > 0:
-            yield [lambda share, _rate, _slope: begin + share[:, None] * way]
+        begin, path = x0[: self._nq], (x1 - x0)[: self._nq]
+        if self._can and np.abs(path).max(initial=0.0) > 0:
+            yield [lambda fraction, _rate, _slope: begin + fraction[:, None] * path]

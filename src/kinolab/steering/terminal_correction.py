@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
-from kinolab.steering.cyclic_coordinates import ignorable
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
 
 Array: TypeAlias = NDArray[np.float64]
 
-CLOSED = 1e-9  # of a state's scale: what counts as having arrived
-ROUNDS = 3  # of fixing inputs that reach their limits, per correction
-SHORTEST = 1 / 64  # of a correction, before it is given up
+ARRIVAL_TOLERANCE = 1e-9  # of a state's scale: what counts as having arrived
+MAX_ACTIVE_SET_CHANGES = 3  # of fixing inputs that reach their limits, per correction
+MIN_STEP_FRACTION = 1 / 64  # of a correction, before it is given up
 
 
-class Closing:
+class TerminalCorrection:
     """Newton's method on the end of a motion, with the inputs of least norm.
 
     Inputs are measured in half their range. Where a correction would leave the limits, the inputs
@@ -31,17 +31,17 @@ class Closing:
 
     def __init__(self, problem: Problem, rollout: Rollout) -> None:
         self._problem, self._rollout = problem, rollout
-        self._matters = ~ignorable(problem)
+        self._matters = ~cyclic_coordinates(problem)
         lower, upper = problem.model.control_bounds.T
         self._lower, self._upper = lower, upper
         self._range = np.maximum((upper - lower) / 2, 1e-12)
 
-    def miss(self, reached: Array, wanted: Array) -> Array:
+    def residual(self, reached: Array, wanted: Array) -> Array:
         """Return by how much a state is missed, in units of the scales, shape (nx,)."""
         difference = self._problem.space.difference(reached, wanted)
         return np.where(self._matters, difference / self._problem.scales, 0.0)
 
-    def close(self, x0: Array, u: Array, x1: Array, *, most: int = 8) -> Maneuver | None:
+    def correct(self, x0: Array, u: Array, x1: Array, *, most: int = 8) -> Maneuver | None:
         """Return a motion from x0 that ends at x1, near the one under given inputs.
 
         Args:
@@ -58,31 +58,31 @@ class Closing:
         for _ in range(most):
             if x is None:
                 return None
-            error = self.miss(x[-1], x1)
-            if np.abs(error).max() <= CLOSED:
+            error = self.residual(x[-1], x1)
+            if np.abs(error).max() <= ARRIVAL_TOLERANCE:
                 return Maneuver(x, u)
             better = self._corrected(x0, x1, u, x, error)
             if better is None:
                 return None
             x, u = better
-        arrived = x is not None and np.abs(self.miss(x[-1], x1)).max() <= CLOSED
+        arrived = x is not None and np.abs(self.residual(x[-1], x1)).max() <= ARRIVAL_TOLERANCE
         return Maneuver(x, u) if x is not None and arrived else None
 
     def _corrected(
         self, x0: Array, x1: Array, u: Array, x: Array, error: Array
     ) -> tuple[Array, Array] | None:
         """Return a motion that misses by less."""
-        change, share = self._change(u, x, error), 1.0
+        change, fraction = self._change(u, x, error), 1.0
         if change is None:
             return None
-        while share >= SHORTEST:
-            tried = np.clip(u + share * change, self._lower, self._upper)
+        while fraction >= MIN_STEP_FRACTION:
+            tried = np.clip(u + fraction * change, self._lower, self._upper)
             states = self._rollout.follow(x0, tried)
             if states is not None:
-                left = self.miss(states[-1], x1)
-                if np.linalg.norm(left) < (1 - 0.1 * share) * np.linalg.norm(error):
+                left = self.residual(states[-1], x1)
+                if np.linalg.norm(left) < (1 - 0.1 * fraction) * np.linalg.norm(error):
                     return states, tried
-            share /= 2
+            fraction /= 2
         return None
 
     def _change(self, u: Array, x: Array, error: Array) -> Array | None:
@@ -96,10 +96,10 @@ class Closing:
             return None
         rows, total = self._turns(gain.reshape(len(error), -1), x[-1]), np.zeros(u.size)
         error = self._turns(error[:, None], x[-1])[:, 0]
-        room = np.stack([self._lower - u, self._upper - u]) / self._range
-        below, above = room[0].ravel(), room[1].ravel()
+        clearance = np.stack([self._lower - u, self._upper - u]) / self._range
+        below, above = clearance[0].ravel(), clearance[1].ravel()
         free = np.ones(u.size, dtype=bool)
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ACTIVE_SET_CHANGES):
             left = error - rows @ total
             step, *_ = np.linalg.lstsq(rows[:, free], left, rcond=1e-10)
             wanted = total.copy()

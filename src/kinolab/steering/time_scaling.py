@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 
-STEEPEST = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
+MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
 
 
 @dataclass(frozen=True)
-class Timing:
+class TimeScaling:
     """A share of a path that grows from 0 to 1: a smooth ramp of speed, a cruise, a ramp down.
 
     Four derivatives of the share are continuous, so that a machine which turns the fourth
@@ -38,22 +38,22 @@ class Timing:
         """Of the cruise, in shares per second."""
         return 1.0 / (self.ramp + self.cruise)
 
-    def stretched(self, step: float) -> Timing:
+    def stretched(self, step: float) -> TimeScaling:
         """Return the timing made longer to a whole number of steps in [s]."""
         steps = max(int(np.ceil(self.duration / step - 1e-9)), 2)
         factor = steps * step / self.duration
-        return Timing(self.ramp * factor, self.cruise * factor)
+        return TimeScaling(self.ramp * factor, self.cruise * factor)
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Return the share and its first two derivatives at times t in [s]."""
         up, down = _ramp(t / self.ramp), _ramp((self.duration - t) / self.ramp)
         rising = t < self.ramp
         falling = t > self.ramp + self.cruise
-        share = np.where(rising, up[0] * self.ramp, t - self.ramp / 2)
-        share = np.where(falling, self.ramp + self.cruise - down[0] * self.ramp, share)
+        fraction = np.where(rising, up[0] * self.ramp, t - self.ramp / 2)
+        fraction = np.where(falling, self.ramp + self.cruise - down[0] * self.ramp, fraction)
         rate = np.where(rising, up[1], np.where(falling, down[1], 1.0))
         slope = np.where(rising, up[2], np.where(falling, -down[2], 0.0)) / self.ramp
-        return self.speed * share, self.speed * rate, self.speed * slope
+        return self.speed * fraction, self.speed * rate, self.speed * slope
 
 
 def _ramp(tau: Array) -> tuple[Array, Array, Array]:

@@ -10,17 +10,17 @@ from scipy.linalg import LinAlgError, solve_discrete_are
 
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
-from kinolab.steering.cyclic_coordinates import ignorable
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.terminal_correction import Closing
+from kinolab.steering.terminal_correction import TerminalCorrection
 
 Array: TypeAlias = NDArray[np.float64]
 
-LAST = 10.0  # of the end of a motion against the states on its way
-CHEAP = 1.0  # of a full input against a state that is off by its scale
+TERMINAL_WEIGHT = 10.0  # of the end of a motion against the states on its way
+CONTROL_WEIGHT = 1.0  # of a full input against a state that is off by its scale
 
 
-class Tracker:
+class TrackingLaw:
     """Linear-quadratic feedback for the sampled machine, inputs held for a step each.
 
     States are weighed by their scales, inputs by half their range.
@@ -30,12 +30,12 @@ class Tracker:
 
     def __init__(self, problem: Problem, rollout: Rollout) -> None:
         self._problem, self._rollout = problem, rollout
-        self._closing = Closing(problem, rollout)
-        self._matters = ~ignorable(problem)
+        self._closing = TerminalCorrection(problem, rollout)
+        self._matters = ~cyclic_coordinates(problem)
         self._lower, self._upper = problem.model.control_bounds.T
         half = np.maximum((self._upper - self._lower) / 2, 1e-12)
         self._Q = np.diag(self._matters / problem.scales**2)
-        self._R = CHEAP * np.diag(1.0 / half**2)
+        self._R = CONTROL_WEIGHT * np.diag(1.0 / half**2)
 
     def hold(self, x: Array, u: Array) -> Array | None:
         """Return the gain K of u = u_eq - K (x - x_eq) about an equilibrium, shape (nu, nx).
@@ -62,7 +62,10 @@ class Tracker:
     def gains(self, motion: Maneuver) -> Array:
         """Return the gains along a motion, shape (N, nu, nx), by Riccati's recursion."""
         A, B = self._rollout.linearise(motion.x, motion.u)
-        P, gains = LAST * self._Q, np.empty((motion.steps, motion.u.shape[1], motion.x.shape[1]))
+        P, gains = (
+            TERMINAL_WEIGHT * self._Q,
+            np.empty((motion.steps, motion.u.shape[1], motion.x.shape[1])),
+        )
         for k in range(motion.steps - 1, -1, -1):
             a, b = A[k] * self._matters[:, None] * self._matters, B[k] * self._matters[:, None]
             gains[k] = np.linalg.solve(self._R + b.T @ P @ b, b.T @ P @ a)
@@ -80,7 +83,7 @@ class Tracker:
         gains = self.gains(motion) if gains is None else gains
         states, inputs = [x0], []
         for k, (wanted, held) in enumerate(zip(motion.x[:-1], motion.u, strict=True)):
-            off = self._closing.miss(states[-1], wanted) * self._problem.scales
+            off = self._closing.residual(states[-1], wanted) * self._problem.scales
             u = np.clip(held + gains[k] @ off, self._lower, self._upper)
             reached = self._rollout.follow(states[-1], u[None])
             if reached is None:

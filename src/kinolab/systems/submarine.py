@@ -109,7 +109,7 @@ def added_mass_coefficients(
     alpha, beta, gamma = (
         2 / 3 * float(elliprd(*others)) for others in ((y, z, x), (z, x, y), (x, y, z))
     )
-    k1, k2, k3 = (share / (2 - share) for share in (alpha, beta, gamma))
+    k1, k2, k3 = (fraction / (2 - fraction) for fraction in (alpha, beta, gamma))
     about = (_turning(y, z, beta, gamma), _turning(z, x, gamma, alpha), _turning(x, y, alpha, beta))
     return k1, k2, k3, *about
 

@@ -1,15 +1,15 @@
 """Exact goals and short trajectories: optimisation after the search."""
 
-from kinolab.search.budget import AbstractAllowance, Seconds, Spent, Subproblems
-from kinolab.trajopt.exact import is_long, repair
+from kinolab.search.budget import AbstractBudget, IsSpent, SubproblemBudget, TimeBudget
+from kinolab.trajopt.exact import is_long, make_exact
 from kinolab.trajopt.shortening.shorten import shorten
 
 __all__ = [
-    "AbstractAllowance",
-    "Seconds",
-    "Spent",
-    "Subproblems",
+    "AbstractBudget",
+    "IsSpent",
+    "SubproblemBudget",
+    "TimeBudget",
     "is_long",
-    "repair",
+    "make_exact",
     "shorten",
 ]

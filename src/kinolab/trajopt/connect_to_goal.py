@@ -13,26 +13,27 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import never
+from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.goal_constraint import Ends
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.segments import NEAR_GAPS, Pieces
-from kinolab.trajopt.variable_step_motion import Course, course_of
+from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.segments import NEAR_GAPS, Segments
+from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
 Array: TypeAlias = NDArray[np.float64]
 
-TAILS = (100, 200, 50, 400)  # steps of the problem, tried one after the other
-ROOMS = (4e-2, 5e-3)  # of the machine's size, for gaps between few knots; tried likewise
-SHARE = 0.5  # of that, for limits of states
-TRUE = 1e-6  # of a scale: by how much a state may miss where the step before leads
-CENTRE = 1e-6  # sum of all that may be missing in the goal, in scales
+TAIL_LENGTHS = (100, 200, 50, 400)  # steps of the problem, tried one after the other
+# of the machine's size, for gaps between few knots; tried likewise
+CLEARANCE_FRACTIONS = (4e-2, 5e-3)
+LIMIT_FRACTION = 0.5  # of that, for limits of states
+DEFECT_TOLERANCE = 1e-6  # of a scale: by how much a state may miss where the step before leads
+CENTRE_TOLERANCE = 1e-6  # sum of all that may be missing in the goal, in scales
 
 
-def landed(
-    problem: Problem, motion: Trajectory, late: Callable[[], bool] = never
+def connect_to_goal(
+    problem: Problem, motion: Trajectory, cancelled: Callable[[], bool] = never_cancelled
 ) -> Trajectory | None:
     """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
 
@@ -41,13 +42,16 @@ def landed(
     Args:
         problem: That the motion solves.
         motion: A true one from its start.
-        late: Whether to give up.
+        cancelled: Whether to give up.
     """
-    given, times = course_of(motion), motion.t - motion.t[0]
-    tasks = [Task(problem, room, share=SHARE, near=NEAR_GAPS) for room in ROOMS]
-    ways = [(task, Pieces(task, late)) for task in tasks]
-    for (task, pieces), steps in product(ways, TAILS):
-        if late():
+    given, times = variable_step_motion(motion), motion.t - motion.t[0]
+    tasks = [
+        TrajectoryProblem(problem, clearance, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+        for clearance in CLEARANCE_FRACTIONS
+    ]
+    paths = [(task, Segments(task, cancelled)) for task in tasks]
+    for (task, pieces), steps in product(paths, TAIL_LENGTHS):
+        if cancelled():
             break
         begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
         tail = pieces.ended(given.piece(begin, len(given.spans)))
@@ -58,17 +62,21 @@ def landed(
 
 def in_the_centre(problem: Problem, end: Array) -> bool:
     """Say whether a motion that ends so needs no landing."""
-    return bool(np.abs(Ends(problem, end).miss(end)).sum() <= CENTRE)
+    return bool(np.abs(GoalConstraint(problem, end).residual(end)).sum() <= CENTRE_TOLERANCE)
 
 
-def _joined(task: Task, given: Course, begin: int, tail: Course) -> Trajectory | None:
+def _joined(
+    task: TrajectoryProblem, given: VariableStepMotion, begin: int, tail: VariableStepMotion
+) -> Trajectory | None:
     """Return a motion with another tail, None where the whole breaks anything."""
     course = given.with_piece(begin, len(given.spans), tail, task.problem.space)
     made = trajectory_under(task.problem.model, course.times, course.x, course.u)
-    return made if task.keeps_all_at_knots(made) else None
+    return made if task.satisfies_all_at_knots(made) else None
 
 
-def is_true(task: Task, motion: Trajectory) -> bool:
+def is_motion(task: TrajectoryProblem, motion: Trajectory) -> bool:
     """Say whether a motion begins at the start and every step leads to the next state."""
     away = np.abs(motion.x[0] - task.problem.start) / task.problem.scales
-    return bool(away.max(initial=0.0) <= TRUE) and task.defect(motion) <= TRUE
+    return (
+        bool(away.max(initial=0.0) <= DEFECT_TOLERANCE) and task.defect(motion) <= DEFECT_TOLERANCE
+    )

@@ -9,34 +9,34 @@ import numpy as np
 
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.connect_to_goal import is_true, landed
+from kinolab.trajopt.connect_to_goal import connect_to_goal, is_motion
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.sqp.coarse_to_fine import closer
-from kinolab.trajopt.sqp.restoration import restored
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.sqp.coarse_to_fine import coarse_to_fine
+from kinolab.trajopt.sqp.restoration import restore_feasibility
 
-ROOMS = (1e-2, 5e-2, 2e-3)  # of the machine's size, tried one after the other
-UNEVEN = 1e-9  # [s] by which steps that count as even may differ
-MANY = 150  # steps of a long motion
-FEWEST = 8  # steps that leave inputs enough freedom
+CLEARANCE_FRACTIONS = (1e-2, 5e-2, 2e-3)  # of the machine's size, tried one after the other
+STEP_TOLERANCE = 1e-9  # [s] by which steps that count as even may differ
+LONG_STEPS = 150  # steps of a long motion
+MIN_STEPS = 8  # steps that leave inputs enough freedom
 
 
 def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     """Return a trajectory as knots with even steps, none longer than the problem's."""
     steps, h = len(trajectory.inputs), problem.step
     spans = np.diff(trajectory.t)
-    even = np.abs(spans - spans[0]).max() <= UNEVEN and spans[0] <= h + UNEVEN
+    even = np.abs(spans - spans[0]).max() <= STEP_TOLERANCE and spans[0] <= h + STEP_TOLERANCE
     if even:
         return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
-    count = max(steps, FEWEST, math.ceil(trajectory.duration / h - UNEVEN))
+    count = max(steps, MIN_STEPS, math.ceil(trajectory.duration / h - STEP_TOLERANCE))
     space = problem.space
     return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
 
 
-def exact(
-    task: Task,
+def make_knots_exact(
+    task: TrajectoryProblem,
     knots: Knots,
-    late: Callable[[], bool],
+    cancelled: Callable[[], bool],
     iterations: int = 40,
     *,
     held: bool = False,
@@ -45,10 +45,10 @@ def exact(
 
     Steps keep their length where that is ``held`` and in discrete problems.
     """
-    knots = closer(task, task.within_limits(knots), late)
+    knots = coarse_to_fine(task, task.within_limits(knots), cancelled)
     free = (0.5 * knots.h, max(task.problem.step, knots.h))
     lengths = None if held or task.discrete else free
-    return restored(task, knots, late, iterations=iterations, lengths=lengths)
+    return restore_feasibility(task, knots, cancelled, iterations=iterations, lengths=lengths)
 
 
 def is_long(problem: Problem, trajectory: Trajectory) -> bool:
@@ -57,13 +57,13 @@ def is_long(problem: Problem, trajectory: Trajectory) -> bool:
     Discrete ones have steps of one length, so that pieces cannot take a little less time.
     """
     discrete = problem.scenario.integration.truth == "discrete"
-    return not discrete and trajectory.duration > MANY * problem.step
+    return not discrete and trajectory.duration > LONG_STEPS * problem.step
 
 
-def repair(
+def make_exact(
     problem: Problem,
     trajectory: Trajectory,
-    late: Callable[[], bool] = lambda: False,
+    cancelled: Callable[[], bool] = lambda: False,
     iterations: int = 40,
     *,
     held: bool = False,
@@ -76,33 +76,35 @@ def repair(
     Args:
         problem: That the trajectory solves, more or less.
         trajectory: To begin with; its start is replaced by the problem's.
-        late: Whether to give up.
+        cancelled: Whether to give up.
         iterations: Largest number of subproblems, for each of a few reserves of room.
         held: Whether steps keep their length.
     """
-    landing = None if held else _in_the_end(problem, trajectory, late)  # its steps are its own
+    landing = None if held else _in_the_end(problem, trajectory, cancelled)  # its steps are its own
     if landing is not None:
         return landing
-    for room in ROOMS:
-        task = Task(problem, room)
-        if late() or not len(trajectory.inputs):
+    for clearance in CLEARANCE_FRACTIONS:
+        task = TrajectoryProblem(problem, clearance)
+        if cancelled() or not len(trajectory.inputs):
             return None
-        knots = exact(task, knots_of(problem, trajectory), late, iterations, held=held)
+        knots = make_knots_exact(
+            task, knots_of(problem, trajectory), cancelled, iterations, held=held
+        )
         if knots is None:
             continue
         made = task.trajectory(knots)
         if made is None or not task.repeatable(made):
             return None  # more room does not help
-        if task.keeps_all(made):
+        if task.satisfies_all(made):
             return made
     return None
 
 
 def _in_the_end(
-    problem: Problem, trajectory: Trajectory, late: Callable[[], bool]
+    problem: Problem, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
-    task = Task(problem, ROOMS[0])
-    if not is_long(problem, trajectory) or not is_true(task, trajectory):
+    task = TrajectoryProblem(problem, CLEARANCE_FRACTIONS[0])
+    if not is_long(problem, trajectory) or not is_motion(task, trajectory):
         return None
-    return landed(problem, trajectory, late)
+    return connect_to_goal(problem, trajectory, cancelled)

@@ -14,14 +14,15 @@ from numpy.typing import NDArray
 
 from kinolab.problem import Problem
 from kinolab.problem.goal import AttitudeTarget, Goal
-from kinolab.steering.cyclic_coordinates import ignorable
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 
 Array: TypeAlias = NDArray[np.float64]
 
-MET = 1e-6  # of a scale: how far from a state a piece may end; the rest of a motion starts there
+# of a scale: how far from a state a piece may end; the rest of a motion starts there
+END_TOLERANCE = 1e-6
 
 
-def between(problem: Problem, begin: Array, end: Array) -> Problem:
+def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
     """Return the problem of moving from one state to another, among the same obstacles.
 
     Args:
@@ -29,15 +30,15 @@ def between(problem: Problem, begin: Array, end: Array) -> Problem:
         begin: Shape (nx,).
         end: Shape (nx,).
     """
-    model, matters = problem.model, ~ignorable(problem)
+    model, matters = problem.model, ~cyclic_coordinates(problem)
     for own in model.space.quaternions:
         matters[own] = False
     met = tuple(np.flatnonzero(matters).tolist())
     attitudes = tuple(
-        AttitudeTarget(name, own.start, tuple(end[own].tolist()), MET)
+        AttitudeTarget(name, own.start, tuple(end[own].tolist()), END_TOLERANCE)
         for name, own in zip(model.attitudes, model.space.quaternions, strict=True)
     )
-    near = MET * problem.scales[list(met)]
+    near = END_TOLERANCE * problem.scales[list(met)]
     goal = Goal(met, end[list(met)], near, problem.circular[list(met)], attitudes=attitudes)
     return replace(problem, start=begin, goal=goal)
 
@@ -45,4 +46,4 @@ def between(problem: Problem, begin: Array, end: Array) -> Problem:
 def straight(problem: Problem, begin: Array, end: Array) -> Array:
     """Return the straight way between two states, shape (2, nx), by the shorter way round."""
     near = problem.space.nearest(begin, end)
-    return np.stack([begin, np.where(ignorable(problem), begin, near)])
+    return np.stack([begin, np.where(cyclic_coordinates(problem), begin, near)])

@@ -11,42 +11,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.segment_problem import between
-from kinolab.trajopt.sqp.minimum_time import NEAR, PENALTY, Patience, quicken
-from kinolab.trajopt.sqp.restoration import restored
-from kinolab.trajopt.variable_step_motion import Course, course_of
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.segment_problem import segment_problem
+from kinolab.trajopt.sqp.minimum_time import (
+    CLOSURE_TOLERANCE,
+    VIOLATION_PENALTY,
+    StoppingTolerances,
+    minimize_time,
+)
+from kinolab.trajopt.sqp.restoration import restore_feasibility
+from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
 Array: TypeAlias = NDArray[np.float64]
 
 NEAR_GAPS = 0.15  # of half the largest shape: gaps that matter while changes are small
-FINAL = 40  # of the last piece where it must change a lot, at most
-FEWEST = 8  # knots that leave inputs enough freedom
-HASTY = Patience(region=0.03, promise=0.02, gain=0.03)
-CLOSE = 8  # subproblems that may close what few knots open
-FAR = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
-WORTH = 0.03  # share of a piece's duration that is worth to replace it
-FASTEST = 0.05  # times the duration of a piece: how short it may get
+MAX_FINAL_ITERATIONS = 40  # of the last piece where it must change a lot, at most
+MIN_KNOTS = 8  # knots that leave inputs enough freedom
+LOOSE_TOLERANCES = StoppingTolerances(min_radius=0.03, min_predicted=0.02, min_gain=0.03)
+CLOSURE_ITERATIONS = 8  # subproblems that may close what few knots open
+FAR_ITERATIONS = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
+MIN_GAIN = 0.03  # share of a piece's duration that is worth to replace it
+MIN_DURATION_FRACTION = 0.05  # times the duration of a piece: how short it may get
 STRETCH = (0.4, 2.0)  # times the duration of a guess: how long a motion near it may take
 EASED = (0.9, 1.1)  # times the duration of a piece, for one under inputs that are held for longer
-BOLD = 100.0  # of what is missing, against changes, where a guess may have to change a lot
-PACE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
+BOLD_PENALTY = 100.0  # of what is missing, against changes, where a guess may have to change a lot
+MIN_DECREASE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
 
 
-class Pieces:
+class Segments:
     """Quicker ways from one state of a motion to another.
 
     Args:
         task: The problem that the whole motion solves.
-        late: Whether to give up.
+        cancelled: Whether to give up.
     """
 
-    def __init__(self, task: Task, late: Callable[[], bool]) -> None:
-        self._task, self._late = task, late
+    def __init__(self, task: TrajectoryProblem, cancelled: Callable[[], bool]) -> None:
+        self._task, self._late = task, cancelled
         self._problem = task.problem
         self.space = task.problem.space
 
-    def quicker(self, course: Course, knots: int, *, last: bool) -> Course | None:
+    def quicker(
+        self, course: VariableStepMotion, knots: int, *, last: bool
+    ) -> VariableStepMotion | None:
         """Return a piece made faster as it is, None where that is not worth it or not true.
 
         Args:
@@ -55,41 +62,45 @@ class Pieces:
             last: Whether it ends in the problem's goal.
         """
         task = self._between(course.x[0], None if last else course.x[-1])
-        count = max(FEWEST, min(knots, len(course.spans)))
+        count = max(MIN_KNOTS, min(knots, len(course.spans)))
         few = course.in_steps(count, self.space)
         lengths = (EASED[0] * few.h, EASED[1] * few.h)
-        return self._made(task, few, lengths, CLOSE, (1 - WORTH) * course.duration)
+        return self._made(task, few, lengths, CLOSURE_ITERATIONS, (1 - MIN_GAIN) * course.duration)
 
-    def along(self, guess: Knots, course: Course, *, last: bool) -> Course | None:
+    def along(
+        self, guess: Knots, course: VariableStepMotion, *, last: bool
+    ) -> VariableStepMotion | None:
         """Return a motion that comes of a guess of another way, as ``quicker``."""
         task = self._between(course.x[0], None if last else course.x[-1])
         lengths = (STRETCH[0] * guess.h, STRETCH[1] * guess.h)
-        below = (1 - WORTH) * course.duration
-        return self._made(task, guess, lengths, FAR, below, penalty=BOLD)
+        below = (1 - MIN_GAIN) * course.duration
+        return self._made(task, guess, lengths, FAR_ITERATIONS, below, penalty=BOLD_PENALTY)
 
-    def ended(self, course: Course) -> Course | None:
+    def ended(self, course: VariableStepMotion) -> VariableStepMotion | None:
         """Return a motion near the last piece that ends in the goal, no faster; or None."""
         task = self._between(course.x[0], None)
-        few = course.in_steps(max(FEWEST, min(FINAL, len(course.spans))), self.space)
+        few = course.in_steps(
+            max(MIN_KNOTS, min(MAX_FINAL_ITERATIONS, len(course.spans))), self.space
+        )
         lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
-        knots = self._closed(task, few, lengths, FAR)
+        knots = self._closed(task, few, lengths, FAR_ITERATIONS)
         return None if knots is None else self._true(task, knots, self._steps(lengths[1], knots.h))
 
-    def _between(self, begin: Array, end: Array | None) -> Task:
+    def _between(self, begin: Array, end: Array | None) -> TrajectoryProblem:
         problem = self._problem
         if end is None:
             return self._task.of(replace(problem, start=begin))
-        return self._task.of(between(problem, begin, end))
+        return self._task.of(segment_problem(problem, begin, end))
 
     def _made(
         self,
-        task: Task,
+        task: TrajectoryProblem,
         guess: Knots,
         lengths: tuple[float, float],
         iterations: int,
         below: float,
-        penalty: float = PENALTY,
-    ) -> Course | None:
+        penalty: float = VIOLATION_PENALTY,
+    ) -> VariableStepMotion | None:
         """Return the true motion that comes of a guess once it is closed and made faster.
 
         It takes less than ``below``, in [s].
@@ -97,21 +108,23 @@ class Pieces:
         knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
             return None
-        scaling = task.scaling(FASTEST * knots.h, knots.h)
+        scaling = task.scaling(MIN_DURATION_FRACTION * knots.h, knots.h)
         times = self._steps(lengths[1], knots.h)
         transcription = task.transcription(knots, times)
-        fast = quicken(transcription, knots, scaling, patience=HASTY, late=self._late)
+        fast = minimize_time(
+            transcription, knots, scaling, tolerances=LOOSE_TOLERANCES, cancelled=self._late
+        )
         times = self._steps(times * self._problem.step, fast.h)
         found = self._true(task, fast, times) if fast.duration < below else None
         return found if found is not None and found.duration < below else None
 
     def _closed(
         self,
-        task: Task,
+        task: TrajectoryProblem,
         guess: Knots,
         lengths: tuple[float, float],
         iterations: int,
-        penalty: float = PENALTY,
+        penalty: float = VIOLATION_PENALTY,
     ) -> Knots | None:
         """Return knots near a guess from which hardly anything is missing, or None.
 
@@ -119,14 +132,15 @@ class Pieces:
         """
         try:
             with np.errstate(over="raise", invalid="raise"):
-                return restored(
+                return restore_feasibility(
                     task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
-                    lengths=lengths, enough=NEAR, most=NEAR, pace=PACE, penalty=penalty,
+                    lengths=lengths, enough=CLOSURE_TOLERANCE, most=CLOSURE_TOLERANCE,
+                    pace=MIN_DECREASE, penalty=penalty,
                 )  # fmt: skip
         except FloatingPointError:
             return None
 
-    def _true(self, task: Task, knots: Knots, times: int) -> Course | None:
+    def _true(self, task: TrajectoryProblem, knots: Knots, times: int) -> VariableStepMotion | None:
         """Return the true motion under the inputs of knots, step by step; None if it breaks any.
 
         Each step of the knots becomes as many as ``times``.
@@ -138,14 +152,20 @@ class Pieces:
         if found is not None:
             return found
         lengths = (fine.h, max(self._problem.step, fine.h))
-        mended = restored(
-            task, fine, self._late, iterations=CLOSE, lengths=lengths, enough=NEAR, most=NEAR
+        mended = restore_feasibility(
+            task,
+            fine,
+            self._late,
+            iterations=CLOSURE_ITERATIONS,
+            lengths=lengths,
+            enough=CLOSURE_TOLERANCE,
+            most=CLOSURE_TOLERANCE,
         )
         return None if mended is None else self._kept(task, mended)
 
-    def _kept(self, task: Task, knots: Knots) -> Course | None:
+    def _kept(self, task: TrajectoryProblem, knots: Knots) -> VariableStepMotion | None:
         made = task.trajectory(knots)
-        return course_of(made) if made is not None and task.keeps_all(made) else None
+        return variable_step_motion(made) if made is not None and task.satisfies_all(made) else None
 
     def _steps(self, longest: float, h: float) -> int:
         """Return of how many steps of the problem one of length ``h`` is.

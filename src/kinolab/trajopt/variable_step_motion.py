@@ -16,7 +16,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class VariableStepMotion:
     """States, the inputs held between them, and how long each is held.
 
     Attributes:
@@ -39,12 +39,14 @@ class Course:
         """Times of the states in [s], shape (N+1,), from 0."""
         return np.concatenate([[0.0], np.cumsum(self.spans)])
 
-    def piece(self, begin: int, end: int) -> Course:
+    def piece(self, begin: int, end: int) -> VariableStepMotion:
         """Return the motion from one state to another, by their places."""
         own = slice(begin, end)
-        return Course(self.x[begin : end + 1], self.u[own], self.spans[own])
+        return VariableStepMotion(self.x[begin : end + 1], self.u[own], self.spans[own])
 
-    def with_piece(self, begin: int, end: int, other: Course, space: StateSpace) -> Course:
+    def with_piece(
+        self, begin: int, end: int, other: VariableStepMotion, space: StateSpace
+    ) -> VariableStepMotion:
         """Return the motion with a piece replaced by another one.
 
         What follows begins where that ends: entries of the state that may come out differently
@@ -57,7 +59,7 @@ class Course:
             space: Of the states.
         """
         rest = space.carried(self.x[end:], other.x[-1])
-        return Course(
+        return VariableStepMotion(
             np.vstack([self.x[:begin], other.x[:-1], rest]),
             np.vstack([self.u[:begin], other.u, self.u[end:]]),
             np.concatenate([self.spans[:begin], other.spans, self.spans[end:]]),
@@ -68,6 +70,6 @@ class Course:
         return resampled(self.times, self.x, self.u, count, space)
 
 
-def course_of(trajectory: Trajectory) -> Course:
+def variable_step_motion(trajectory: Trajectory) -> VariableStepMotion:
     """Return a trajectory as a course."""
-    return Course(trajectory.x, trajectory.inputs, np.diff(trajectory.t))
+    return VariableStepMotion(trajectory.x, trajectory.inputs, np.diff(trajectory.t))

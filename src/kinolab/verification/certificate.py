@@ -14,24 +14,34 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.analysis.consistent_states import CONSISTENT
+from kinolab.dynamics.analysis.consistent_states import CONSTRAINT_TOLERANCE
 from kinolab.errors import SingularError
 from kinolab.problem import Problem
-from kinolab.simulation.reference import GROWTH, DivergedError, Motion, growth, nudged, true_motion
+from kinolab.simulation.reference import (
+    MAX_ERROR_AMPLIFICATION,
+    DivergedError,
+    ReferenceMotion,
+    error_amplification,
+    perturbed_start,
+    reference_motion,
+)
 from kinolab.trajectory import Trajectory
-from kinolab.verification.clearance_margin import Margin, least_room
-from kinolab.verification.dense_motion import MOST_SAMPLES, TooFastError, Walk
+from kinolab.verification.clearance_margin import ClearanceMargin, least_clearance
+from kinolab.verification.dense_motion import MAX_SAMPLES, DenseMotion, TooFastError
 from kinolab.world import NO_ENDS, CollisionChecker, World
 
 Array: TypeAlias = NDArray[np.float64]
 
-DEFECT = 1e-6  # of a state's scale: how far a knot may lie from where the one before leads
-EXCESS = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
-FINEST = 1e-5  # [m] of motion between two collision checks, at least; touching begins here too
-MOST_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
-FEEDBACK = 1e-9  # of an input's range: how far it may be from what the law gives
+# of a state's scale: how far a knot may lie from where the one before leads
+DEFECT_TOLERANCE = 1e-6
+LIMIT_TOLERANCE = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
+# [m] of motion between two collision checks, at least; touching begins here too
+MIN_RESOLUTION = 1e-5
+MAX_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
+FEEDBACK_TOLERANCE = 1e-9  # of an input's range: how far it may be from what the law gives
 DISCRETE_DEFECT = 1e-9  # of a state's scale, where the integrator's own map is the truth
-STEP = 1e-6  # share by which a step of a discrete problem may differ: times add up with rounding
+# share by which a step of a discrete problem may differ: times add up with rounding
+STEP_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,7 @@ class Certificate:
     """
 
     checks: tuple[Check, ...]
-    margin: Margin | None = None
+    margin: ClearanceMargin | None = None
 
     @property
     def passed(self) -> bool:
@@ -91,7 +101,10 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     feasible = (*sound, *_knot_checks(problem, trajectory))
     if isinstance(motion, DivergedError):
         return Certificate((*feasible, *_diverged(motion)))
-    growth, walk = _error_growth(problem, trajectory, motion), Walk(problem, trajectory, motion)
+    growth, walk = (
+        _error_growth(problem, trajectory, motion),
+        DenseMotion(problem, trajectory, motion),
+    )
     collision = _collision(walk)
     return Certificate(
         (
@@ -103,7 +116,7 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
             _goal(problem, motion),
             collision,
         ),
-        least_room(walk) if collision.passed else None,
+        least_clearance(walk) if collision.passed else None,
     )
 
 
@@ -116,7 +129,7 @@ def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ..
     feasible = (*sound, *_knot_checks(problem, trajectory))
     if isinstance(motion, DivergedError):
         return (*feasible, *_diverged(motion))
-    required = _requirements(Walk(problem, trajectory, motion))
+    required = _requirements(DenseMotion(problem, trajectory, motion))
     return (*feasible, *required, _error_growth(problem, trajectory, motion))
 
 
@@ -128,12 +141,12 @@ def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
     trajectory, motion = _followed(problem, trajectory)
     if isinstance(motion, DivergedError):
         return Check("collision", math.inf, 0.0, False, str(motion))
-    return _collision(Walk(problem, trajectory, motion))
+    return _collision(DenseMotion(problem, trajectory, motion))
 
 
 def _followed(
     problem: Problem, trajectory: Trajectory
-) -> tuple[Trajectory, Motion | DivergedError]:
+) -> tuple[Trajectory, ReferenceMotion | DivergedError]:
     """Return the true motion, and the stored knots in the numbers nearest to it.
 
     A state may be stored with whole turns more or less, and a quaternion with either sign: neither
@@ -142,13 +155,15 @@ def _followed(
     x = np.array(trajectory.x, dtype=float)
     x[0] = problem.space.nearest(problem.start, x[0])
     try:
-        motion = true_motion(problem, x[0], trajectory.t, trajectory.inputs)
+        motion = reference_motion(problem, x[0], trajectory.t, trajectory.inputs)
     except DivergedError as error:
         return replace(trajectory, x=x), error
     return replace(trajectory, x=problem.space.nearest(motion.x, x)), motion
 
 
-def motion_checks(problem: Problem, trajectory: Trajectory, motion: Motion) -> tuple[Check, ...]:
+def motion_checks(
+    problem: Problem, trajectory: Trajectory, motion: ReferenceMotion
+) -> tuple[Check, ...]:
     """Check what a motion does on its way, whatever made it: all but whether it is true.
 
     Args:
@@ -156,7 +171,7 @@ def motion_checks(problem: Problem, trajectory: Trajectory, motion: Motion) -> t
         trajectory: With the inputs.
         motion: Under them.
     """
-    walk = Walk(problem, trajectory, motion)
+    walk = DenseMotion(problem, trajectory, motion)
     return (*_requirements(walk), _limits(walk), _goal(problem, motion), _collision(walk))
 
 
@@ -166,7 +181,7 @@ def difference(problem: Problem, a: Array, b: Array) -> Array:
 
 
 def _diverged(error: DivergedError) -> tuple[Check, Check]:
-    grown = Check("error growth", math.inf, GROWTH, False, str(error))
+    grown = Check("error growth", math.inf, MAX_ERROR_AMPLIFICATION, False, str(error))
     return grown, Check("motion", math.inf, 0.0, False, str(error))
 
 
@@ -199,8 +214,12 @@ def _soundness(problem: Problem, trajectory: Trajectory) -> tuple[Check, Check]:
 def _start(problem: Problem, trajectory: Trajectory) -> Check:
     errors = np.abs(difference(problem, trajectory.x[0], problem.start))
     k = int(errors.argmax())
-    detail = _named(problem, k, trajectory.x[0, k], problem.start[k]) if errors[k] > EXCESS else ""
-    return _check("start", float(errors[k]), EXCESS, detail)
+    detail = (
+        _named(problem, k, trajectory.x[0, k], problem.start[k])
+        if errors[k] > LIMIT_TOLERANCE
+        else ""
+    )
+    return _check("start", float(errors[k]), LIMIT_TOLERANCE, detail)
 
 
 def _named(problem: Problem, k: int, found: float, wanted: float) -> str:
@@ -215,11 +234,13 @@ def _time(problem: Problem, trajectory: Trajectory) -> Check:
     steps = np.diff(trajectory.t)
     bad, detail = np.flatnonzero(~(steps > 0)), "row {} does not come after the row before"
     if not bad.size and problem.scenario.integration.truth == "discrete":
-        whole = np.isclose(steps, problem.step, rtol=STEP, atol=0.0)
+        whole = np.isclose(steps, problem.step, rtol=STEP_TOLERANCE, atol=0.0)
         bad, detail = np.flatnonzero(~whole), "row {} does not come one step after the row before"
-    late = abs(float(trajectory.t[0])) > 0
+    cancelled = abs(float(trajectory.t[0])) > 0
     text = detail.format(bad[0] + 1) if bad.size else ""
-    return _check("time", float(bad.size + late), 0.0, text or ("t starts late" if late else ""))
+    return _check(
+        "time", float(bad.size + cancelled), 0.0, text or ("t starts late" if cancelled else "")
+    )
 
 
 def _defects(problem: Problem, trajectory: Trajectory) -> Check:
@@ -228,7 +249,7 @@ def _defects(problem: Problem, trajectory: Trajectory) -> Check:
     With feedback it is the stored inputs, not the references, that must lead there.
     """
     discrete = problem.scenario.integration.truth == "discrete"
-    limit = DISCRETE_DEFECT if discrete else DEFECT
+    limit = DISCRETE_DEFECT if discrete else DEFECT_TOLERANCE
     try:
         reached = _from_each(replace(problem, model=problem.model.plant), trajectory)
     except DivergedError as error:
@@ -247,7 +268,7 @@ def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
     settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
     if settings.truth != "discrete":
         spans = ((x[k], t[k : k + 2], u[k : k + 1]) for k in range(len(u)))
-        ends = [true_motion(plant, *one, between=False).x[-1] for one in spans]
+        ends = [reference_motion(plant, *one, between=False).x[-1] for one in spans]
         return np.array(ends).reshape(len(u), plant.model.nx)
     try:
         return plant.model.step(
@@ -260,13 +281,15 @@ def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
 def _constraints(problem: Problem, trajectory: Trajectory) -> Check:
     held = np.vstack([trajectory.u, trajectory.u[-1:]]) if len(trajectory.u) else trajectory.u
     if not problem.system.constraints or not len(held):
-        return _check("constraints", 0.0, CONSISTENT, "")
+        return _check("constraints", 0.0, CONSTRAINT_TOLERANCE, "")
     residual = np.abs(problem.model.plant.constraint_residual(trajectory.x, held))
     k, i = np.unravel_index(int(residual.argmax()), residual.shape)
     name = problem.model.residual_names[int(i)]
     worst = float(residual[k, i])
-    detail = f"at t = {trajectory.t[k]:.6g} s {name} is broken" if worst > CONSISTENT else ""
-    return _check("constraints", worst, CONSISTENT, detail)
+    detail = (
+        f"at t = {trajectory.t[k]:.6g} s {name} is broken" if worst > CONSTRAINT_TOLERANCE else ""
+    )
+    return _check("constraints", worst, CONSTRAINT_TOLERANCE, detail)
 
 
 def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
@@ -277,7 +300,7 @@ def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
         names, held = (*names, *model.control_names), np.hstack([held, trajectory.references])
         limits = np.vstack([limits, model.control_bounds])
     if not held.size:
-        return _check("inputs", 0.0, EXCESS, "")
+        return _check("inputs", 0.0, LIMIT_TOLERANCE, "")
     lower, upper = limits.T
     excess = np.maximum(held - upper, lower - held)
     excess = np.where(np.isfinite(excess), excess, np.inf)
@@ -287,7 +310,7 @@ def _inputs(problem: Problem, trajectory: Trajectory) -> Check:
         f"at t = {trajectory.t[k]:.6g} s {names[int(i)]} is "
         f"{held[k, i]:.9g}, outside {lower[i]:g} to {upper[i]:g}"
     )
-    return _check("inputs", worst, EXCESS, detail if worst > EXCESS else "")
+    return _check("inputs", worst, LIMIT_TOLERANCE, detail if worst > LIMIT_TOLERANCE else "")
 
 
 def _feedback(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
@@ -296,7 +319,7 @@ def _feedback(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
     if model.plant is model or not len(trajectory.u):
         return
     span = np.ptp(model.plant.control_bounds, axis=1)
-    given = model.acting(trajectory.x[:-1], trajectory.references)
+    given = model.plant_inputs(trajectory.x[:-1], trajectory.references)
     errors = np.abs(trajectory.u - given) / span
     k, i = np.unravel_index(int(errors.argmax()), errors.shape)
     worst = float(errors[k, i])
@@ -304,10 +327,12 @@ def _feedback(problem: Problem, trajectory: Trajectory) -> Iterator[Check]:
         f"at t = {trajectory.t[k]:.6g} s {model.plant.control_names[int(i)]} is "
         f"{trajectory.u[k, i]:.9g} where the law gives {given[k, i]:.9g}"
     )
-    yield _check("feedback", worst, FEEDBACK, detail if worst > FEEDBACK else "")
+    yield _check(
+        "feedback", worst, FEEDBACK_TOLERANCE, detail if worst > FEEDBACK_TOLERANCE else ""
+    )
 
 
-def _requirements(walk: Walk) -> Iterator[Check]:
+def _requirements(walk: DenseMotion) -> Iterator[Check]:
     """Check what the machine demands of plans, along the motion under the inputs held in it."""
     problem, named = walk.problem, walk.problem.system.requirements
     if not named or not len(walk.trajectory.u):
@@ -323,22 +348,26 @@ def _requirements(walk: Walk) -> Iterator[Check]:
                 detail = f"at t = {times[k]:.6g} s {named[int(i)].name}: short by {worst:.4g}"
     except TooFastError as error:
         worst, detail = math.inf, str(error)
-    yield _check("requirements", worst, EXCESS, detail if worst > EXCESS else "")
+    yield _check("requirements", worst, LIMIT_TOLERANCE, detail if worst > LIMIT_TOLERANCE else "")
 
 
-def _error_growth(problem: Problem, trajectory: Trajectory, motion: Motion) -> Check:
+def _error_growth(problem: Problem, trajectory: Trajectory, motion: ReferenceMotion) -> Check:
     """Nudge the start and see how much farther from the motion the other one ends."""
     try:
-        beside = nudged(problem, trajectory.x[0])
-        far = true_motion(problem, beside, trajectory.t, trajectory.inputs, between=False)
+        beside = perturbed_start(problem, trajectory.x[0])
+        far = reference_motion(problem, beside, trajectory.t, trajectory.inputs, between=False)
     except DivergedError as error:
-        return Check("error growth", math.inf, GROWTH, False, str(error))
-    grown = growth(problem, motion.x, far.x)
-    detail = "too sensitive to be replayed without feedback" if grown > GROWTH else ""
-    return _check("error growth", grown, GROWTH, detail)
+        return Check("error growth", math.inf, MAX_ERROR_AMPLIFICATION, False, str(error))
+    grown = error_amplification(problem, motion.x, far.x)
+    detail = (
+        "too sensitive to be replayed without feedback" if grown > MAX_ERROR_AMPLIFICATION else ""
+    )
+    return _check("error growth", grown, MAX_ERROR_AMPLIFICATION, detail)
 
 
-def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, grown: float) -> Check:
+def _drift(
+    problem: Problem, trajectory: Trajectory, motion: ReferenceMotion, grown: float
+) -> Check:
     """Compare the stored knots with the motion from the start.
 
     Every knot may add a defect, and every defect grows as the motion makes errors grow.
@@ -346,12 +375,12 @@ def _drift(problem: Problem, trajectory: Trajectory, motion: Motion, grown: floa
     errors = np.abs(difference(problem, trajectory.x, motion.x))
     worst = float(errors.max())
     k = int(errors.max(axis=1).argmax())
-    limit = min(DEFECT * len(trajectory.t) * max(grown, 1.0), MOST_DRIFT)
+    limit = min(DEFECT_TOLERANCE * len(trajectory.t) * max(grown, 1.0), MAX_DRIFT)
     detail = f"largest at t = {trajectory.t[k]:.6g} s" if worst > limit else ""
     return _check("drift", worst, limit, detail)
 
 
-def _goal(problem: Problem, motion: Motion) -> Check:
+def _goal(problem: Problem, motion: ReferenceMotion) -> Check:
     final = motion.x[-1]
     excess = problem.goal_excess(final)
     deviations = problem.goal.deviations(final)
@@ -375,7 +404,7 @@ def _goal(problem: Problem, motion: Motion) -> Check:
     return _check("goal", excess, 1.0, detail if not excess <= 1.0 else "")
 
 
-def _limits(walk: Walk) -> Check:
+def _limits(walk: DenseMotion) -> Check:
     """Check limits at no more than SPACING of motion in between."""
     problem, worst, detail = walk.problem, 0.0, ""
     try:
@@ -388,10 +417,10 @@ def _limits(walk: Walk) -> Check:
                         detail += f"outside {lower:g} to {upper:g}"
     except TooFastError as error:
         worst, detail = math.inf, str(error)
-    return _check("limits", worst, EXCESS, detail)
+    return _check("limits", worst, LIMIT_TOLERANCE, detail)
 
 
-def _collision(walk: Walk) -> Check:
+def _collision(walk: DenseMotion) -> Check:
     """Show the first contact, or that there is none as far as the bound on the speed holds."""
     try:
         contact = _first_contact(walk) or _sinking(walk)
@@ -400,7 +429,7 @@ def _collision(walk: Walk) -> Check:
     return _check("collision", float(bool(contact)), 0.0, contact)
 
 
-def _first_contact(walk: Walk) -> str:
+def _first_contact(walk: DenseMotion) -> str:
     """Walk along the motion in steps that no point can use up the room in; empty where it is free.
 
     From a state with some room left, nothing can be touched before a point has moved that far.
@@ -410,15 +439,15 @@ def _first_contact(walk: Walk) -> str:
     advancement).
     """
     look, motion = _look_of(walk.problem), walk.motion
-    room, contact = look(float(motion.t[0]), motion.x[0])
+    clearance, contact = look(float(motion.t[0]), motion.x[0])
     for k, begin, end, speed in walk.steps.rows():
         time, looks = begin, 0
-        while not contact and room < speed * (end - time):
-            time, looks = time + room / speed, looks + 1
-            if looks > MOST_SAMPLES:
+        while not contact and clearance < speed * (end - time):
+            time, looks = time + clearance / speed, looks + 1
+            if looks > MAX_SAMPLES:
                 raise TooFastError(begin, end, speed)
-            room, contact = look(time, motion.between(k, np.array([time]))[0])
-        room -= speed * (end - time)
+            clearance, contact = look(time, motion.between(k, np.array([time]))[0])
+        clearance -= speed * (end - time)
         if contact:
             return contact
     return contact or look(float(motion.t[-1]), motion.x[-1])[1]
@@ -430,15 +459,15 @@ def _look_of(problem: Problem) -> Callable[[float, Array], tuple[float, str]]:
 
     def look(time: float, x: Array) -> tuple[float, str]:
         placement = problem.placement(x)
-        room = checker.clearance(*placement)
-        if room == 0.0 and checker.collides(*placement):
+        clearance = checker.clearance(*placement)
+        if clearance == 0.0 and checker.collides(*placement):
             return 0.0, _described(checker, placement, time)
-        return max(room, FINEST), ""
+        return max(clearance, MIN_RESOLUTION), ""
 
     return look
 
 
-def _sinking(walk: Walk) -> str:
+def _sinking(walk: DenseMotion) -> str:
     """Look for wheels and feet in the ground, for which clearance leaves the ground out."""
     problem = walk.problem
     rest = any(body.touches_ground for body in problem.bodies)

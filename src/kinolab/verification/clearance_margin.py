@@ -17,21 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.verification.dense_motion import Walk
+from kinolab.verification.dense_motion import DenseMotion
 from kinolab.world import CollisionChecker
 
 Array: TypeAlias = NDArray[np.float64]
 
-JUST = 1e-5  # [m] beyond the room there is, where something touches
-TIGHT = 1e-4  # [m] by which less room may be overlooked between two looks
-SHARE = 0.01  # of the least room: the same, where that is more
-MOST = 20_000  # looks, after which twice as much may be overlooked, and so on
+CONTACT_MARGIN = 1e-5  # [m] beyond the room there is, where something touches
+CLEARANCE_TOLERANCE = 1e-4  # [m] by which less room may be overlooked between two looks
+RELATIVE_TOLERANCE = 0.01  # of the least room: the same, where that is more
+MAX_CHECKS = 20_000  # looks, after which twice as much may be overlooked, and so on
 GOLDEN = (math.sqrt(5) - 1) / 2
-CUTS = 24  # of the neighbourhood of the least room found, to 1e-5 of it
+SECTIONS = 24  # of the neighbourhood of the least room found, to 1e-5 of it
 
 
 @dataclass(frozen=True)
-class Room:
+class StateClearance:
     """The room at a state.
 
     Attributes:
@@ -47,45 +47,45 @@ class Room:
 
 
 @dataclass(frozen=True)
-class Margin:
+class ClearanceMargin:
     """The least room along a motion.
 
     Attributes:
-        room: How far every point may move before anything can touch, in [m].
+        clearance: How far every point may move before anything can touch, in [m].
         time: When, in [s].
         beside: The pairs of body and obstacle, or of two bodies, that would touch first.
     """
 
-    room: float
+    clearance: float
     time: float
     beside: tuple[str, ...]
 
     def __str__(self) -> str:
         beside = f" ({', '.join(self.beside)})" if self.beside else ""
-        return f"least room {1000 * self.room:.3g} mm at t = {self.time:.6g} s{beside}"
+        return f"least room {1000 * self.clearance:.3g} mm at t = {self.time:.6g} s{beside}"
 
 
-def room_at(problem: Problem, x: Array, checker: CollisionChecker) -> Room:
+def state_clearance(problem: Problem, x: Array, checker: CollisionChecker) -> StateClearance:
     """Return the room at a state; 0 where it collides."""
     place = problem.placement(x)
     clearance = checker.clearance(*place)
     if math.isinf(clearance):
-        return Room(clearance, ())
-    reaching = checker.inflated(clearance + JUST, ground=problem.world.ground)
+        return StateClearance(clearance, ())
+    reaching = checker.inflated(clearance + CONTACT_MARGIN, ground=problem.world.ground)
     pairs = (f"{contact.body} – {contact.obstacle}" for contact in reaching.contacts(*place))
-    return Room(clearance, tuple(dict.fromkeys(pairs)))
+    return StateClearance(clearance, tuple(dict.fromkeys(pairs)))
 
 
-def least_room(walk: Walk) -> Margin | None:
+def least_clearance(walk: DenseMotion) -> ClearanceMargin | None:
     """Return the least room along a motion; None where there is nothing to collide with.
 
-    What is overlooked has at most ``TIGHT`` or ``SHARE`` less room, as far as the bound on the
-    speed holds.
+    What is overlooked has at most ``CLEARANCE_TOLERANCE`` or ``RELATIVE_TOLERANCE`` less room, as
+    far as the bound on the speed holds.
 
     Raises:
         TooFastError: Where that bound cannot be had.
     """
-    look = _Looks(walk)
+    look = _ClearanceSamples(walk)
     for k, time in enumerate(walk.motion.t.tolist()):  # much less to look at is left in between
         look.at_state(time, walk.motion.x[k])
     if not math.isfinite(look.least):
@@ -101,14 +101,14 @@ def least_room(walk: Walk) -> Margin | None:
     return look.margin()
 
 
-class _Looks:
+class _ClearanceSamples:
     """Looks at the room along a motion, of which the least is kept.
 
     Attributes:
         least: Room so far, in [m].
     """
 
-    def __init__(self, walk: Walk) -> None:
+    def __init__(self, walk: DenseMotion) -> None:
         self._problem, self._motion = walk.problem, walk.motion
         self._checker = walk.problem.checker()
         self.least, self._time, self._x, self._count = math.inf, 0.0, walk.motion.x[0], 0
@@ -116,7 +116,9 @@ class _Looks:
     @property
     def overlooked(self) -> float:
         """By how much less room may be overlooked now, in [m]."""
-        return max(TIGHT, SHARE * self.least) * 2.0 ** (self._count // MOST)
+        return max(CLEARANCE_TOLERANCE, RELATIVE_TOLERANCE * self.least) * 2.0 ** (
+            self._count // MAX_CHECKS
+        )
 
     def at(self, k: int, time: float) -> float:
         """Return the room at a time in interval k."""
@@ -124,11 +126,11 @@ class _Looks:
 
     def at_state(self, time: float, x: Array) -> float:
         """Return the room at a state, and keep it if it is the least so far."""
-        room = self._checker.clearance(*self._problem.placement(x))
+        clearance = self._checker.clearance(*self._problem.placement(x))
         self._count += 1
-        if room < self.least:
-            self.least, self._time, self._x = room, time, x
-        return room
+        if clearance < self.least:
+            self.least, self._time, self._x = clearance, time, x
+        return clearance
 
     def closely(self) -> None:
         """Look around the least room by golden sections, on both sides of a knot if it is at one.
@@ -145,14 +147,14 @@ class _Looks:
         """Look around a time within an interval."""
         reach = (end - begin) / 8
         low, high = max(begin, time - reach), min(end, time + reach)
-        for _ in range(CUTS):
+        for _ in range(SECTIONS):
             one, other = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
             if self.at(k, one) < self.at(k, other):
                 high = other
             else:
                 low = one
 
-    def margin(self) -> Margin:
+    def margin(self) -> ClearanceMargin:
         """Return the least room."""
-        beside = room_at(self._problem, self._x, self._checker).beside
-        return Margin(self.least, self._time, beside)
+        beside = state_clearance(self._problem, self._x, self._checker).beside
+        return ClearanceMargin(self.least, self._time, beside)

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.simulation.reference import Motion
+from kinolab.simulation.reference import ReferenceMotion
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
-MOST_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
-PROBES = 5  # of the speed within one integrator step
-CAUTION = 1.2  # factor on the fastest probe
-AT_ONCE = 20_000  # states, more or less, that are looked at together
+MAX_SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
+MAX_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
+SPEED_PROBES = 5  # of the speed within one integrator step
+SAFETY_FACTOR = 1.2  # factor on the fastest probe
+STATES_PER_BATCH = 20_000  # states, more or less, that are looked at together
 
 
 class TooFastError(Exception):
@@ -54,7 +54,7 @@ class Steps:
 
 
 @dataclass(frozen=True, eq=False)
-class Walk:
+class DenseMotion:
     """A trajectory's true motion, to be looked at from its beginning to its end.
 
     Attributes:
@@ -65,7 +65,7 @@ class Walk:
 
     problem: Problem
     trajectory: Trajectory
-    motion: Motion
+    motion: ReferenceMotion
 
     @cached_property
     def steps(self) -> Steps:
@@ -84,13 +84,13 @@ class Walk:
         knots = np.repeat(np.arange(len(ends)), [len(times) - 1 for times in ends])
         begin = np.concatenate([times[:-1] for times in ends])
         end = np.concatenate([times[1:] for times in ends])
-        parts = range(0, len(knots), AT_ONCE // PROBES)
+        parts = range(0, len(knots), STATES_PER_BATCH // SPEED_PROBES)
         speed = np.concatenate(
             [self._speed(knots[at], begin[at], end[at]) for at in map(_part, parts)]
         )
-        late = np.flatnonzero(~(speed * (end - begin) <= MOST_SAMPLES * SPACING))
-        if late.size:
-            k = late[0]
+        cancelled = np.flatnonzero(~(speed * (end - begin) <= MAX_SAMPLES * MAX_SPACING))
+        if cancelled.size:
+            k = cancelled[0]
             raise TooFastError(float(begin[k]), float(end[k]), float(speed[k]))
         return Steps(knots, begin, end, speed)
 
@@ -101,8 +101,8 @@ class Walk:
         integrator's steps are among them.
         """
         steps = self.steps
-        counts = np.ceil(steps.speed * (steps.end - steps.begin) / SPACING).astype(int) + 1
-        group = np.cumsum(counts + 1) // AT_ONCE
+        counts = np.ceil(steps.speed * (steps.end - steps.begin) / MAX_SPACING).astype(int) + 1
+        group = np.cumsum(counts + 1) // STATES_PER_BATCH
         for rows in np.split(np.arange(len(counts)), np.flatnonzero(np.diff(group)) + 1):
             k = np.repeat(rows, counts[rows] + 1)
             last = np.cumsum(counts[rows] + 1)
@@ -115,16 +115,16 @@ class Walk:
 
     def _speed(self, knots: NDArray[np.intp], begin: Array, end: Array) -> Array:
         """Return a bound on the speed of all points, by probes within each step."""
-        model, share = self.problem.model.plant, np.linspace(0.0, 1.0, PROBES)
-        times = np.minimum(begin[:, None] + (end - begin)[:, None] * share, end[:, None])
-        each = np.repeat(knots, PROBES)
+        model, fraction = self.problem.model.plant, np.linspace(0.0, 1.0, SPEED_PROBES)
+        times = np.minimum(begin[:, None] + (end - begin)[:, None] * fraction, end[:, None])
+        each = np.repeat(knots, SPEED_PROBES)
         states, held = self.motion.along(each, times.ravel()), self.trajectory.u[each]
         fastest = np.max(model.point_speed(states, held), axis=1, initial=0.0)
         if self.problem.cables:
             fastest = np.maximum(fastest, model.cable_speed(states, held).max(axis=1, initial=0.0))
-        speed: Array = CAUTION * fastest.reshape(-1, PROBES).max(axis=1)
+        speed: Array = SAFETY_FACTOR * fastest.reshape(-1, SPEED_PROBES).max(axis=1)
         return speed
 
 
 def _part(first: int) -> slice:
-    return slice(first, first + AT_ONCE // PROBES)
+    return slice(first, first + STATES_PER_BATCH // SPEED_PROBES)

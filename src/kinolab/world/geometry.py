@@ -29,7 +29,7 @@ TURN: dict[str, Array] = {
 SECTIONS = 64  # corners of a drawn circle
 
 
-class Kind(IntEnum):
+class ShapeKind(IntEnum):
     """The families of shapes that the compiled code tells apart; a disk is a cylinder."""
 
     BOX = 0
@@ -53,7 +53,7 @@ class BodyGeometry:
     whirl: float = 0.0
 
 
-def sizes(shape: Shape) -> tuple[Kind, Array]:
+def sizes(shape: Shape) -> tuple[ShapeKind, Array]:
     """Give the kind and the half sizes (3,) in [m], along x, y, z of the shape's own frame.
 
     Round shapes have their radius in x and y and half their ``length`` in z; a capsule's caps
@@ -61,15 +61,15 @@ def sizes(shape: Shape) -> tuple[Kind, Array]:
     """
     match shape:
         case Box():
-            return Kind.BOX, 0.5 * np.array([shape.x, shape.y, shape.z], dtype=float)
+            return ShapeKind.BOX, 0.5 * np.array([shape.x, shape.y, shape.z], dtype=float)
         case Sphere():
-            return Kind.SPHERE, np.full(3, float(shape.radius))
+            return ShapeKind.SPHERE, np.full(3, float(shape.radius))
         case Capsule():
-            return Kind.CAPSULE, _round(shape.radius, shape.length)
+            return ShapeKind.CAPSULE, _round(shape.radius, shape.length)
         case Cylinder():
-            return Kind.CYLINDER, _round(shape.radius, shape.length)
+            return ShapeKind.CYLINDER, _round(shape.radius, shape.length)
         case Disk():
-            return Kind.CYLINDER, _round(shape.radius, shape.thickness)
+            return ShapeKind.CYLINDER, _round(shape.radius, shape.thickness)
     raise TypeError(f"not a shape: {shape!r}")
 
 
@@ -110,14 +110,14 @@ def triangles(shape: Shape, corners: int = SECTIONS) -> tuple[Array, Faces]:
 
 
 @lru_cache(maxsize=64)
-def _own_triangles(kind: Kind, x: float, y: float, z: float, corners: int) -> trimesh.Trimesh:
+def _own_triangles(kind: ShapeKind, x: float, y: float, z: float, corners: int) -> trimesh.Trimesh:
     """Triangulate a shape in its own frame; worlds of many have few sizes of them."""
     half = np.array([x, y, z])
-    if kind is Kind.BOX:
+    if kind is ShapeKind.BOX:
         return trimesh.creation.box(2.0 * half)
-    if kind is Kind.SPHERE:
+    if kind is ShapeKind.SPHERE:
         return trimesh.creation.icosphere(subdivisions=3, radius=half[0])
-    if kind is Kind.CYLINDER:
+    if kind is ShapeKind.CYLINDER:
         return trimesh.creation.cylinder(half[0], 2.0 * half[2], sections=corners)
     capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[corners // 2, corners // 2])
     capsule.apply_translation(-capsule.bounds.mean(axis=0))

@@ -11,7 +11,8 @@ from scipy.sparse.csgraph import connected_components
 
 from kinolab.world.geometry import Array, Faces
 
-FLAT = 1e-12  # volumes below this share of the cubed extent are sheets folded onto themselves
+# volumes below this share of the cubed extent are sheets folded onto themselves
+FLAT_FRACTION = 1e-12
 
 
 class Components(NamedTuple):
@@ -30,7 +31,7 @@ def components(vertices: Array, faces: Faces) -> Components:
     label = _labels(len(vertices), faces)
     volume = _signed_volumes(vertices, faces, label)
     volume[np.unique(label[_has_open_edge(len(vertices), faces)])] = 0.0
-    volume[np.abs(volume) < FLAT * np.ptp(vertices, axis=0).max() ** 3] = 0.0
+    volume[np.abs(volume) < FLAT_FRACTION * np.ptp(vertices, axis=0).max() ** 3] = 0.0
     return Components(label, volume)
 
 

@@ -8,13 +8,13 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.world.geometry import Array, Kind, placement, sizes
+from kinolab.world.geometry import Array, ShapeKind, placement, sizes
 from kinolab.world.obstacle import Obstacle
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
-def outermost(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
+def without_redundant(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     """Leave out what repeats an earlier box, ball or cylinder, or lies inside a larger one.
 
     Nothing can come near to it without being as near to the other one. Meshes stay, and hide
@@ -45,7 +45,7 @@ def _key(obstacle: Obstacle) -> object:
     return shape, pose.tobytes()
 
 
-def _size(obstacle: Obstacle) -> tuple[Kind, Array]:
+def _size(obstacle: Obstacle) -> tuple[ShapeKind, Array]:
     assert obstacle.primitive is not None
     return sizes(obstacle.primitive[0])
 
@@ -69,9 +69,9 @@ def _inside(obstacle: Obstacle, points: Array) -> NDArray[np.bool_]:
     """Say which points (..., 3) a shape holds."""
     (kind, half), (turn, at) = _size(obstacle), _frame(obstacle)
     local = np.abs((points - at) @ turn)
-    if kind is Kind.SPHERE:
+    if kind is ShapeKind.SPHERE:
         return np.asarray(np.linalg.norm(local, axis=-1) <= half[0])
-    if kind is Kind.CYLINDER:
+    if kind is ShapeKind.CYLINDER:
         around = np.hypot(local[..., 0], local[..., 1]) <= half[0]
         return np.asarray(around & (local[..., 2] <= half[2]))
-    return np.asarray((local <= half).all(axis=-1)) & (kind is Kind.BOX)
+    return np.asarray((local <= half).all(axis=-1)) & (kind is ShapeKind.BOX)

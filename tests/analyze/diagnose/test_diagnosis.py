@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import kinolab
 from kinolab import cli, planners
 from kinolab.analyze.diagnose import diagnosis
-from kinolab.analyze.diagnose.verification_summary import truth_sentences
+from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.problem import Problem
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import Plan
@@ -34,7 +34,7 @@ LONGEST = 45.0  # [s]: three times what is promised, for a machine that does oth
 def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave little time to the looks that take long; they have tests of their own."""
     monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 0.5)
-    monkeypatch.setattr(diagnosis, "SECONDS", 1.5)
+    monkeypatch.setattr(diagnosis, "TOTAL_SECONDS", 1.5)
 
 
 @every_planner
@@ -105,7 +105,7 @@ def refusal_of(problem: Problem, t: Array, u: Array) -> str:
     certificate = kinolab.verify(problem, motion)
     assert not certificate.passed
     found = Plan("verification_failed", motion, certificate, "rrt", 1, 10, 0.0)
-    [sentence] = truth_sentences(problem, found)
+    [sentence] = verification_sentences(problem, found)
     return sentence
 
 

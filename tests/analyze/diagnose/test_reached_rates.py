@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import kinolab
-from kinolab.analyze.diagnose.reached_rates import unreached, unreached_sentences
+from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.scenario import builtin_scenarios
 from tests.support import OPEN, problem_of
 
@@ -25,7 +25,7 @@ def lame():
 def test_a_coin_that_cannot_steer_never_turns(tmp_path: Path) -> None:
     (tmp_path / "lame.py").write_text(LAME)
     text = OPEN.replace('name = "rolling_disk"', 'file = "lame.py:lame"')
-    directions = unreached(problem_of(tmp_path, text))
+    directions = unreached_directions(problem_of(tmp_path, text))
     assert len(directions) == 1
     assert set(directions[0]) == {"psi_dot"}
     assert list(unreached_sentences(directions)) == ["No input ever changes psi_dot."]
@@ -40,4 +40,4 @@ def test_a_direction_of_several_velocities_is_written_as_their_sum() -> None:
 @pytest.mark.parametrize("name", builtin_scenarios())
 def test_every_machine_that_comes_with_a_scenario_can_change_all_its_velocities(name: str) -> None:
     """A crane's sway has no motor, but the trolley's pulls at it."""
-    assert unreached(kinolab.load(name)) == ()
+    assert unreached_directions(kinolab.load(name)) == ()

@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 from kinolab import planners
-from kinolab.analyze.diagnose.relaxation_trials import Retry, retries, retry_sentences
+from kinolab.analyze.diagnose.relaxation_trials import (
+    RelaxationTrial,
+    relaxation_trials,
+    trial_sentences,
+)
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.simulation import Propagator
@@ -53,7 +57,7 @@ def shove(monkeypatch: pytest.MonkeyPatch) -> None:
 def worked(problem: Problem, planner: str, most: int) -> set[str]:
     plan = problem.solve(planner=planner, seed=1, max_iterations=most, time_limit=PLENTY)
     assert plan.status in {"approximate", "not_found"}
-    return {retry.change for retry in retries(problem, plan, {}, PLENTY) if retry.solved}
+    return {retry.change for retry in relaxation_trials(problem, plan, {}, PLENTY) if retry.solved}
 
 
 def test_a_wall_all_around_the_goal_is_what_stops_the_search(tmp_path: Path) -> None:
@@ -100,33 +104,35 @@ def test_a_retry_makes_no_more_iterations_than_the_search_that_failed(tmp_path: 
 def test_without_time_nothing_is_tried(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN, "goal.x=4", "goal.tolerance=0.01")
     plan = problem.solve(seed=1, max_iterations=10)
-    assert retries(problem, plan, {}, 0.0) == ()
+    assert relaxation_trials(problem, plan, {}, 0.0) == ()
 
 
 def test_the_problem_stays_as_it_was(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, ring(1.0), "start.x=-2", "goal.tolerance=0.3")
     before = problem.model.control_bounds.copy(), problem.step, len(problem.world.obstacles)
     plan = problem.solve(seed=1, max_iterations=10)
-    retries(problem, plan, {}, PLENTY)
+    relaxation_trials(problem, plan, {}, PLENTY)
     after = problem.model.control_bounds, problem.step, len(problem.world.obstacles)
     assert (before[0] == after[0]).all()
     assert before[1:] == after[1:]
 
 
 def test_the_words_name_what_worked() -> None:
-    def tried(*worked: bool) -> list[Retry]:
+    def tried(*worked: bool) -> list[RelaxationTrial]:
         words = ["without the obstacles", "with 3 times the goal's tolerances"]
-        return [Retry("", text, hit, 0.1) for text, hit in zip(words, worked, strict=True)]
+        return [
+            RelaxationTrial("", text, hit, 0.1) for text, hit in zip(words, worked, strict=True)
+        ]
 
-    assert list(retry_sentences(tried(True, False))) == [
+    assert list(trial_sentences(tried(True, False))) == [
         "One change makes it work: a search without the obstacles finds a plan."
     ]
-    assert list(retry_sentences(tried(True, True))) == [
+    assert list(trial_sentences(tried(True, True))) == [
         "Each of these alone makes it work: a search without the obstacles, with 3 times the "
         "goal's tolerances."
     ]
-    assert list(retry_sentences(tried(False, False))) == [
+    assert list(trial_sentences(tried(False, False))) == [
         "No single change made a search of 2 s succeed: without the obstacles, with 3 times the "
         "goal's tolerances."
     ]
-    assert list(retry_sentences([])) == []
+    assert list(trial_sentences([])) == []

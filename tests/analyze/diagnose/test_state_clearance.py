@@ -7,19 +7,19 @@ from pathlib import Path
 
 import pytest
 
-from kinolab.analyze.diagnose.rejection_summary import refusal_sentences
-from kinolab.analyze.diagnose.state_clearance import most_room, room_sentences
-from kinolab.verification.clearance_margin import Room, room_at
+from kinolab.analyze.diagnose.rejection_summary import rejection_sentences
+from kinolab.analyze.diagnose.state_clearance import clearance_sentences, largest_clearance
+from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from tests.support import OPEN, WALL, problem_of
 
 
 def test_the_room_of_a_coin_beside_a_wall_is_the_gap(tmp_path: Path) -> None:
     """The wall's face is at x = 2.95, the coin's rim 0.25 m ahead of its centre."""
     problem = problem_of(tmp_path, OPEN + WALL, "start.x=2.66")
-    room = room_at(problem, problem.start, problem.checker())
+    room = state_clearance(problem, problem.start, problem.checker())
     assert room.clearance == pytest.approx(2.95 - 0.25 - 2.66, abs=2e-5)
     assert room.beside == ("coin – wall",)
-    assert list(room_sentences(room, None)) == [
+    assert list(clearance_sentences(room, None)) == [
         "There is little room at the start: 4 cm of room (coin – wall)."
     ]
 
@@ -28,22 +28,22 @@ def test_the_best_of_several_states_counts(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN + WALL)
     near, far = problem.start.copy(), problem.start.copy()
     near[0], far[0] = 2.0, 1.0
-    room = most_room(problem, [near, far], problem.checker())
+    room = largest_clearance(problem, [near, far], problem.checker())
     assert room is not None
     assert room.clearance == pytest.approx(2.95 - 0.25 - 1.0, abs=2e-5)
-    assert most_room(problem, [], problem.checker()) is None
+    assert largest_clearance(problem, [], problem.checker()) is None
 
 
 def test_in_the_open_there_is_all_the_room(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN)
-    room = room_at(problem, problem.start, problem.checker())
-    assert room == Room(math.inf, ())
-    assert list(room_sentences(room, room)) == []
+    room = state_clearance(problem, problem.start, problem.checker())
+    assert room == StateClearance(math.inf, ())
+    assert list(clearance_sentences(room, room)) == []
 
 
 def test_what_is_as_near_everywhere_is_no_finding() -> None:
-    hull = Room(0.028, ("truck – ground",))
-    assert list(room_sentences(hull, hull)) == []
+    hull = StateClearance(0.028, ("truck – ground",))
+    assert list(clearance_sentences(hull, hull)) == []
 
 
 def test_refusals_are_named_largest_first() -> None:
@@ -51,8 +51,8 @@ def test_refusals_are_named_largest_first() -> None:
         "collision": {"coin – wall": 0.6, "coin – crate": 0.2, "coin – bin": 0.001},
         "limit": {"phi_dot": 0.199},
     }
-    assert list(refusal_sentences(shares)) == [
+    assert list(rejection_sentences(shares)) == [
         "Motions were refused for: collision, coin – wall (60%); collision, coin – crate (20%); "
         "limit, phi_dot (20%)."
     ]
-    assert list(refusal_sentences({})) == []
+    assert list(rejection_sentences({})) == []

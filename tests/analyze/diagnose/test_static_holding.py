@@ -9,7 +9,11 @@ import pytest
 
 import kinolab
 from kinolab.analyze.diagnose.goal_states import goal_states
-from kinolab.analyze.diagnose.static_holding import best_holding, holding, holding_sentences
+from kinolab.analyze.diagnose.static_holding import (
+    best_static_holding,
+    holding_sentences,
+    static_holding,
+)
 from tests.analyze.diagnose.scenarios import PENDULUM
 from tests.support import OPEN, problem_of
 
@@ -19,7 +23,7 @@ m, l, g, strongest = 1.0, 1.0, 9.81, 5.0  # kg, m, m/s^2, N m  # noqa: E741
 
 def test_a_motor_too_weak_to_hold_a_pendulum_level_is_told_what_it_takes(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, PENDULUM, LEVEL)
-    held = holding(problem, problem.start)
+    held = static_holding(problem, problem.start)
     assert held is not None
     assert not held.holds
     assert abs(held.needed["torque"]) == pytest.approx(m * g * l)
@@ -29,8 +33,8 @@ def test_a_motor_too_weak_to_hold_a_pendulum_level_is_told_what_it_takes(tmp_pat
 
 def test_it_can_only_pass_through_a_goal_at_rest(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, PENDULUM)
-    goal = best_holding(problem, goal_states(problem).inside)
-    sentences = list(holding_sentences(problem, holding(problem, problem.start), goal))
+    goal = best_static_holding(problem, goal_states(problem).inside)
+    sentences = list(holding_sentences(problem, static_holding(problem, problem.start), goal))
     assert sentences == [
         "The machine cannot rest in the goal, only pass through: theta_dot changes by 4.81 per "
         "second; to hold it takes torque = 9.81 N m (its limit is 5)."
@@ -39,7 +43,7 @@ def test_it_can_only_pass_through_a_goal_at_rest(tmp_path: Path) -> None:
 
 def test_a_goal_that_is_passed_through_need_not_hold(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, PENDULUM, "goal.at_rest=false")
-    goal = best_holding(problem, goal_states(problem).inside)
+    goal = best_static_holding(problem, goal_states(problem).inside)
     assert goal is not None
     assert not goal.holds
     assert list(holding_sentences(problem, None, goal)) == []
@@ -49,20 +53,20 @@ def test_a_machine_that_cannot_stop_is_told_its_lower_limit(tmp_path: Path) -> N
     world = "bounds = { x = [0, 9], y = [0, 9] }"
     text = f'schema = 1\ntitle = "On"\nsystem.name = "unicycle1_v1"\n{world}\n'
     problem = problem_of(tmp_path, text, "start={ x = 1, y = 1 }", "goal.x=5")
-    (sentence,) = holding_sentences(problem, holding(problem, problem.start), None)
+    (sentence,) = holding_sentences(problem, static_holding(problem, problem.start), None)
     assert sentence.endswith("to hold it takes v = 0 m/s or rad/s (its limit is 0.25).")
 
 
 def test_a_machine_with_feedback_is_told_the_limit_of_its_reference() -> None:
     problem = kinolab.load("unicycle_slalom")
-    (sentence,) = holding_sentences(problem, holding(problem, problem.start), None)
+    (sentence,) = holding_sentences(problem, static_holding(problem, problem.start), None)
     assert sentence.endswith("to hold it takes speed = 0 m/s (its limit is 0.85).")
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.5, math.pi])
 def test_a_weight_within_the_motors_strength_is_held(angle: float, tmp_path: Path) -> None:
     problem = problem_of(tmp_path, PENDULUM, f"start.theta={angle}")
-    held = holding(problem, problem.start)
+    held = static_holding(problem, problem.start)
     assert held is not None
     assert held.holds
     assert held.share == pytest.approx(abs(m * g * l * math.sin(angle)) / strongest, abs=1e-6)
@@ -71,7 +75,7 @@ def test_a_weight_within_the_motors_strength_is_held(angle: float, tmp_path: Pat
 
 def test_a_crane_holds_its_load_by_its_weight() -> None:
     problem = kinolab.load("crane_factory")
-    held = holding(problem, problem.start)
+    held = static_holding(problem, problem.start)
     assert held is not None
     assert held.holds
     load = problem.system.parameter_values["m"]
@@ -80,7 +84,7 @@ def test_a_crane_holds_its_load_by_its_weight() -> None:
 
 def test_a_sway_that_no_input_holds_is_named() -> None:
     problem = kinolab.load("crane_factory", overrides=["start.theta_x=0.2"])
-    held = holding(problem, problem.start)
+    held = static_holding(problem, problem.start)
     assert held is not None
     assert not held.holds
     assert held.needed == {}
@@ -90,6 +94,6 @@ def test_a_sway_that_no_input_holds_is_named() -> None:
 
 def test_a_coin_rests_anywhere(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN, "start.psi=1", "start.phi_dot=3")
-    held = holding(problem, problem.start)
+    held = static_holding(problem, problem.start)
     assert held is not None
     assert (held.holds, held.share) == (True, 0.0)

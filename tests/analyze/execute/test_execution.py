@@ -83,7 +83,8 @@ def test_bounds_hold_references_to_less_than_the_machine_can_do(
     assert problem.whole.control_bounds.tolist() == [[-2.0, 2.0]]
     assert np.abs(trajectory.references).max() <= 1.0
     x, r = np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.5])
-    assert np.array_equal(problem.model.acting(x, r), problem.whole.acting(x, r))  # the same gains
+    # the same gains
+    assert np.array_equal(problem.model.plant_inputs(x, r), problem.whole.plant_inputs(x, r))
 
 
 def test_the_machine_that_was_planned_for_follows_its_plan(

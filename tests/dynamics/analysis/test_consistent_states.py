@@ -19,7 +19,10 @@ from kinolab.dynamics import (
     velocity,
     zero,
 )
-from kinolab.dynamics.analysis.consistent_states import breaches, nearest_consistent
+from kinolab.dynamics.analysis.consistent_states import (
+    constraint_violations,
+    nearest_consistent_state,
+)
 from kinolab.dynamics.units import position_unit, velocity_unit
 from tests import loops
 from tests.machines import four_bar_by_multipliers, rope_pendulum
@@ -36,7 +39,7 @@ def test_the_nearest_velocities_are_the_projection_onto_those_without_slip(seed:
     """By a basis of the velocities that a drawing allows, in units of the scales."""
     model, rng = loops.roller_racer().model(), np.random.default_rng(seed)
     x = rng.uniform(-1, 1, 8)
-    near = nearest_consistent(model, x, unlimited(model))
+    near = nearest_consistent_state(model, x, unlimited(model))
     assert near is not None
     sizes = model.state_scales[4:]
     allowed = null_space(loops.rows_of_racer(x[2], x[3]) * sizes)
@@ -50,7 +53,7 @@ def test_the_nearest_place_of_a_weight_on_a_rope_is_along_the_rope(seed: int) ->
     """The foot of the perpendicular onto a circle, and the part of a velocity along it."""
     model, rng = rope_pendulum().model(), np.random.default_rng(seed)
     x = rng.uniform(-2, 2, 4)
-    near = nearest_consistent(model, x, unlimited(model))
+    near = nearest_consistent_state(model, x, unlimited(model))
     assert near is not None
     along = x[:2] / np.linalg.norm(x[:2])
     across = np.array([-along[1], along[0]])
@@ -64,7 +67,7 @@ def test_no_closed_four_bar_is_nearer_than_the_one_proposed(seed: int) -> None:
     """All of them are known: the crank turns once around on each of two sides."""
     model, rng = loops.four_bar().model(), np.random.default_rng(seed)
     x = np.append(rng.uniform(-2, 2, 3), 0.7)
-    near = nearest_consistent(model, x, unlimited(model))
+    near = nearest_consistent_state(model, x, unlimited(model))
     assert near is not None
     assert near[3] == 0.7  # the crank's rate is free
 
@@ -87,15 +90,15 @@ def test_the_nearest_start_keeps_the_limits() -> None:
     model = loops.four_bar().model()
     limits = unlimited(model)
     limits[2] = 1.9, 2.2  # [rad] the rocker, which is at 1.5 nearby
-    near = nearest_consistent(model, np.array([1.0, -0.5, 1.5, 0.0]), limits)
+    near = nearest_consistent_state(model, np.array([1.0, -0.5, 1.5, 0.0]), limits)
     assert near is not None
     assert near[2] == pytest.approx(1.9, abs=1e-9)
-    assert breaches(model, near) == ()
+    assert constraint_violations(model, near) == ()
 
 
 def test_constraints_that_repeat_others_do_not_confuse() -> None:
     model = four_bar_by_multipliers().model()
-    near = nearest_consistent(model, model.rest() + 0.3, unlimited(model))
+    near = nearest_consistent_state(model, model.rest() + 0.3, unlimited(model))
     assert near is not None
     assert np.abs(model.constraint_residual(near)).max() < 1e-12
 

@@ -11,7 +11,7 @@ from kinolab.dynamics import Body, System, length, move
 from kinolab.dynamics.codegen.emission import emit_function
 from kinolab.dynamics.codegen.llvm import literal
 from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
-from kinolab.dynamics.derivation.expression_graph import UNARY, Tape
+from kinolab.dynamics.derivation.expression_graph import UNARY, ExpressionGraph
 
 POINTER, LONG = ctypes.c_void_p, ctypes.c_int64
 
@@ -30,7 +30,7 @@ def test_every_function_is_compiled_to_itself(name: str) -> None:
 
 @pytest.mark.parametrize("value", [0.1, -0.0, 1e-310, math.pi, -1e300])
 def test_a_literal_is_exact(value: float) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     text = emit_function("g", tape, {"x": ()}, [tape.constant(value)])
     library = link(compile_ir(text), ["g"])
     out = np.empty(1)
@@ -41,7 +41,7 @@ def test_a_literal_is_exact(value: float) -> None:
 
 
 def test_a_maximum_is_compiled() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     a, b = tape.variable("a"), tape.variable("b")
     text = emit_function("g", tape, {"x": (a, b)}, [tape.maximum(a, b)])
     library = link(compile_ir(text), ["g"])

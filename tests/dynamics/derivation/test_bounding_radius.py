@@ -25,7 +25,7 @@ from kinolab.dynamics import (
     rot_y,
     rot_z,
 )
-from kinolab.dynamics.derivation.bounding_radius import reach
+from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.language.shapes import AxisName
 
 Array = Any  # NumPy arrays of float64
@@ -128,7 +128,7 @@ def test_no_point_leaves_its_body_faster_than_the_bound(shape: Any) -> None:
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 def test_the_reach_is_a_ball_that_contains_the_shape(shape: Any) -> None:
-    radius = float(reach(shape).radius)
+    radius = float(bounding_radius(shape).radius)
     farthest = np.linalg.norm(surface(shape, np.random.default_rng(0)), axis=1).max()
     assert farthest <= radius * (1 + 1e-12)
     assert radius <= 1.8 * farthest  # centre and half diagonal added up, at worst at right angles
@@ -145,7 +145,7 @@ def test_spin_that_leaves_the_shape_in_place_is_the_only_one_that_does_not_count
         moves = set_speed(shape, model, x, rng) > 1e-3
         counted = float(model.point_speed(x)[0]) > 1e-3
         assert counted or not moves, f"spin about {axis} moves the shape unseen"
-        assert counted == (axis not in reach(shape).symmetric_about)
+        assert counted == (axis not in bounding_radius(shape).symmetric_about)
 
 
 def test_a_disk_that_spins_about_its_axle_stands_still() -> None:
@@ -182,7 +182,9 @@ def test_the_rolling_coin_moves_as_fast_as_it_rolls() -> None:
 
 
 def test_a_squared_radius_is_no_larger_reach_than_the_shape() -> None:
-    assert reach(Box(3.0, 4.0, 12.0)).radius == pytest.approx(6.5)
-    assert reach(Cylinder(3.0, 8.0)).radius == pytest.approx(5.0)
-    assert reach(Capsule(1.0, 8.0)).radius == pytest.approx(5.0)
-    assert sp.simplify(reach(Sphere(parameter("R", 1.0))).radius - parameter("R", 1.0)) == 0
+    assert bounding_radius(Box(3.0, 4.0, 12.0)).radius == pytest.approx(6.5)
+    assert bounding_radius(Cylinder(3.0, 8.0)).radius == pytest.approx(5.0)
+    assert bounding_radius(Capsule(1.0, 8.0)).radius == pytest.approx(5.0)
+    assert (
+        sp.simplify(bounding_radius(Sphere(parameter("R", 1.0))).radius - parameter("R", 1.0)) == 0
+    )

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinolab.dynamics.derivation.expression_graph import UNARY, Tape
+from kinolab.dynamics.derivation.expression_graph import UNARY, ExpressionGraph
 
 LABELS = ("x", "y", "z")
 SMOOTH = ("sin", "cos", "tanh", "atan")
@@ -38,7 +38,7 @@ expressions = st.recursive(leaves, branches, max_leaves=12)
 states = st.tuples(*[st.floats(-2, 2).map(lambda v: round(v, 3) + 1e-4)] * 3)
 
 
-def build(tape: Tape, tree: Any) -> int:
+def build(tape: ExpressionGraph, tree: Any) -> int:
     if isinstance(tree, str):
         return tape.variable(tree)
     if isinstance(tree, float):
@@ -99,7 +99,7 @@ def size(tree: Any, values: dict[str, float]) -> float:
 @settings(max_examples=200, deadline=None)
 def test_folding_and_sharing_keep_every_value(tree: Any, state: Any) -> None:
     values = dict(zip(LABELS, state, strict=True))
-    tape = Tape()
+    tape = ExpressionGraph()
     node = build(tape, tree)
     # Reordered sums lose a few units in the 16th digit of the largest intermediate value.
     tolerance = 1e-11 * size(tree, values) ** 2
@@ -113,7 +113,7 @@ def test_folding_and_sharing_keep_every_value(tree: Any, state: Any) -> None:
 def test_a_derivative_is_the_limit_of_central_differences(
     tree: Any, state: Any, direction: Any
 ) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     node = build(tape, tree)
     seeds = {tape.variable(n): tape.constant(d) for n, d in zip(LABELS, direction, strict=True)}
     (made,) = tape.derivative([node], seeds)
@@ -135,7 +135,7 @@ def test_substituting_an_expression_is_evaluating_it_first(
     outer: Any, inner: Any, state: Any
 ) -> None:
     values = dict(zip(LABELS, state, strict=True))
-    tape = Tape()
+    tape = ExpressionGraph()
     nodes = {tape.variable("x"): build(tape, inner)}
     (made,) = tape.substitute([build(tape, outer)], nodes)
     moved = values | {"x": python(inner, values)}
@@ -146,14 +146,14 @@ def test_substituting_an_expression_is_evaluating_it_first(
 
 
 def test_substitution_swaps_two_variables_at_once() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x, y = tape.variable("x"), tape.variable("y")
     (made,) = tape.substitute([tape.sub(x, tape.mul(y, y))], {x: y, y: x})
     assert tape.evaluate([made], {"x": 3.0, "y": 5.0}) == [5.0 - 9.0]
 
 
 def test_equal_expressions_are_one_node() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x, y = tape.variable("x"), tape.variable("y")
     assert tape.add(x, y) == tape.add(y, x)
     assert tape.mul(x, y) == tape.mul(y, x)
@@ -167,7 +167,7 @@ def test_equal_expressions_are_one_node() -> None:
 
 @pytest.mark.parametrize("swap", [False, True])
 def test_the_squares_of_sine_and_cosine_of_one_angle_make_1(swap: bool) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x, y = tape.variable("x"), tape.variable("y")
     square = [tape.power(tape.unary(name, x), 2) for name in ("sin", "cos")]
     assert tape.add(*(reversed(square) if swap else square)) == tape.one
@@ -179,7 +179,7 @@ def test_the_squares_of_sine_and_cosine_of_one_angle_make_1(swap: bool) -> None:
 
 
 def test_dividing_by_the_constant_zero_is_an_error() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     with pytest.raises(ZeroDivisionError, match="an expression divides by zero"):
         tape.div(tape.variable("x"), tape.zero)
     with pytest.raises(ZeroDivisionError):
@@ -187,7 +187,7 @@ def test_dividing_by_the_constant_zero_is_an_error() -> None:
 
 
 def test_a_maximum_moves_as_the_larger_one_does() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x, y = tape.variable("x"), tape.variable("y")
     node = tape.maximum(x, y)
     (slope,) = tape.derivative([node], {x: tape.constant(2.0), y: tape.constant(5.0)})
@@ -202,7 +202,7 @@ def test_a_maximum_moves_as_the_larger_one_does() -> None:
     "exponent", [0, 1, 2, 3, 7, 0.5, 1.5, 2.5, 1 / 3, -1, -2, -0.5, -1 / 3, 9.1]
 )
 def test_powers_are_powers(exponent: float) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     node = tape.power(tape.variable("x"), exponent)
     for x in (0.3, 1.0, 4.7):
         assert tape.evaluate([node], {"x": x})[0] == pytest.approx(x**exponent, rel=1e-13)
@@ -210,14 +210,14 @@ def test_powers_are_powers(exponent: float) -> None:
 
 @pytest.mark.parametrize("exponent", [3, -3, 2, -2])
 def test_whole_powers_take_negative_numbers(exponent: int) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     node = tape.power(tape.variable("x"), exponent)
     assert tape.evaluate([node], {"x": -1.7})[0] == pytest.approx((-1.7) ** exponent, rel=1e-14)
 
 
 @pytest.mark.parametrize("name", sorted(UNARY))
 def test_every_function_has_a_derivative(name: str) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x = tape.variable("x")
     (slope,) = tape.derivative([tape.unary(name, x)], {x: tape.one})
     for at in (0.4, 1.1):
@@ -227,7 +227,7 @@ def test_every_function_has_a_derivative(name: str) -> None:
 
 
 def test_operands_come_before_what_rests_on_them() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x = tape.variable("x")
     node = tape.div(tape.unary("sin", tape.add(x, tape.one)), tape.unary("cos", x))
     seen: set[int] = set()
@@ -238,7 +238,7 @@ def test_operands_come_before_what_rests_on_them() -> None:
 
 
 def test_a_long_chain_needs_no_deep_recursion() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x = node = tape.variable("x")
     for _ in range(5000):
         node = tape.unary("sin", tape.add(node, x))

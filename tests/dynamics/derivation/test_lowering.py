@@ -7,7 +7,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinolab.dynamics.derivation.expression_graph import Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.errors import InputError
 
@@ -51,7 +51,7 @@ def branches(inner: Any) -> Any:
 
 
 def lowered(expression: Any, x: float, y: float) -> float:
-    tape = Tape()
+    tape = ExpressionGraph()
     lower = Lowering(tape, {X: tape.variable("x"), Y: tape.variable("y")})
     return tape.evaluate([lower(expression)], {"x": x, "y": y})[0]
 
@@ -101,7 +101,7 @@ def test_powers_and_quotients_of_every_kind(expression: Any) -> None:
 
 
 def test_an_undeclared_symbol_is_an_error() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     with pytest.raises(InputError) as caught:
         Lowering(tape, {X: tape.variable("x")})(sp.sin(X) + Y)
     assert str(caught.value) == (
@@ -111,13 +111,13 @@ def test_an_undeclared_symbol_is_an_error() -> None:
 
 
 def test_a_symbol_of_the_same_name_is_another_symbol() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     with pytest.raises(InputError):
         Lowering(tape, {X: tape.variable("x")})(sp.Symbol("x"))
 
 
 def test_an_unknown_function_is_an_error_that_lists_the_known_ones() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     with pytest.raises(InputError) as caught:
         Lowering(tape, {X: tape.variable("x")})(sp.gamma(X))
     assert str(caught.value) == (
@@ -128,13 +128,13 @@ def test_an_unknown_function_is_an_error_that_lists_the_known_ones() -> None:
 
 @pytest.mark.parametrize("number", [sp.sqrt(-1), sp.zoo], ids=["imaginary", "complex infinity"])
 def test_a_number_that_is_not_real_is_an_input_error(number: Any) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     with pytest.raises(InputError):
         Lowering(tape, {X: tape.variable("x")})(X + number)
 
 
 def test_a_logarithm_of_a_negative_number_is_an_input_error() -> None:
     """(-2)**x has no real value for most x; SymPy keeps it as a power."""
-    tape = Tape()
+    tape = ExpressionGraph()
     with pytest.raises(InputError):
         Lowering(tape, {X: tape.variable("x")})(sp.Integer(-2) ** X)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.dynamics.derivation.expression_graph import Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
 
 Array = NDArray[np.float64]
@@ -15,7 +15,7 @@ SIZES = range(1, 8)
 
 def solved(solver: Any, A: Array, B: Array, structure: Array | None = None) -> tuple[Array, Array]:
     """Solution and guards, the entries being variables; where ``structure`` is 0, constants 0."""
-    tape, guards = Tape(), Guards()
+    tape, guards = ExpressionGraph(), Guards()
     known = np.ones_like(A) if structure is None else structure
     nodes = [
         [
@@ -127,7 +127,7 @@ def test_a_mass_that_is_not_positive_leaves_a_guard(share: float) -> None:
 
 def solved_guards(solver: Any, A: Array) -> Array:
     """Guards alone: the solution may divide by zero."""
-    tape, guards = Tape(), Guards()
+    tape, guards = ExpressionGraph(), Guards()
     size = len(A)
     nodes = [[tape.variable(f"a{i}_{j}") for j in range(size)] for i in range(size)]
     if solver is solve_definite:
@@ -144,20 +144,20 @@ def solved_guards(solver: Any, A: Array) -> Array:
 
 
 def test_a_structurally_singular_matrix_is_refused_at_once() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x = tape.variable("x")
     with pytest.raises(ZeroDivisionError, match="do not determine"):
         solve_square(tape, [[x, tape.zero], [x, tape.zero]], [[x, x]], Guards())
 
 
 def test_a_positive_constant_needs_no_guard() -> None:
-    tape, guards = Tape(), Guards()
+    tape, guards = ExpressionGraph(), Guards()
     solve_definite(tape, [[tape.constant(2.0)]], [[tape.one]], guards)
     solve_square(tape, [[tape.constant(-3.0)]], [[tape.one]], guards)
     assert guards.nodes == []
 
 
 def test_nothing_to_solve_has_an_empty_solution() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     assert solve_square(tape, [], [[], []], Guards()) == [[], []]
     assert solve_definite(tape, [], [[]], Guards()) == [[]]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import kinolab.systems
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from tests.feedback_machines import cart_pole
 from tests.machines import four_bar_by_multipliers, rope_pendulum, sprung_cart
@@ -33,7 +33,7 @@ def model(name: str) -> Model:
 def states(name: str) -> Array:
     """States whose positions the constraints allow, shape (N, nx)."""
     made = model(name)
-    samples = feasible_values(made.system, Binding.of(made.system))
+    samples = feasible_values(made.system, SymbolTable.of(made.system))
     return np.array([[values[entry] for entry in made.state_names] for values in samples])
 
 

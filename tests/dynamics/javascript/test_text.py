@@ -114,7 +114,7 @@ def test_feedback_is_held_over_a_step(engine: Engine) -> None:
         ["push"],
     ]
     acting = engine.run(f"return Array.from({machine}.acting(a, b, {machine}.defaults))", x, [0.5])
-    np.testing.assert_allclose(acting, made.acting(x, [0.5]), rtol=1e-12)
+    np.testing.assert_allclose(acting, made.plant_inputs(x, [0.5]), rtol=1e-12)
 
 
 def test_a_torque_without_a_place_has_no_arrow(engine: Engine) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
-from kinolab.dynamics.derivation.expression_graph import Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.lagrange.cancellation import Cancellation
 from tests.dynamics.derivation.test_expression_graph import LABELS, build, expressions, states
 
@@ -16,7 +16,7 @@ from tests.dynamics.derivation.test_expression_graph import LABELS, build, expre
 @settings(deadline=None)
 @given(tree=expressions, values=states)
 def test_rewritten_expressions_have_the_same_value(tree: Any, values: tuple[float, ...]) -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     node = build(tape, tree)
     (short,) = Cancellation(tape).rewritten([node])
     point = dict(zip(LABELS, values, strict=True))
@@ -24,13 +24,13 @@ def test_rewritten_expressions_have_the_same_value(tree: Any, values: tuple[floa
     assert after == pytest.approx(before, rel=1e-9, abs=1e-9)
 
 
-def turned(tape: Tape, x: int, y: int, angle: int) -> tuple[int, int]:
+def turned(tape: ExpressionGraph, x: int, y: int, angle: int) -> tuple[int, int]:
     c, s = tape.unary("cos", angle), tape.unary("sin", angle)
     return tape.sub(tape.mul(c, x), tape.mul(s, y)), tape.add(tape.mul(s, x), tape.mul(c, y))
 
 
 def test_a_turn_there_and_back_is_none() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x, y, a, b = (tape.variable(name) for name in "xyab")
     there = turned(tape, *turned(tape, x, y, a), b)
     back = turned(tape, *turned(tape, *there, tape.neg(b)), tape.neg(a))
@@ -38,7 +38,7 @@ def test_a_turn_there_and_back_is_none() -> None:
 
 
 def test_sums_of_squares_are_found_below_other_terms() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     a, m = tape.variable("a"), tape.variable("m")
     c, s = tape.unary("cos", a), tape.unary("sin", a)
     one = tape.mul(m, tape.mul(c, c))
@@ -47,7 +47,7 @@ def test_sums_of_squares_are_found_below_other_terms() -> None:
 
 
 def test_what_is_nearly_zero_is_not_called_zero() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     x = tape.variable("x")
     tiny = tape.sub(tape.mul(tape.constant(1.0 + 1e-9), x), x)
     (short,) = Cancellation(tape).rewritten([tiny])
@@ -55,7 +55,7 @@ def test_what_is_nearly_zero_is_not_called_zero() -> None:
 
 
 def test_many_terms_take_no_time() -> None:
-    tape = Tape()
+    tape = ExpressionGraph()
     total = tape.one
     for k in range(40):
         angle = tape.variable(f"a{k}")

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from kinolab.dynamics import angle, length, parameter, rate, rotation
-from kinolab.dynamics.lagrange.simplification import grouped, tidied
+from kinolab.dynamics.lagrange.simplification import grouped, simplified
 
 A, B = angle("a"), angle("b")
 X, ROPE = length("x"), length("l", 1.5, 8.0)
@@ -22,7 +22,7 @@ HALF = sp.Rational(1, 2)
 
 
 def tidy(expression: Any) -> sp.Expr:
-    return tidied(sp.sympify(expression), time.thread_time() + 60)
+    return simplified(sp.sympify(expression), time.thread_time() + 60)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_a_form_that_would_be_long_stays_as_it_is() -> None:
 
 
 def test_time_that_is_over_leaves_a_formula_as_it_is() -> None:
-    assert tidied(M * sin(A) ** 2 + 0.5 * M, -math.inf) == M * sin(A) ** 2 + M / 2
+    assert simplified(M * sin(A) ** 2 + 0.5 * M, -math.inf) == M * sin(A) ** 2 + M / 2
 
 
 def test_what_is_multiplied_by_the_same_acceleration_stands_in_one_bracket() -> None:

@@ -61,7 +61,7 @@ def gain_of(model: Model) -> Array:
     order = ["theta", "theta_dot", "x_dot"]
     return -np.array(
         [
-            (model.acting(at + nudge * e, [0.0]) - model.acting(at - nudge * e, [0.0]))
+            (model.plant_inputs(at + nudge * e, [0.0]) - model.plant_inputs(at - nudge * e, [0.0]))
             / (2 * nudge)
             for e in np.eye(4)[[model.state_names.index(name) for name in order]]
         ]
@@ -115,7 +115,7 @@ def test_what_no_input_reaches_cannot_be_made_stable() -> None:
 
 def test_inputs_are_held_over_a_step_and_cut_at_their_limits(model: Model) -> None:
     x, r, h = np.array([0.3, 0.05, 0.2, -0.1]), np.array([1.0]), 0.05
-    held = model.acting(x, r)
+    held = model.plant_inputs(x, r)
 
     def slope(_: float, state: Array) -> Array:
         return model.plant.f(state, held)
@@ -123,14 +123,14 @@ def test_inputs_are_held_over_a_step_and_cut_at_their_limits(model: Model) -> No
     run = solve_ivp(slope, (0, h), x, method="DOP853", rtol=1e-12, atol=1e-14)
     assert np.allclose(model.step(x, r, h, substeps=50), run.y[:, -1], atol=1e-11)
     far = np.array([0.0, 0.5, 2.0, 0.0])  # tips forward fast: full force
-    assert model.acting(far, r).tolist() == [20.0]
-    assert model.acting(-far, r).tolist() == [-20.0]
+    assert model.plant_inputs(far, r).tolist() == [20.0]
+    assert model.plant_inputs(-far, r).tolist() == [-20.0]
     assert np.array_equal(model.f(far, r), model.plant.f(far, [20.0]))
 
 
 def test_the_derivative_with_feedback_is_exact(model: Model) -> None:
     x, r, h = np.array([0.3, 0.02, 0.1, -0.1]), np.array([0.1]), 1e-6
-    assert abs(model.acting(x, r)[0]) < 20.0  # within its limits
+    assert abs(model.plant_inputs(x, r)[0]) < 20.0  # within its limits
     in_x, in_r = model.jacobian(x, r)
     numeric = [(model.f(x + h * e, r) - model.f(x - h * e, r)) / (2 * h) for e in np.eye(4)]
     assert np.allclose(in_x, np.transpose(numeric), rtol=1e-7, atol=1e-7)
@@ -152,18 +152,18 @@ def test_rows_of_references_are_followed_one_by_one(model: Model) -> None:
     x = np.random.default_rng(1).uniform(-0.3, 0.3, (5, 4))
     r = np.linspace(-2, 2, 5)[:, None]
     assert np.array_equal(model.f(x, r), [model.f(a, b) for a, b in zip(x, r, strict=True)])
-    assert np.array_equal(model.acting(x, r)[3], model.acting(x[3], r[3]))
+    assert np.array_equal(model.plant_inputs(x, r)[3], model.plant_inputs(x[3], r[3]))
 
 
 def test_a_machine_with_feedback_survives_its_file(model: Model) -> None:
     text = machine_to_json(model.system)
     again = machine_from_json(text).model()
     x, r = np.array([0.3, 0.05, 0.2, -0.1]), np.array([1.0])
-    assert np.array_equal(again.acting(x, r), model.acting(x, r))
+    assert np.array_equal(again.plant_inputs(x, r), model.plant_inputs(x, r))
     assert machine_to_json(again.system) == text
     stated = machine_from_json(machine_to_json(cart_pole()))  # before it was designed
     assert isinstance(stated.feedback, Regulator)
-    assert np.array_equal(stated.model().acting(x, r), model.acting(x, r))
+    assert np.array_equal(stated.model().plant_inputs(x, r), model.plant_inputs(x, r))
 
 
 def test_other_parameters_give_other_gains() -> None:
@@ -200,7 +200,7 @@ def test_scheduled_inputs_go_through_every_equilibrium() -> None:
     system, _ = mass_on_cubic_spring()
     model = system.model()
     for r in np.linspace(-1, 1, 9):
-        assert model.acting([r, 0.0], [r])[0] == pytest.approx(r + r**3, abs=1e-7)
+        assert model.plant_inputs([r, 0.0], [r])[0] == pytest.approx(r + r**3, abs=1e-7)
 
 
 def test_an_equilibrium_is_found_where_it_is() -> None:

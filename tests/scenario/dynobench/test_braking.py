@@ -8,9 +8,9 @@ import numpy as np
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.steering.nearest_equilibrium import settle
+from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
-from kinolab.steering.stop_maneuver import Brake
+from kinolab.steering.stop_maneuver import StopManeuver
 from tests.scenario.dynobench.test_environments import written
 
 PLAIN = """\
@@ -27,7 +27,7 @@ def plain(folder: Path) -> Problem:
 def test_it_can_stay_wherever_it_is(tmp_path: Path) -> None:
     problem = plain(tmp_path)
     assert problem.model.speeds.tolist() == [3, 4]
-    found = settle(problem, problem.start)
+    found = nearest_equilibrium(problem, problem.start)
     assert found is not None
     np.testing.assert_allclose(found[0], [1, 2, 0, 0, 0], atol=1e-12)
     np.testing.assert_allclose(found[1], 0, atol=1e-12)
@@ -37,7 +37,7 @@ def test_it_brakes_to_an_exact_stop(tmp_path: Path) -> None:
     """From 0.4 m/s at 0.25 m/s^2: 1.6 s and 0.32 m at least."""
     problem = plain(tmp_path)
     steering = Steering(problem)
-    brake = Brake(problem, steering.rollout, steering.closing, steering.tracker)
+    brake = StopManeuver(problem, steering.rollout, steering.closing, steering.tracker)
     stopped = brake.stop(problem.start)
     assert stopped is not None
     assert np.abs(stopped.x[-1, 3:]).max() < 1e-9

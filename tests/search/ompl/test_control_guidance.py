@@ -16,7 +16,7 @@ from kinolab import planners
 from kinolab.problem import Problem
 from kinolab.search import Budget
 from kinolab.search.ompl import AbstractTreePlanner
-from kinolab.search.ompl.control_guidance import Guidance, Guide
+from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
 from kinolab.search.ompl.goal_samples import GoalSamples
 from tests.support import OPEN, coin_after, problem_of
 
@@ -28,7 +28,7 @@ def grown(name: str, problem: Problem, seconds: float) -> tuple[Any, Any]:
     """A bridge whose problem OMPL's planner has searched, and the planner."""
     settings = planners.get(name)()
     assert isinstance(settings, AbstractTreePlanner)
-    bridge = settings.bridge(problem, 1, Budget(math.inf))
+    bridge = settings.ompl_setup(problem, 1, Budget(math.inf))
     ou.RNG.setSeed(1)
     planner = settings.begin(bridge)
     planner.solve(ob.timedPlannerTerminationCondition(seconds))
@@ -65,14 +65,14 @@ def test_a_motion_ends_where_it_enters_the_goal(name: str, table: Problem) -> No
     assert min(excess[:-1]) > 0.99  # OMPL's goal is 0.999 of the tolerance
 
 
-def guide(problem: Problem, **guidance: Any) -> Guide:
-    return Guide(
+def guide(problem: Problem, **guidance: Any) -> ControlGuide:
+    return ControlGuide(
         problem,
         GoalSamples(problem),
         Guidance(**guidance),
         min_steps=1,
         max_steps=STEPS,
-        zoom=10.0,
+        goal_region_scale=10.0,
         seed=0,
     )
 
@@ -156,5 +156,5 @@ def test_what_was_stopped_counts_where_its_motion_began(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", GUIDED)
 def test_a_single_input_is_a_choice_too(name: str, table: Problem) -> None:
-    found = table.solve(planner=name, seed=1, max_iterations=20_000, inputs_tried=1)
+    found = table.solve(planner=name, seed=1, max_iterations=20_000, control_samples=1)
     assert found.status == "solved"

@@ -12,7 +12,7 @@ from ompl import base as ob
 from ompl import control as oc
 
 from kinolab.problem import Problem
-from kinolab.search.ompl import Bridge
+from kinolab.search.ompl import OmplSetup
 from tests.support import coin_after
 
 
@@ -29,7 +29,7 @@ class Node:
 class RandomTree(ob.Planner):  # type: ignore[misc]
     """Grows from any of its states, under any input: the least that a control planner may do."""
 
-    def __init__(self, bridge: Bridge) -> None:
+    def __init__(self, bridge: OmplSetup) -> None:
         super().__init__(bridge.space_information, "random tree")
         self._information, self._generator = bridge.space_information, np.random.default_rng(1)
         self._limits = bridge.problem.model.control_bounds.T

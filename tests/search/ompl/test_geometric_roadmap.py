@@ -12,14 +12,14 @@ import pytest
 
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.search.ompl import Configurations, GeometricRoadmap
+from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.steering import Steering
 from tests.scenes import WALL, scene
 from tests.support import ROOT, environment
 
 
-def configurations(problem: Problem, margin: float = 0.02) -> Configurations:
-    return Configurations(problem, Steering(problem), goal_of(problem), margin)
+def configurations(problem: Problem, margin: float = 0.02) -> ConfigurationSpace:
+    return ConfigurationSpace(problem, Steering(problem), goal_of(problem), margin)
 
 
 def goal_of(problem: Problem) -> np.ndarray:
@@ -100,7 +100,7 @@ def test_a_path_leads_from_any_start_at_rest_to_the_goal_with_room(
         assert not checker.collides(*problem.placement(x))
         assert x[5:] == pytest.approx([0, 0])
     for x0, x1 in pairwise(path):
-        assert next(found.free_ways(x0, x1), None) is not None
+        assert next(found.free_paths(x0, x1), None) is not None
 
 
 def test_the_same_seed_grows_the_same_roadmap(tmp_path: Path) -> None:

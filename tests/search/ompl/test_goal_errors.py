@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.search.ompl.goal_errors import Nearness
+from kinolab.search.ompl.goal_errors import GoalErrors
 
 NAMES = ("crane_factory", "rolling_disk_maze", "submarine_corridor", "vehicle_parking")
 
@@ -16,10 +16,10 @@ NAMES = ("crane_factory", "rolling_disk_maze", "submarine_corridor", "vehicle_pa
 def test_the_largest_share_is_the_goals_excess(name: str, reach: float) -> None:
     """Attitudes are compared by an arc cosine, whose error is some 1e-8 rad near 0."""
     problem = kinolab.load(name)
-    nearness, generator, found = Nearness(problem, reach), np.random.default_rng(0), 0
+    nearness, generator, found = GoalErrors(problem, reach), np.random.default_rng(0), 0
     for spread in generator.uniform(0.1, 8.0, 300):
         x = problem.sample_goal(generator, spread)
-        shares, excess = nearness.shares(x.tolist()), problem.goal_excess(x)
+        shares, excess = nearness.fractions(x.tolist()), problem.goal_excess(x)
         if shares is None:
             assert excess > reach - 1e-6
         else:

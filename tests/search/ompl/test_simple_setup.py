@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.search.ompl import Bridge
-from kinolab.simulation import CompiledStep, Sweep
-from kinolab.simulation.propagator import CAUTION
+from kinolab.search.ompl import OmplSetup
+from kinolab.simulation import CompiledStep, ContinuousCollisionCheck
+from kinolab.simulation.propagator import SAFETY_FACTOR
 from kinolab.world import CollisionChecker
 from tests.support import OPEN, coin_after, problem_of
 
@@ -193,8 +193,10 @@ def test_a_state_that_is_reached_has_a_unit_quaternion(method: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("zoom", [1.0, 3.0, 1e6])
-def test_samples_of_the_goal_reach_as_far_as_the_zoom(zoom: float, submarine: Problem) -> None:
-    bridge = Bridge(submarine, goal_zoom=zoom)
+def test_samples_of_the_goal_reach_as_far_as_the_goal_region_scale(
+    zoom: float, submarine: Problem
+) -> None:
+    bridge = OmplSetup(submarine, goal_region_scale=zoom)
     region, state = bridge.problem_definition.getGoal(), bridge.space.allocState()
     rows = []
     for _ in range(300):
@@ -218,13 +220,13 @@ class Looks:
 
     def __init__(self, problem: Problem) -> None:
         self._calls = CompiledStep(problem)
-        self._sweep = Sweep(problem, self._calls)
+        self._sweep = ContinuousCollisionCheck(problem, self._calls)
 
     def accept(self, x: Array, u: Array, duration: float) -> bool:
         calls = self._calls
         calls.x[:], calls.u[:] = x.tolist(), u.tolist()
         assert calls.step(duration) == 0
-        return self._sweep.free_within(duration, CAUTION * calls.fastest())
+        return self._sweep.free_within(duration, SAFETY_FACTOR * calls.fastest())
 
 
 def along(problem: Problem, x: Array, u: Array, duration: float) -> Array:

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.simulation import HeldInputs, Propagator
-from kinolab.steering.goal_connection import Arrival, goal_errors
+from kinolab.simulation import Propagator, ZeroOrderHold
+from kinolab.steering.goal_connection import GoalConnection, goal_errors
 from tests.support import OPEN, WALL, problem_of
 
 Array = NDArray[np.float64]
 
 
-def arrival(problem: Problem) -> Arrival:
+def arrival(problem: Problem) -> GoalConnection:
     steps = round(2.0 / problem.step)
-    return Arrival(problem, steps, Propagator(problem), lambda: False)
+    return GoalConnection(problem, steps, Propagator(problem), lambda: False)
 
 
 def in_goal(problem: Problem) -> Array:
@@ -62,7 +62,7 @@ def test_a_motion_through_a_wall_is_not_taken(tmp_path: Path) -> None:
 
 def test_a_search_that_must_end_does_not_shoot(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN)
-    ended = Arrival(problem, 20, Propagator(problem), lambda: True)
+    ended = GoalConnection(problem, 20, Propagator(problem), lambda: True)
     assert ended.inputs(problem.start) is None
 
 
@@ -89,12 +89,12 @@ def test_goal_errors_vanish_in_the_middle_of_the_goal_and_are_shares_of_toleranc
 def test_a_rollout_is_the_model_s_own_steps(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN)
     x, u = problem.start, np.array([0.7, -0.2])
-    end = HeldInputs(problem).end(x, u, 7)
+    end = ZeroOrderHold(problem).end(x, u, 7)
     for _ in range(7):
         x = problem.model.step(x, u, problem.step)
     assert end is not None
     assert end.tobytes() == x.tobytes()
-    held = HeldInputs(problem).end_of(problem.start, np.array([u, -u]), 3)
+    held = ZeroOrderHold(problem).end_of(problem.start, np.array([u, -u]), 3)
     x = problem.start
     for row in (u, -u):
         for _ in range(3):

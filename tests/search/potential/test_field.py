@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.search.potential.attraction import Straight
+from kinolab.search.potential.attraction import StraightLinePotential
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.field_setup import navigation_field, plain_field
 from kinolab.search.potential.pullback import generalised_force, point_jacobians, velocity_columns
@@ -65,8 +65,8 @@ def test_forces_of_navigation_are_minus_its_slope(seed: int) -> None:
         Propagator(problem),
         Repulsion(0.0, 0.3),
         resolution=0.3,
-        memory=16.0,
-        berth=0.5,
+        grid_memory=16.0,
+        clearance_cost_radius=0.5,
         stop=lambda: False,
     )
     assert field is not None
@@ -130,7 +130,7 @@ def test_where_the_goal_names_no_place_its_errors_are_the_potential(tmp_path: Pa
 
 
 def test_a_straight_pull_has_slope_1_and_fades_at_the_goal() -> None:
-    pull = Straight(np.array([1.0, 2.0, 3.0]), rounding=0.1)
+    pull = StraightLinePotential(np.array([1.0, 2.0, 3.0]), rounding=0.1)
     generator, h = np.random.default_rng(0), 1e-6
     away = generator.normal(size=(50, 3))
     away *= (generator.uniform(0.01, 3, 50) / np.linalg.norm(away, axis=1))[:, None]

@@ -6,12 +6,12 @@ import threading
 
 import pytest
 
-from kinolab.search.potential.interruptible import unless_stopped
+from kinolab.search.potential.interruptible import run_unless_cancelled
 from tests.support import within
 
 
 def test_the_result_is_returned() -> None:
-    assert unless_stopped(lambda: 42, lambda: False) == 42
+    assert run_unless_cancelled(lambda: 42, lambda: False) == 42
 
 
 def test_a_failure_is_raised_here() -> None:
@@ -19,11 +19,11 @@ def test_a_failure_is_raised_here() -> None:
         raise ValueError("no way")
 
     with pytest.raises(ValueError, match="no way"):
-        unless_stopped(fail, lambda: False)
+        run_unless_cancelled(fail, lambda: False)
 
 
 def test_work_that_never_ends_is_given_up() -> None:
     gate = threading.Event()
     with within(60):
-        assert unless_stopped(gate.wait, lambda: True) is None
+        assert run_unless_cancelled(gate.wait, lambda: True) is None
     gate.set()

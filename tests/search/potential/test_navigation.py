@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.search.potential.eikonal import SLOWEST, Grid, Navigation, cropped, navigation
+from kinolab.search.potential.eikonal import (
+    MIN_SPEED,
+    NavigationFunction,
+    WorkspaceGrid,
+    cropped,
+    navigation_function,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -14,8 +20,8 @@ Mask = NDArray[np.bool_]
 CELL = 0.1  # [m]
 
 
-def plane(*shape: int) -> Grid:
-    return Grid((0, 1, 2)[: len(shape)], np.zeros(len(shape)), CELL, shape)
+def plane(*shape: int) -> WorkspaceGrid:
+    return WorkspaceGrid((0, 1, 2)[: len(shape)], np.zeros(len(shape)), CELL, shape)
 
 
 def at_corner(*cells: int) -> Array:
@@ -39,7 +45,7 @@ def corners_of(free: Mask) -> Mask:
     return found
 
 
-def minima(way: Navigation, free: Mask) -> Array:
+def minima(way: NavigationFunction, free: Mask) -> Array:
     """Corners of free cells from which no neighbour along an axis is lower."""
     values = np.pad(way.values, 1, constant_values=np.inf)
     inner = (slice(1, -1),) * free.ndim
@@ -53,7 +59,9 @@ def minima(way: Navigation, free: Mask) -> Array:
 @pytest.mark.parametrize("shape", [(60, 50), (24, 20, 16)])
 def test_in_the_open_it_is_the_straight_distance(shape: tuple[int, ...]) -> None:
     goal = at_corner(*(n // 3 for n in shape))
-    way = navigation(np.ones(shape, dtype=bool), plane(*shape), goal, berth=0.0)
+    way = navigation_function(
+        np.ones(shape, dtype=bool), plane(*shape), goal, clearance_cost_radius=0.0
+    )
     points = np.zeros((500, 3))
     top = CELL * np.array(shape)
     points[:, : len(shape)] = np.random.default_rng(0).uniform(0, top, (500, len(shape)))
@@ -68,7 +76,7 @@ def test_around_a_corner_it_is_the_stretched_string() -> None:
     free = np.ones((80, 60), dtype=bool)
     free[30:33, :30] = False
     goal = at_corner(10, 5)
-    way = navigation(free, plane(80, 60), goal, berth=0.0)
+    way = navigation_function(free, plane(80, 60), goal, clearance_cost_radius=0.0)
     left, right = np.array([3.0, 3.0]), np.array([3.3, 3.0])
     for point in ([7.0, 0.5, 0.0], [5.0, 1.0, 0.0], [7.5, 2.5, 0.0]):
         string = np.linalg.norm(left - goal[:2]) + 0.3 + np.linalg.norm(right - point[:2])
@@ -82,7 +90,7 @@ def test_around_a_corner_it_is_the_stretched_string() -> None:
 def test_a_maze_has_no_minimum_but_the_goal(seed: int, berth: float, dims: int) -> None:
     """All free cells are looked at, also those that the goal cannot be reached from."""
     free, goal = maze(seed, dims)
-    way = navigation(free, plane(*free.shape), goal, berth)
+    way = navigation_function(free, plane(*free.shape), goal, berth)
     found = minima(way, free)
     assert found.tolist() == [np.rint(goal[:dims] / CELL).astype(int).tolist()]
 
@@ -91,7 +99,7 @@ def test_a_maze_has_no_minimum_but_the_goal(seed: int, berth: float, dims: int) 
 def test_between_corners_it_goes_down_as_well(seed: int) -> None:
     """Following the slope in small steps from anywhere reachable ends at the goal."""
     free, goal = maze(seed, 2)
-    way = navigation(free, plane(*free.shape), goal, berth=0.0)
+    way = navigation_function(free, plane(*free.shape), goal, clearance_cost_radius=0.0)
     cells = np.argwhere(free)
     starts = np.random.default_rng(seed).permutation(cells)[:20]
     for cell in starts:
@@ -115,7 +123,7 @@ def test_between_corners_it_goes_down_as_well(seed: int) -> None:
 def test_its_slope_is_that_of_its_values(dims: int) -> None:
     """Inside a cell it is a polynomial: central differences are exact but for rounding."""
     free, goal = maze(1, dims)
-    way = navigation(free, plane(*free.shape), goal, berth=0.3)
+    way = navigation_function(free, plane(*free.shape), goal, clearance_cost_radius=0.3)
     generator, h = np.random.default_rng(0), 1e-6
     cells = generator.permutation(np.argwhere(free))[:100]
     points = np.zeros((100, 3))
@@ -129,27 +137,29 @@ def test_its_slope_is_that_of_its_values(dims: int) -> None:
         assert np.abs(slopes[:, axis] - numeric).max() < 1e-6 + 1e-9 * size.max() / h
 
 
-def test_a_berth_leads_ways_to_the_middle_of_a_corridor() -> None:
+def test_a_clearance_cost_leads_ways_to_the_middle_of_a_corridor() -> None:
     free = np.ones((60, 20), dtype=bool)
-    way = navigation(free, plane(60, 20), at_corner(55, 10), berth=1.0)
+    way = navigation_function(free, plane(60, 20), at_corner(55, 10), clearance_cost_radius=1.0)
     beside, middle = way(np.array([[0.5, 0.1, 0.0], [0.5, 1.0, 0.0]]))[0]
     assert beside > middle
     slope = way(np.array([[0.5, 0.3, 0.0]]))[1][0]
     assert slope[1] < -0.1  # away from the wall at y = 0, though the goal is straight ahead
 
 
-def test_a_berth_makes_a_way_at_most_five_times_as_long() -> None:
+def test_a_clearance_cost_makes_a_way_at_most_five_times_as_long() -> None:
     free, goal = maze(0, 2)
-    short, wide = (navigation(free, plane(*free.shape), goal, berth) for berth in (0.0, 5.0))
+    short, wide = (
+        navigation_function(free, plane(*free.shape), goal, berth) for berth in (0.0, 5.0)
+    )
     cells = corners_of(free) & (short.values < CELL * free.size)
     assert (wide.values[cells] >= short.values[cells] * (1 - 1e-9)).all()
-    assert (wide.values[cells] <= short.values[cells] / SLOWEST * (1 + 1e-6)).all()
+    assert (wide.values[cells] <= short.values[cells] / MIN_SPEED * (1 + 1e-6)).all()
 
 
 def test_it_is_0_at_the_goal_and_keeps_its_edge_value_outside() -> None:
     free = np.ones((20, 20), dtype=bool)
     goal = at_corner(7, 9)
-    way = navigation(free, plane(20, 20), goal, berth=0.0)
+    way = navigation_function(free, plane(20, 20), goal, clearance_cost_radius=0.0)
     assert way(goal[None])[0] == pytest.approx(0.0, abs=1e-12)
     inside, outside = way(np.array([[2.0, 1.0, 0.0], [9.0, 1.0, 0.0]]))[0]
     assert outside >= inside
@@ -168,5 +178,8 @@ def test_a_cropped_grid_knows_the_same_ways(dims: int) -> None:
     cells = np.argwhere(free)
     points = np.zeros((len(cells), 3))
     points[:, :dims] = CELL * (cells + 0.3)
-    whole, cut = navigation(free, grid, goal, 0.2), navigation(inside, part, goal, 0.2)
+    whole, cut = (
+        navigation_function(free, grid, goal, 0.2),
+        navigation_function(inside, part, goal, 0.2),
+    )
     assert cut(points)[0] == pytest.approx(whole(points)[0], rel=1e-9)

@@ -15,7 +15,7 @@ from kinolab.errors import NoDynamicsError
 from kinolab.numerics.bounded_lsq import bounded_least_squares
 from kinolab.search.potential.field import PointForce
 from kinolab.search.potential.pullback import (
-    Projection,
+    InputProjection,
     generalised_force,
     independent_entries,
     point_jacobians,
@@ -173,7 +173,7 @@ def test_no_inputs_come_nearer_to_what_is_wanted(name: str, seed: int) -> None:
     generator, x = np.random.default_rng(seed), some_state(model, seed)
     entries, mass = independent_entries(model), reduced_mass(model, some_state(model, seed))
     wanted = generator.normal(size=entries.stop - entries.start)
-    found = Projection(model, 1.0, 1.0).nearest_inputs(x, mass, wanted)
+    found = InputProjection(model, 1.0, 1.0).nearest_inputs(x, mass, wanted)
     lower, upper = model.control_bounds.T
     assert (found >= lower - 1e-9 * (upper - lower)).all()
     assert (found <= upper + 1e-9 * (upper - lower)).all()
@@ -194,7 +194,7 @@ def crane_pulled(body: int, force: tuple[float, float, float]) -> tuple[Model, A
     x = model.rest()
     x[model.state_names.index("l")] = 5.0
     at = model.frames(x)[body].reshape(3, 4)[:, 3]
-    u = Projection(model, 1.0, 0.0).inputs(x, [PointForce(body, at, np.array(force))], 1)
+    u = InputProjection(model, 1.0, 0.0).inputs(x, [PointForce(body, at, np.array(force))], 1)
     return model, u, model.f(x, u)
 
 
@@ -225,7 +225,7 @@ def test_a_robot_pulled_forwards_drives_and_pulled_sideways_at_its_nose_turns() 
     model = systems.get("diff_drive").model()
     x = model.rest()
     nose = model.frames(x)[0].reshape(3, 4)[:, 3] + [0.2, 0.0, 0.0]
-    project = Projection(model, 0.5, 0.0)
+    project = InputProjection(model, 0.5, 0.0)
     left, right = project.inputs(x, [PointForce(0, nose, np.array([1.0, 0.0, 0.0]))], 1)
     assert left == pytest.approx(right, rel=1e-9)
     assert left > 0
@@ -238,7 +238,7 @@ def test_damping_alone_brakes() -> None:
     model = systems.get("diff_drive").model()
     x = model.rest()
     x[independent_entries(model)] = 3.0
-    u = Projection(model, 1.0, 1.0).inputs(x, [], 0)
+    u = InputProjection(model, 1.0, 1.0).inputs(x, [], 0)
     assert model.f(x, u)[independent_entries(model)] == pytest.approx([-3.0, -3.0], rel=1e-6)
 
 
@@ -249,4 +249,4 @@ def test_a_kinematic_machine_has_no_masses_to_pull_back_through() -> None:
     model = machine.model()
     force = PointForce(0, np.zeros(3), np.ones(3))
     with pytest.raises(NoDynamicsError, match="slider is kinematic"):
-        Projection(model, 1.0, 1.0).inputs(model.rest(), [force], 1)
+        InputProjection(model, 1.0, 1.0).inputs(model.rest(), [force], 1)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from kinolab.search.potential.repulsion import CLOSEST, Repulsion
+from kinolab.search.potential.repulsion import MIN_DISTANCE, Repulsion
 from kinolab.world.collision.closest_points import Gap
 
 
@@ -45,4 +45,4 @@ def test_contact_is_infinitely_high_and_pushes_nowhere() -> None:
 def test_almost_at_contact_the_push_is_still_a_number() -> None:
     push = Repulsion(0.3, 0.5).force(gap(1e-300))
     assert np.isfinite(push).all()
-    assert push[2] <= 0.3 / CLOSEST**3
+    assert push[2] <= 0.3 / MIN_DISTANCE**3

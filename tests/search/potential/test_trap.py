@@ -15,7 +15,7 @@ from kinolab.search import Budget
 from kinolab.solve import Plan
 from tests.support import OPEN, plan, problem_of
 
-PLAIN: dict[str, Any] = {"navigation": False, "escapes": 0}
+PLAIN: dict[str, Any] = {"navigation": False, "random_walk_escapes": 0}
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def bits(found: Plan) -> bytes:
 def test_the_plain_field_is_stuck_and_says_so(stuck: Plan) -> None:
     assert (stuck.status, stuck.exit_code) == ("local_minimum", 4)
     assert stuck.message.startswith("Stuck in a local minimum of the potential;")
-    assert "Raise [planner] escapes or set navigation = true." in stuck.message
+    assert "Raise [planner] random_walk_escapes or set navigation = true." in stuck.message
     assert stuck.certificate is not None
     assert {check.name for check in stuck.certificate.failures} == {"goal"}
 
@@ -52,7 +52,7 @@ def test_the_minimum_is_named_and_lies_in_the_dead_end(stuck: Plan) -> None:
 
 @pytest.mark.parametrize("seed", range(1, 4))
 def test_a_navigation_function_leads_around_it(seed: int, trap: Problem) -> None:
-    found = trap.solve(seed=seed, escapes=0)
+    found = trap.solve(seed=seed, random_walk_escapes=0)
     assert found.status == "solved"
     assert found.trajectory is not None
     y = found.trajectory.x[:, 1]
@@ -85,7 +85,7 @@ def test_a_search_with_escapes_ends_at_its_iterations_while_it_wanders(trap: Pro
 
 
 def test_escapes_are_counted_and_then_the_search_ends(trap: Problem) -> None:
-    found = trap.solve(seed=1, navigation=False, escapes=1, time_limit=600.0)
+    found = trap.solve(seed=1, navigation=False, random_walk_escapes=1, time_limit=600.0)
     assert found.status in {"local_minimum", "solved"}
     assert found.statistics["escapes"] <= 1.0
 
@@ -93,13 +93,15 @@ def test_escapes_are_counted_and_then_the_search_ends(trap: Problem) -> None:
 def test_a_minimum_no_nearer_than_the_start_leaves_no_motion(tmp_path: Path) -> None:
     """Rates may hardly differ from 0, so that the start itself is the minimum."""
     still = ("bounds.psi_dot=[-1e-9, 1e-9]", "bounds.phi_dot=[-1e-9, 1e-9]")
-    found = problem_of(tmp_path, OPEN, *still).solve(planner="potential_field", escapes=0)
+    found = problem_of(tmp_path, OPEN, *still).solve(
+        planner="potential_field", random_walk_escapes=0
+    )
     assert (found.status, found.exit_code) == ("local_minimum", 3)
     assert found.trajectory is None
 
 
 def test_the_command_line_says_where_it_is_stuck(tmp_path: Path) -> None:
-    options = ("--set", "planner.navigation=false", "--set", "planner.escapes=0")
+    options = ("--set", "planner.navigation=false", "--set", "planner.random_walk_escapes=0")
     silent = ("--no-animation", "--no-diagnosis", "--no-optimize", "--json")
     done = plan("diffdrive_trap", *options, *silent, cwd=tmp_path)
     assert done.returncode == 4
@@ -118,10 +120,10 @@ def test_an_interrupt_while_the_field_is_built_ends_the_search(trap: Problem) ->
 @pytest.mark.parametrize(
     ("setting", "value", "told"),
     [
-        ("escapes", -1, "-1 is out of range. Give at least 0."),
+        ("random_walk_escapes", -1, "-1 is out of range. Give at least 0."),
         ("navigation", 1, "1 does not fit. Give a truth value, such as the default True."),
-        ("influence", 0.0, "0.0 is out of range. Give at least 0.001."),
-        ("memory", "much", "'much' does not fit. Give a number, such as the default 16.0."),
+        ("influence_distance", 0.0, "0.0 is out of range. Give at least 0.001."),
+        ("grid_memory", "much", "'much' does not fit. Give a number, such as the default 16.0."),
     ],
 )
 def test_a_setting_that_does_not_fit_is_told_with_what_would_work(

@@ -13,7 +13,7 @@ from kinolab.problem import Problem
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
 from kinolab.search.potential.field_setup import navigation_field
 from kinolab.search.potential.inscribed_ball import inscribed_radius
-from kinolab.search.potential.leading_bodies import carriers
+from kinolab.search.potential.leading_bodies import leading_bodies
 from kinolab.search.potential.repulsion import Repulsion
 from kinolab.search.potential.workspace import around_goal, grid_of, open_cells
 from kinolab.simulation import Propagator
@@ -71,7 +71,7 @@ def test_a_goal_s_point_is_pulled_itself(tmp_path: Path) -> None:
 
 def test_a_crane_s_load_is_carried_by_three_lengths() -> None:
     problem = kinolab.load("crane_factory")
-    (carrier,) = carriers(problem)
+    (carrier,) = leading_bodies(problem)
     assert [problem.model.state_names[i] for i in carrier.lengths] == ["x", "y", "l"]
 
 
@@ -182,8 +182,8 @@ def test_cells_are_halved_where_they_cut_the_start_off(tmp_path: Path) -> None:
         Propagator(problem),
         Repulsion(0.0, 0.3),
         resolution=0.5,
-        memory=16.0,
-        berth=0.0,
+        grid_memory=16.0,
+        clearance_cost_radius=0.0,
         stop=lambda: False,
     )
     assert field is not None

@@ -9,9 +9,9 @@ import pytest
 
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.search.roadmap import Explorer
-from kinolab.simulation.reference import true_motion
-from kinolab.steering import ignorable
+from kinolab.search.roadmap import RoadmapBuilder
+from kinolab.simulation.reference import reference_motion
+from kinolab.steering import cyclic_coordinates
 from tests.scenes import WALL, apart, scene, true_states
 
 Array = np.ndarray
@@ -22,19 +22,19 @@ def wall(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     return scene(tmp_path_factory.mktemp("wall"), "drive", text=WALL)
 
 
-def grown(problem: Problem, count: int, seed: int = 1) -> Explorer:
-    explorer = Explorer(problem, neighbours=4, seed=seed)
+def grown(problem: Problem, count: int, seed: int = 1) -> RoadmapBuilder:
+    explorer = RoadmapBuilder(problem, neighbours=4, seed=seed)
     for _ in range(count):
         assert explorer.grow(Budget(60.0)) is not None
     return explorer
 
 
 @pytest.fixture(scope="module")
-def explored(wall: Problem) -> Explorer:
+def explored(wall: Problem) -> RoadmapBuilder:
     return grown(wall, 25)
 
 
-def test_milestones_are_free_rest_and_differ(wall: Problem, explored: Explorer) -> None:
+def test_milestones_are_free_rest_and_differ(wall: Problem, explored: RoadmapBuilder) -> None:
     milestones = np.array(explored.roadmap.milestones)
     assert len(np.unique(milestones.round(9), axis=0)) == 25
     assert (milestones[:, wall.model.nq :] == 0).all()
@@ -44,23 +44,23 @@ def test_milestones_are_free_rest_and_differ(wall: Problem, explored: Explorer) 
 
 
 def test_motions_lead_from_milestone_to_milestone_and_touch_nothing(
-    wall: Problem, explored: Explorer
+    wall: Problem, explored: RoadmapBuilder
 ) -> None:
     """By DOP853, looked at in the middle of every step too."""
-    matters, checker = ~ignorable(wall), wall.checker()
+    matters, checker = ~cyclic_coordinates(wall), wall.checker()
     pairs = list(explored.roadmap.motions.items())
     assert len(pairs) >= 20
     for (a, b), inputs in pairs[::9]:
         begin, end = explored.roadmap.milestones[a], explored.roadmap.milestones[b]
         times = wall.step * np.arange(len(inputs) + 1)
-        motion = true_motion(wall, begin, times, inputs)
+        motion = reference_motion(wall, begin, times, inputs)
         assert apart(wall, motion.x[-1], end)[matters].max() < 1e-5
         for k in range(len(inputs)):
             for x in motion.between(k, times[k] + wall.step * np.array([0.5, 1.0])):
                 assert not checker.collides(*wall.placement(x))
 
 
-def test_motions_join_the_nearest_milestones_only(explored: Explorer) -> None:
+def test_motions_join_the_nearest_milestones_only(explored: RoadmapBuilder) -> None:
     """Each new milestone is steered to four others at most, both ways."""
     for number in range(25):
         earlier = {pair for pair in explored.roadmap.motions if max(pair) == number}
@@ -68,25 +68,25 @@ def test_motions_join_the_nearest_milestones_only(explored: Explorer) -> None:
 
 
 def test_an_answer_leads_to_the_goal_and_leaves_the_roadmap_as_it_is(
-    wall: Problem, explored: Explorer
+    wall: Problem, explored: RoadmapBuilder
 ) -> None:
     size, motions = len(explored.roadmap.milestones), dict(explored.roadmap.motions)
     goals = explored.goals(3)
     assert all(wall.goal_excess(x) <= 1 for x in goals)
-    inputs = explored.answer(wall.start, goals, Budget(60.0))
+    inputs = explored.query(wall.start, goals, Budget(60.0))
     assert inputs is not None
     assert wall.goal_excess(true_states(wall, wall.start, inputs)[-1]) <= 1
     assert len(explored.roadmap.milestones) == size
     assert explored.roadmap.motions == motions
 
 
-def test_an_answer_takes_no_longer_than_the_budget(wall: Problem, explored: Explorer) -> None:
+def test_an_answer_takes_no_longer_than_the_budget(wall: Problem, explored: RoadmapBuilder) -> None:
     goals = explored.goals(1)
-    assert explored.answer(wall.start, goals, Budget(60.0, max_iterations=0)) is None
-    assert explored.answer(wall.start, [], Budget(60.0)) is None
+    assert explored.query(wall.start, goals, Budget(60.0, max_iterations=0)) is None
+    assert explored.query(wall.start, [], Budget(60.0)) is None
 
 
-def test_the_middle_of_the_goal_comes_first(explored: Explorer, wall: Problem) -> None:
+def test_the_middle_of_the_goal_comes_first(explored: RoadmapBuilder, wall: Problem) -> None:
     first = explored.goals(1)[0]
     assert wall.goal_distance(first) < 1e-6
 
@@ -104,7 +104,7 @@ def test_a_roadmap_that_grows_again_with_the_same_seed_draws_new_milestones(
     wall: Problem,
 ) -> None:
     roadmap = grown(wall, 4, seed=5).roadmap
-    again = Explorer(wall, neighbours=4, seed=5, roadmap=roadmap)
+    again = RoadmapBuilder(wall, neighbours=4, seed=5, roadmap=roadmap)
     for _ in range(4):
         again.grow(Budget(60.0))
     assert len(np.unique(np.array(again.roadmap.milestones).round(9), axis=0)) == 8
@@ -114,7 +114,7 @@ def test_edges_are_directed_where_a_machine_goes_only_forward(tmp_path: Path) ->
     """Gentle turns ahead exist from some places to others and not back."""
     bounds = ("bounds.phi_l_dot=[0, 8]", "bounds.phi_r_dot=[0, 8]", "start.psi=1.0")
     forward = scene(tmp_path, "drive", *bounds)
-    explorer = Explorer(forward, neighbours=3, seed=2)
+    explorer = RoadmapBuilder(forward, neighbours=3, seed=2)
     for _ in range(5):
         explorer.grow(Budget(60.0))
     motions = explorer.roadmap.motions
@@ -128,5 +128,5 @@ def test_where_nothing_is_free_nothing_grows(tmp_path: Path) -> None:
     """A box fills the hall but for where the robot starts."""
     hall = "\n[[world.obstacle]]\nbox = [9.0, 20.0, 1.0]\nposition = [3.4, 0.0, 0.5]\n"
     problem = scene(tmp_path, "drive", "start.x=-2.0", text=hall)
-    explorer = Explorer(problem, neighbours=4, seed=1)
+    explorer = RoadmapBuilder(problem, neighbours=4, seed=1)
     assert explorer.goals(5) == []

@@ -10,15 +10,20 @@ import pytest
 import kinolab
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.search.tree.compiled_planner import search_of
-from kinolab.search.tree.cost_to_go import ALONG, cell_at, find_ways, leads
+from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree.cost_to_go import (
+    MAX_CELLS_PER_AXIS,
+    cell_at,
+    compute_cost_to_go,
+    cost_to_go_grid,
+)
 from tests.support import OPEN, problem_of
 
 
 def steps_to_goal(problem: Problem, *states: tuple[float, ...]) -> list[float]:
     """Return how many cells each of some states is from the goal."""
-    search, cells = search_of(problem, 1.0, 1), leads(problem)
-    find_ways(Record(search), Record(cells), np.zeros(problem.model.nx))
+    search, cells = search_state(problem, 1.0, 1), cost_to_go_grid(problem)
+    compute_cost_to_go(Record(search), Record(cells), np.zeros(problem.model.nx))
     return [float(cells.steps[cell_at(Record(cells), np.array(x, dtype=float))]) for x in states]
 
 
@@ -26,7 +31,7 @@ def test_a_pendulum_is_led_around_the_side_that_is_open() -> None:
     """The girder closes the way up at positive angles, and the goal is where the circle closes."""
     problem = kinolab.load("pendulum_swingup")
     below, before, past = steps_to_goal(problem, (0.0, 0.0), (3.1, 0.0), (-3.1, 0.0))
-    assert below == pytest.approx(ALONG / 2, abs=2)
+    assert below == pytest.approx(MAX_CELLS_PER_AXIS / 2, abs=2)
     assert before <= 1
     assert past <= 1
 
@@ -34,7 +39,7 @@ def test_a_pendulum_is_led_around_the_side_that_is_open() -> None:
 def test_angles_count_the_short_way_however_often_they_have_turned() -> None:
     problem = kinolab.load("pendulum_swingup")
     once, again = steps_to_goal(problem, (-1.0, 0.0), (-1.0 + 4 * np.pi, 0.0))
-    assert once == again == pytest.approx(ALONG * (np.pi - 1.0) / (2 * np.pi), abs=2)
+    assert once == again == pytest.approx(MAX_CELLS_PER_AXIS * (np.pi - 1.0) / (2 * np.pi), abs=2)
 
 
 def test_a_line_does_not_close(tmp_path: Path) -> None:
@@ -43,7 +48,7 @@ def test_a_line_does_not_close(tmp_path: Path) -> None:
     goal, tolerance = float(problem.goal.targets[0]), float(problem.goal.tolerances[0])
     rest = (0.0,) * (problem.model.nx - 2)
     ends = steps_to_goal(problem, (low, 0.0, *rest), (high, 0.0, *rest))
-    width = (high - low) / ALONG
+    width = (high - low) / MAX_CELLS_PER_AXIS
     assert ends == pytest.approx(
         [(goal - tolerance - low) / width, (high - goal - tolerance) / width], abs=2
     )

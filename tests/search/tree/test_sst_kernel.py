@@ -9,12 +9,12 @@ import pytest
 
 import kinolab
 from kinolab import planners
-from kinolab.numerics.kd_forest import add, forest
-from kinolab.numerics.radius_query import cheapest
+from kinolab.numerics.kd_forest import add, kd_forest
+from kinolab.numerics.radius_query import cheapest_within
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.search.tree.compiled_planner import search_of
-from kinolab.search.tree.problem_arrays import period_of
+from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree.problem_arrays import metric_periods
 from kinolab.search.tree.witnesses import select
 
 Array = np.ndarray
@@ -26,20 +26,20 @@ ROUNDING = 1e-5  # of points in single precision, relative
 def growth_of(problem: Problem, **settings: Any) -> Any:
     radii = {"selection_radius": SELECTION, "pruning_radius": PRUNING}
     planner = planners.make("sst", radii | settings)
-    growth = planner.growth(problem, search_of(problem, 1.0, 1))  # type: ignore[attr-defined]
+    growth = planner.growth(problem, search_state(problem, 1.0, 1))  # type: ignore[attr-defined]
     growth.begin()
     return growth
 
 
 def places(growth: Any, x: Array) -> Array:
     """Scaled coordinates of states."""
-    question = growth._search.held.question
+    question = growth._search.held.problem
     return x[:, question.entry] * question.weight
 
 
 def apart(growth: Any, some: Array, others: Array) -> Array:
     """Distances of all pairs, the short way round."""
-    period = period_of(growth._search.held.question)
+    period = metric_periods(growth._search.held.problem)
     gaps = np.abs(some[:, None] - others[None])
     with np.errstate(invalid="ignore"):
         turns = np.where(np.isfinite(period), np.round(gaps / period) * period, 0.0)
@@ -48,7 +48,7 @@ def apart(growth: Any, some: Array, others: Array) -> Array:
 
 def wrapped(growth: Any, point: Array) -> Array:
     """Scaled coordinates as samples have them: angles within a half turn."""
-    period = period_of(growth._search.held.question)
+    period = metric_periods(growth._search.held.problem)
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(period), point - np.round(point / period) * period, point)
 
@@ -181,7 +181,7 @@ def test_the_cheapest_around_is_found_among_all(count: int) -> None:
     random = np.random.default_rng(count)
     period = np.array([np.inf, 2.0, np.inf])
     points, costs = random.uniform(-1, 1, (count, 3)), random.permutation(count).astype(np.int64)
-    trees = Record(forest(count, period))
+    trees = Record(kd_forest(count, period))
     for point in points:
         add(trees, point)
     for query in random.uniform(-1, 1, (100, 3)):
@@ -189,4 +189,4 @@ def test_the_cheapest_around_is_found_among_all(count: int) -> None:
         gaps[:, 1] = np.minimum(gaps[:, 1], 2.0 - gaps[:, 1])
         around = np.flatnonzero((gaps**2).sum(axis=1) <= 0.2**2)
         best = around[costs[around].argmin()] if len(around) else -1
-        assert cheapest(trees, costs, query, 0.2**2) == best
+        assert cheapest_within(trees, costs, query, 0.2**2) == best

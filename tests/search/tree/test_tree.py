@@ -13,7 +13,7 @@ from kinolab import planners
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
 from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.search.tree.compiled_planner import search_of
+from kinolab.search.tree.compiled_planner import search_state
 from tests.support import OPEN, problem_of
 
 COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt")
@@ -25,7 +25,7 @@ LOOKS = 50  # per step
 def grown(name: str, problem: Problem, iterations: int) -> Any:
     settings = planners.get(name)()
     assert isinstance(settings, AbstractCompiledPlanner)
-    growth = settings.growth(problem, search_of(problem, settings.goal_zoom, 1))
+    growth = settings.extension(problem, search_state(problem, settings.goal_region_scale, 1))
     growth.begin()
     growth.grow(iterations)
     return growth.nodes
@@ -73,7 +73,7 @@ def test_axes_keep_out_of_cones(name: str, tmp_path: Path) -> None:
     axles = np.stack([-np.sin(headings), np.cos(headings)])  # the axle is at right angles to it
     assert np.arccos(axles[0]).min() > 1.2
     assert np.arccos(axles[0]).min() < 1.4  # and they come near
-    assert tree.tally[0] > 0
+    assert tree.rejections[0] > 0
 
 
 @pytest.mark.parametrize("name", COMPILED)
@@ -104,7 +104,7 @@ def test_no_state_passes_a_limit_between_two_steps(name: str, table: Problem) ->
 def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path) -> None:
     fence = '\n[[world.obstacle]]\nname = "fence"\nbox = [0.1, 9, 1]\nposition = [1, 0, 0.5]\n'
     problem = problem_of(tmp_path, OPEN + fence, "goal.tolerance=1e-6")
-    found = planners.get(name)(last_step_every=0).solve(problem, 1, Budget(30.0, 500))
+    found = planners.get(name)(goal_connection_period=0).solve(problem, 1, Budget(30.0, 500))
     assert found.outcome is Outcome.APPROXIMATE
     assert "coin – fence" in found.rejections["collision"]
     assert found.statistics["propagations"] > 500
@@ -114,7 +114,7 @@ def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path
 def test_a_goal_that_is_not_hit_by_chance_is_steered_into(name: str, tmp_path: Path) -> None:
     """In fewer iterations than auto makes before its first guess, which would lead there too."""
     problem = problem_of(tmp_path, OPEN, "goal.tolerance=0.001", "goal.at_rest=true")
-    led = problem.solve(planner=name, seed=1, max_iterations=3000, last_step_every=100)
+    led = problem.solve(planner=name, seed=1, max_iterations=3000, goal_connection_period=100)
     assert led.status == "solved"
-    alone = problem.solve(planner=name, seed=1, max_iterations=3000, last_step_every=0)
+    alone = problem.solve(planner=name, seed=1, max_iterations=3000, goal_connection_period=0)
     assert alone.status != "solved"

@@ -7,7 +7,7 @@ import pytest
 
 from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.show.film import Picture, make_film
-from kinolab.show.film.inset import Magnifier
+from kinolab.show.film.inset import Inset
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 
@@ -32,7 +32,7 @@ def of_colour(image: np.ndarray, channel: int) -> np.ndarray:
     return np.argwhere(image[..., channel].astype(int) > others + 60)[:, ::-1]
 
 
-def filmed(picture: Picture, poses: np.ndarray) -> tuple[np.ndarray, Magnifier | None]:
+def filmed(picture: Picture, poses: np.ndarray) -> tuple[np.ndarray, Inset | None]:
     """The last frame, and what enlarged a part of it."""
     times = np.linspace(0.0, 1.0, len(poses))
     film = make_film(picture, times, poses, size=SIZE, fps=2.0, magnify=True)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
-from kinolab.show.film import Cone, Ghost, GoalRegion, Picture, render_frame
+from kinolab.show.film import Cone, Ghost, GoalMarker, Picture, render_frame
 from kinolab.show.film.cone import cone_mesh
-from kinolab.show.film.raster.light import JITTER
-from kinolab.show.film.scene import Stage, build_stage
+from kinolab.show.film.raster.light import LIGHT_JITTER
+from kinolab.show.film.scene import Scene, build_scene
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 
@@ -33,7 +33,7 @@ def reddish(image: np.ndarray) -> np.ndarray:
     return np.asarray(pixels[..., 0] > pixels[..., 1:].max(axis=-1) + 60)
 
 
-def rays_to_ground(stage: Stage) -> np.ndarray:
+def rays_to_ground(stage: Scene) -> np.ndarray:
     """Where the line of sight through each pixel meets z = 0, shape (h, w, 2), in [m]."""
     camera, (width, height) = stage.pen.camera, SIZE
     right, up, forward = camera.axes()
@@ -53,7 +53,7 @@ def test_only_the_body_and_the_ground_in_its_shadow_change(height: float) -> Non
     of the ray, and two pixels of about 2 cm, come on top.
     """
     radius, pose = 0.3, at(0.4, -0.3, height)
-    stage = build_stage(Picture(bodies=ball(radius), ground=True, bounds=BOUNDS), pose[None], SIZE)
+    stage = build_scene(Picture(bodies=ball(radius), ground=True, bounds=BOUNDS), pose[None], SIZE)
     changed = (stage.shot(pose) != stage.image).any(axis=-1)
     centre = stage.pen.camera.project(pose.reshape(3, 4)[:, 3], SIZE)
     focal = 0.5 * SIZE[1] / np.tan(0.5 * stage.pen.camera.fov)
@@ -63,14 +63,14 @@ def test_only_the_body_and_the_ground_in_its_shadow_change(height: float) -> Non
     light = stage.pen.light
     foot = pose.reshape(3, 4)[:2, 3] - height / light[2] * light[:2]
     away = np.linalg.norm(rays_to_ground(stage) - foot, axis=-1)
-    blur = 2.0 * JITTER * (height + radius) / light[2] ** 2
+    blur = 2.0 * LIGHT_JITTER * (height + radius) / light[2] ** 2
     assert not (changed & ~body & (away > radius / light[2] + blur + 0.05)).any()
     assert (changed | body)[away < radius - blur - 0.05].all()
 
 
 def test_the_shadow_is_darker_than_the_floor() -> None:
     pose = at(0.0, 0.0, 1.5)
-    stage = build_stage(Picture(bodies=ball(0.3), ground=True, bounds=BOUNDS), pose[None], SIZE)
+    stage = build_scene(Picture(bodies=ball(0.3), ground=True, bounds=BOUNDS), pose[None], SIZE)
     foot = -1.5 / stage.pen.light[2] * stage.pen.light
     column, row = stage.pen.camera.project([foot[0], foot[1], 0.0], SIZE)[:2].astype(int)
     before, after = stage.image[row, column], stage.shot(pose)[row, column]
@@ -99,7 +99,7 @@ def test_a_turning_disk_looks_different_at_every_eighth_turn() -> None:
     for angle in np.arange(8) * np.pi / 4.0:
         c, s = np.cos(angle), np.sin(angle)
         turned = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0]], dtype=float)
-        stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
+        stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
         images.append(stage.shot(turned.reshape(1, 12)).astype(int))
     for i in range(8):
         for j in range(i):
@@ -112,19 +112,19 @@ def test_ground_is_drawn_only_below() -> None:
     fallen = replace(picture, up=np.array([-1.0, 0.0, 0.0]))
     assert picture.stands_on_ground
     assert not fallen.stands_on_ground
-    assert build_stage(fallen, at(0, 0, 1)[None], SIZE).floor is None
+    assert build_scene(fallen, at(0, 0, 1)[None], SIZE).floor is None
 
 
 def test_the_goal_is_green_and_the_start_is_a_ghost() -> None:
     bare = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
     pose = at(0.0, 0.0, 0.2)
-    plain = build_stage(bare, pose[None], SIZE).image.astype(int)
-    goal = GoalRegion((1.5, 1.5, 0.0), 0.4)
-    marked = build_stage(replace(bare, goal=goal), pose[None], SIZE)
+    plain = build_scene(bare, pose[None], SIZE).image.astype(int)
+    goal = GoalMarker((1.5, 1.5, 0.0), 0.4)
+    marked = build_scene(replace(bare, goal=goal), pose[None], SIZE)
     column, row = marked.pen.camera.project([1.5, 1.5, 0.0], SIZE)[:2].astype(int)
     red, green, blue = marked.image[row, column].astype(int)
     assert green > max(red, blue) + 20
-    ghost = build_stage(replace(bare, start=Ghost(at(-1.0, 0.0, 0.2))), pose[None], SIZE)
+    ghost = build_scene(replace(bare, start=Ghost(at(-1.0, 0.0, 0.2))), pose[None], SIZE)
     assert not reddish(ghost.image).any()
     assert (ghost.image != plain).any()
 
@@ -133,7 +133,7 @@ def test_the_path_lies_on_the_floor_under_the_motion() -> None:
     line = np.column_stack([np.linspace(-1.5, 1.5, 30), np.zeros(30), np.ones(30)])
     bare = Picture(bodies=(), ground=True, bounds={**BOUNDS, "z": (0.0, 1.0)})
     none = np.zeros((1, 0, 12))
-    plain, drawn = (build_stage(p, none, SIZE) for p in (bare, replace(bare, path=line)))
+    plain, drawn = (build_scene(p, none, SIZE) for p in (bare, replace(bare, path=line)))
     for x in (-1.25, 0.25, 1.25):
         column, row = plain.pen.camera.project([x, 0.0, 0.0], SIZE)[:2].astype(int)
         assert drawn.image[row, column, 0] < plain.image[row, column, 0] - 60
@@ -143,7 +143,7 @@ def test_a_cable_is_drawn_and_a_slack_one_is_not() -> None:
     bodies = [BodyGeometry("load", (Box(0.2, 0.2, 0.2),), color=RED)]
     cable = np.array([[[0.0, 0.0, 1.0], [0.0, 0.0, 0.1]]])
     picture = Picture(bodies=bodies, bounds={"z": (0.0, 1.0)}, view="front")
-    stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
+    stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
     column, row = stage.pen.camera.project([0.0, 0.0, 0.6], SIZE)[:2].astype(int)
     assert (stage.shot(at(0, 0, 0), cable)[row, column] < 120).all()
     slack = stage.shot(at(0, 0, 0), np.full((1, 2, 3), np.nan))
@@ -167,7 +167,7 @@ def test_a_cone_tints_what_lies_behind_it_and_points_where_it_should() -> None:
     cone = Cone((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.3, 1.5, forbidden=True)
     pose = at(0.0, 0.0, 1.0)
     bare, tinted = (
-        build_stage(Picture(bodies=ball(0.1), bounds=BOUNDS, cones=cones), pose[None], SIZE)
+        build_scene(Picture(bodies=ball(0.1), bounds=BOUNDS, cones=cones), pose[None], SIZE)
         for cones in ((), (cone,))
     )
     red = tinted.image[..., 0].astype(int) - tinted.image[..., 2] > 20

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kinolab.show.film.models.rotor import whirled
-from kinolab.show.film.timing import MOST_FRAMES, interpolate_lines, interpolate_poses, schedule
+from kinolab.show.film.timing import MAX_FRAMES, interpolate_lines, interpolate_poses, schedule
 
 
 def pose(angle: float, x: float = 0.0) -> np.ndarray:
@@ -78,7 +78,7 @@ def test_delays_are_whole_hundredths_that_viewers_respect(fps: float, delay: int
 @pytest.mark.parametrize("duration", [15.97, 16.0, 60.0, 1234.5])
 def test_a_long_motion_is_shown_faster(duration: float) -> None:
     film = schedule(0.0, duration)
-    assert len(film.times) <= MOST_FRAMES
+    assert len(film.times) <= MAX_FRAMES
     assert film.speed * 2.0 == round(film.speed * 2.0)
     assert film.speed > 1.0
     assert np.diff(film.times)[:-1] == pytest.approx(film.speed * film.delay / 100.0)

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 import kinolab
-from kinolab.simulation.reference import true_motion
+from kinolab.simulation.reference import reference_motion
 from tests.conftest import Solved
 from tests.show.view.browsing import Opener, needs_chromium
 from tests.support import OPEN, problem_of
@@ -90,7 +90,7 @@ def coin_pixels(image: np.ndarray) -> np.ndarray:
 def test_the_machine_in_the_page_is_where_the_trajectory_has_it(page: Any, rolled: Solved) -> None:
     """At two knots and three times between them, held against DOP853."""
     problem, trajectory = rolled.problem, rolled.trajectory
-    motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)
+    motion = reference_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)
     last = len(trajectory.u) - 1
     for k, share in [(0, 0.0), (0, 0.37), (last // 2, 0.5), (last // 2 + 2, 0.81), (last, 1.0)]:
         t = float(trajectory.t[k] + share * (trajectory.t[k + 1] - trajectory.t[k]))

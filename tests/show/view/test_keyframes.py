@@ -14,7 +14,7 @@ from kinolab.loading import build_problem, find_scenario
 from kinolab.problem import Problem
 from kinolab.show.page.curves import evaluated
 from kinolab.show.view.keyframes import key_poses
-from kinolab.simulation.reference import true_motion
+from kinolab.simulation.reference import reference_motion
 from kinolab.trajectory import Trajectory
 from tests.conftest import Solved
 from tests.support import OPEN, problem_of
@@ -29,7 +29,7 @@ def problem_at(name: str, *overrides: str) -> Problem:
 def farthest(problem: Problem, trajectory: Trajectory) -> float:
     """The largest difference of any frame, between the curves and DOP853, within the steps."""
     keys = key_poses(problem, trajectory)
-    motion = true_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)
+    motion = reference_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)
     worst = 0.0
     for k in range(len(trajectory.u)):
         at = np.linspace(trajectory.t[k], trajectory.t[k + 1], 9)

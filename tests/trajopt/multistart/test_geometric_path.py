@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.cancel import StoppedError
+from kinolab.cancel import CancelledError
 from kinolab.problem import Problem
-from kinolab.trajopt.multistart.geometric_path import FreeWays
+from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from tests.support import problem_of
 
@@ -84,7 +84,7 @@ def anything(way: Array) -> bool:
 
 
 def found(problem: Problem, seed: int, within: Callable[[Array], bool] = anything) -> Array | None:
-    ways = FreeWays(problem, np.random.default_rng(seed))
+    ways = GeometricPaths(problem, np.random.default_rng(seed))
     return ways.find(problem.start, goal_of(problem), within=within)
 
 
@@ -190,8 +190,10 @@ def test_looking_for_a_way_ends_when_it_is_stopped(looks_before: int, tmp_path: 
         asked[0] += 1
         return asked[0] > looks_before
 
-    with pytest.raises(StoppedError):
-        FreeWays(problem, np.random.default_rng(1), stop).find(problem.start, goal_of(problem))
+    with pytest.raises(CancelledError):
+        GeometricPaths(problem, np.random.default_rng(1), stop).find(
+            problem.start, goal_of(problem)
+        )
     assert asked[0] == looks_before + 1
 
 
@@ -217,7 +219,7 @@ def test_a_way_keeps_axes_out_of_forbidden_cones(seed: int, tmp_path: Path) -> N
     """The straight way leads through the cone; looks are so close that one grazes it by 0.1 rad."""
     problem, generator = problem_of(tmp_path, TURN), np.random.default_rng(seed)
     begin, end = Guesses(problem, generator).straight()
-    ways = FreeWays(problem, generator)
+    ways = GeometricPaths(problem, generator)
     assert not ways.is_free(begin, end)
     way = ways.find(begin, end)
     assert way is not None

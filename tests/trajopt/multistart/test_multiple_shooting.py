@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.cancel import StoppedError, never
+from kinolab.cancel import CancelledError, never_cancelled
 from kinolab.problem import Problem
-from kinolab.solve.solution_pool import CENTRE
+from kinolab.solve.solution_pool import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import shorten
-from kinolab.trajopt.multistart.multistart import Shots
+from kinolab.trajopt.multistart.multistart import Multistart
 from tests.support import problem_of
 from tests.trajopt.scenarios import DISCRETE, FLY
 from tests.trajopt.test_trajopt import DRIVE, EXACT, PATIENCE, repaired
@@ -23,7 +23,7 @@ KNOTS, GUESSES = 80, 60
 
 def shot(problem: Problem, seed: int = 2) -> Trajectory:
     """Return the first motion that comes of a guess."""
-    shots = Shots(problem, KNOTS, seed, never)
+    shots = Multistart(problem, KNOTS, seed, never_cancelled)
     motions = (shots.next().motion for _ in range(GUESSES))
     return next(motion for motion in motions if motion is not None)
 
@@ -70,7 +70,7 @@ def test_a_continuous_machine_swings_up_in_steps_of_the_problem() -> None:
     motion = shot(problem)
     assert np.allclose(np.diff(motion.t), problem.step, rtol=0, atol=1e-12)
     assert np.array_equal(motion.x[0], problem.start)
-    assert problem.goal_distance(motion.x[-1]) < CENTRE
+    assert problem.goal_distance(motion.x[-1]) < CENTRE_TOLERANCE
     assert passes(problem, motion)
 
 
@@ -81,7 +81,7 @@ def test_other_seeds_give_other_motions(tmp_path: Path) -> None:
 
 def test_preparing_changes_nothing(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FLY)
-    prepared = Shots(problem, KNOTS, 2, never)
+    prepared = Multistart(problem, KNOTS, 2, never_cancelled)
     prepared.prepare()
     motion = prepared.next().motion
     assert motion is not None
@@ -92,8 +92,8 @@ def test_it_is_too_late_for_ways_when_it_is_stopped(tmp_path: Path) -> None:
     """Where a wall is in the way, a way around it is looked for."""
     wall = "\n[[world.obstacle]]\nbox = [2, 0.1, 1]\nposition = [0, 0.5, 0]\n"
     problem = problem_of(tmp_path, FLY + wall)
-    with pytest.raises(StoppedError):
-        Shots(problem, KNOTS, 1, lambda: True).next()
+    with pytest.raises(CancelledError):
+        Multistart(problem, KNOTS, 1, lambda: True).next()
 
 
 @pytest.mark.parametrize("times", [2, 10])

@@ -14,8 +14,8 @@ from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.path_constraints import Demands
-from kinolab.trajopt.nlp.problem import Task
+from kinolab.trajopt.nlp.path_constraints import PathConstraints
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.nlp.samples import Samples
 from tests.support import OPEN, problem_of
 
@@ -111,10 +111,10 @@ def test_margins_are_those_of_closed_forms(case: Case) -> None:
     problem, margins, at = case
     expected = np.array([margins(x, u) for x, u in zip(at.x, at.u, strict=True)])
     for room in (0.0, 0.1):
-        found = Demands(problem, room).margins(at.x, at.u)
+        found = PathConstraints(problem, room).margins(at.x, at.u)
         np.testing.assert_allclose(found, expected - room, rtol=1e-12, atol=1e-10)
         missing = np.maximum(room - expected, 0.0).sum()
-        assert Demands(problem, room).violation(at) == pytest.approx(missing, rel=1e-9)
+        assert PathConstraints(problem, room).violation(at) == pytest.approx(missing, rel=1e-9)
         assert missing > 0
 
 
@@ -130,7 +130,7 @@ def slopes(margins: Callable[[Array, Array], Array], x: Array, u: Array) -> Arra
 def test_slopes_are_those_of_closed_forms(case: Case) -> None:
     """Margins that bend sharply at a state, such as those of a folded trailer, are not there."""
     problem, margins, at = case
-    rows = Demands(problem, 0.0).rows(at, EVERYTHING)
+    rows = PathConstraints(problem, 0.0).rows(at, EVERYTHING)
     own = zip(at.x, at.u, strict=True)
     expected = np.array([slopes(margins, x, u) for x, u in own])
     flat = expected.reshape(-1, expected.shape[-1])
@@ -149,10 +149,10 @@ def test_what_a_change_cannot_use_up_is_left_out(tmp_path: Path) -> None:
     x = np.array([[4.6, 0.0, 0.0, 0.0, 0.0, 0.0]])
     at = Samples(np.zeros(1, np.int64), np.zeros(1), x, np.zeros((1, problem.model.nu)))
     large = problem.scales[0]
-    near = Demands(problem, 0.0).rows(at, 0.3 / large)
+    near = PathConstraints(problem, 0.0).rows(at, 0.3 / large)
     assert near.value == pytest.approx([0.4], abs=1e-12)
     assert near.dx[0] == pytest.approx([-1, 0, 0, 0, 0, 0], abs=1e-9)
-    assert not len(Demands(problem, 0.0).rows(at, 0.1 / large).value)
+    assert not len(PathConstraints(problem, 0.0).rows(at, 0.1 / large).value)
 
 
 def test_a_problem_without_demands_has_no_margins(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_a_problem_without_demands_has_no_margins(tmp_path: Path) -> None:
         tmp_path, text.replace("[start]", "[bounds]\nx = [0, 1]\ny = [0, 1]\n[start]")
     )
     x, u = np.zeros((3, problem.model.nx)), np.zeros((3, problem.model.nu))
-    demands = Demands(problem, 0.0)
+    demands = PathConstraints(problem, 0.0)
     assert demands.margins(x, u).shape == (3, 0)
     at = Samples(np.arange(3), np.zeros(3), x, u)
     assert demands.violation(at) == 0.0
@@ -204,12 +204,12 @@ def test_what_inputs_decide_is_demanded_where_a_step_begins(
     """Braking at 1 m/s^2 from 1 m/s is worst at its beginning: most - 1.0 - 0.2."""
     problem, model = slide(tmp_path, most), slide(tmp_path, most).model
     x, u = np.array([[0.0, 1.0], [0.5, 0.0]]), np.array([[-1.0]])
-    task = Task(problem, 0.0)
+    task = TrajectoryProblem(problem, 0.0)
     knots = Knots(x, u, 1.0)
-    assert task.transcription(knots).missing(knots)[2] == pytest.approx(short, abs=1e-12)
+    assert task.transcription(knots).violation(knots)[2] == pytest.approx(short, abs=1e-12)
     motion = Trajectory(np.array([0.0, 1.0]), x, u, model.state_names, model.control_names)
-    assert task.keeps_all(motion) == (short == 0.0)
-    assert task.keeps_all_at_knots(motion) == (short == 0.0)
+    assert task.satisfies_all(motion) == (short == 0.0)
+    assert task.satisfies_all_at_knots(motion) == (short == 0.0)
 
 
 def test_a_demand_where_a_step_begins_is_linear_in_that_knot_and_its_inputs(
@@ -218,7 +218,9 @@ def test_a_demand_where_a_step_begins_is_linear_in_that_knot_and_its_inputs(
     """The last step glides and breaks nothing; the first one's beginning is short by 0.1."""
     problem = slide(tmp_path, 1.1)
     knots = Knots(np.array([[0.0, 1.0], [0.5, 0.0], [0.5, 0.0]]), np.array([[-1.0], [0.0]]), 1.0)
-    rows = Task(problem, 0.0).transcription(knots).local(knots, EVERYTHING).rows
+    rows = (
+        TrajectoryProblem(problem, 0.0).transcription(knots).linearization(knots, EVERYTHING).rows
+    )
     [worst] = np.flatnonzero(rows.value < 0)
     assert rows.knot[worst] == 0
     assert rows.value[worst] == pytest.approx(-0.1, abs=1e-12)

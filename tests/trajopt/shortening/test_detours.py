@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.cancel import never
+from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.segments import NEAR_GAPS, Pieces
-from kinolab.trajopt.shortening.connection_guesses import Bridges
-from kinolab.trajopt.shortening.cycles import MARGIN, Splices
-from kinolab.trajopt.shortening.shorten_in_pieces import ROOM, SHARE
-from kinolab.trajopt.variable_step_motion import course_of
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.segments import NEAR_GAPS, Segments
+from kinolab.trajopt.shortening.connection_guesses import ConnectionGuesses
+from kinolab.trajopt.shortening.cycles import BLEND_STEPS, CycleRemoval
+from kinolab.trajopt.shortening.shorten_in_pieces import CLEARANCE_RESERVE, LIMIT_FRACTION
+from kinolab.trajopt.variable_step_motion import variable_step_motion
 from tests.trajopt.shortening.test_long_plans import STEP, problem_with
 
 SPEED, TURN = 0.25, 0.25  # [m/s], [rad/s^2]
@@ -28,7 +28,7 @@ def looped(problem: Problem) -> Trajectory:
     """Drive straight on with a full circle in the middle, and stop."""
     faster = round(SPEED / 0.25 / STEP)
     turn = 2 * np.pi / (CIRCLE * STEP / 2) ** 2  # so that it is a full one
-    straight = [(0.0, 0.0)] * (2 * MARGIN)
+    straight = [(0.0, 0.0)] * (2 * BLEND_STEPS)
     circle = [(0.0, turn)] * (CIRCLE // 2) + [(0.0, -turn)] * (CIRCLE // 2)
     ends = [(0.25, 0.0)] * faster, [(-0.25, 0.0)] * faster
     u = np.array([*ends[0], *straight, *circle, *straight, *ends[1]])
@@ -38,12 +38,14 @@ def looped(problem: Problem) -> Trajectory:
 def test_a_loop_is_left_out_and_what_is_far_from_it_stays(tmp_path: Path) -> None:
     """The circle leads back to its beginning, so that all of its duration may go."""
     problem = problem_with(tmp_path)
-    given = course_of(looped(problem))
+    given = variable_step_motion(looped(problem))
     assert given.x[:, 2].max() == pytest.approx(2 * np.pi, abs=1e-6)
-    task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
-    left = Splices(task, Pieces(task, never), never).taken(given)
+    task = TrajectoryProblem(problem, CLEARANCE_RESERVE, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+    left = CycleRemoval(task, Segments(task, never_cancelled), never_cancelled).without_cycles(
+        given
+    )
     assert left.duration <= given.duration - 0.9 * CIRCLE * STEP
-    assert np.array_equal(left.x[:MARGIN], given.x[:MARGIN])
+    assert np.array_equal(left.x[:BLEND_STEPS], given.x[:BLEND_STEPS])
     assert np.abs(left.x[:, 2]).max() < np.pi / 2
     motion = resimulate(problem, left.times, left.u)
     nearly = [given.x[-1, 0], given.x[-1, 1]]
@@ -65,7 +67,7 @@ def test_guesses_between_two_states_roll_and_do_not_slip(
     begin, end = problem.start.copy(), problem.start.copy()
     end[place] += [dx, dy]
     end[heading] += turn
-    guesses = list(Bridges(problem).between(begin, end, 60))
+    guesses = list(ConnectionGuesses(problem).between(begin, end, 60))
     assert guesses
     for guess in guesses:
         assert np.array_equal(guess.x[0], begin)
@@ -81,7 +83,7 @@ def test_nothing_is_guessed_through_a_rack() -> None:
     problem = kinolab.load("diffdrive_warehouse")
     begin, end = problem.start.copy(), problem.start.copy()
     begin[:3], end[:3] = (1.2, 1.5, 0.0), (3.8, 1.5, 0.0)
-    assert list(Bridges(problem).between(begin, end, 40)) == []
+    assert list(ConnectionGuesses(problem).between(begin, end, 40)) == []
 
 
 def test_a_motion_that_is_one_loop_has_nothing_to_be_spliced(tmp_path: Path) -> None:
@@ -91,6 +93,9 @@ def test_a_motion_that_is_one_loop_has_nothing_to_be_spliced(tmp_path: Path) -> 
     turn = 2 * np.pi / (half * STEP) ** 2
     times = STEP * np.append(np.arange(2 * half + 1.0), 2 * half + 6.0)
     u = np.array([(0.0, turn)] * half + [(0.0, -turn)] * half + [(0.0, 0.0)])
-    given = course_of(resimulate(problem, times, u))
-    task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
-    assert Splices(task, Pieces(task, never), never).taken(given) is given
+    given = variable_step_motion(resimulate(problem, times, u))
+    task = TrajectoryProblem(problem, CLEARANCE_RESERVE, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+    assert (
+        CycleRemoval(task, Segments(task, never_cancelled), never_cancelled).without_cycles(given)
+        is given
+    )

@@ -12,7 +12,7 @@ import kinolab
 from kinolab.problem import Problem
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import Subproblems, repair, shorten
+from kinolab.trajopt import SubproblemBudget, make_exact, shorten
 from tests.support import problem_of
 from tests.trajopt.test_trajopt import EXACT
 
@@ -107,7 +107,7 @@ def test_only_the_end_of_a_long_plan_changes_when_it_is_made_exact(tmp_path: Pat
     given = detour(problem)
     assert problem.goal_excess(given.x[-1]) < 1
     assert problem.goal_distance(given.x[-1]) > 0.04
-    exact = repair(problem, given)
+    exact = make_exact(problem, given)
     assert exact is not None
     verified(problem, exact)
     kept = len(given.u) // 2
@@ -118,7 +118,7 @@ def test_only_the_end_of_a_long_plan_changes_when_it_is_made_exact(tmp_path: Pat
 def test_the_same_number_of_subproblems_gives_the_same_bits(tmp_path: Path) -> None:
     problem = problem_with(tmp_path, wall=True)
     given = detour(problem)
-    one, other = (shorten(problem, given, Subproblems(60).part()) for _ in range(2))
+    one, other = (shorten(problem, given, SubproblemBudget(60).fraction()) for _ in range(2))
     assert one.duration < given.duration
     assert np.array_equal(one.x, other.x)
     assert np.array_equal(one.t, other.t)
@@ -136,7 +136,7 @@ def test_what_time_is_too_short_for_is_no_worse(seconds: float, tmp_path: Path) 
 def test_steps_that_are_held_keep_their_length(tmp_path: Path) -> None:
     """Planners hold inputs for whole steps of the problem: others would lead elsewhere."""
     problem = problem_with(tmp_path, heading=0.05)
-    exact = repair(problem, detour(problem), held=True)
+    exact = make_exact(problem, detour(problem), held=True)
     assert exact is not None
     verified(problem, exact)
     assert np.diff(exact.t) == pytest.approx(STEP, abs=1e-9)

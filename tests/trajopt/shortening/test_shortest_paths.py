@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import repair, shorten
+from kinolab.trajopt import make_exact, shorten
 from tests.oracles.vehicles import Pose, dubins_length, path_length, reeds_shepp_length
 from tests.support import problem_of
 from tests.trajopt.test_trajopt import EXACT, PATIENCE, straight_to
@@ -36,7 +36,7 @@ def driven(folder: Path, machine: str, goal: dict[str, float], steps: int) -> Tr
     """Return the motion that repair and shortening make of a straight line."""
     lines = "\n".join(f"{name} = {value!r}" for name, value in goal.items())
     problem = problem_of(folder, DRIVE.format(machine=machine, goal=lines))
-    exact = repair(problem, straight_to(problem, steps))
+    exact = make_exact(problem, straight_to(problem, steps))
     assert exact is not None
     short = shorten(problem, exact, PATIENCE)
     assert short.duration < exact.duration

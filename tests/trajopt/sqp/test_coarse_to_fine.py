@@ -7,10 +7,10 @@ import pytest
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.simulation.machine import motion_under
+from kinolab.simulation.machine import states_under
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.sqp.coarse_to_fine import FAR, closer
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.sqp.coarse_to_fine import MIN_VIOLATION, coarse_to_fine
 from tests.scenario.dynobench.wheel import environment, needs_wheel
 
 EXACT = 1e-6  # sum of all that is missing, in scales
@@ -30,24 +30,26 @@ def never() -> bool:
 
 
 @pytest.fixture(scope="module")
-def task() -> Task:
-    return Task(kinolab.load(environment("quad2d_v0/empty_0")), 1e-2)
+def task() -> TrajectoryProblem:
+    return TrajectoryProblem(kinolab.load(environment("quad2d_v0/empty_0")), 1e-2)
 
 
 @needs_wheel
-def test_a_guess_becomes_a_motion_of_the_machine_in_as_many_steps(task: Task) -> None:
+def test_a_guess_becomes_a_motion_of_the_machine_in_as_many_steps(task: TrajectoryProblem) -> None:
     guess = straight(task.problem, 240)
-    assert sum(task.transcription(guess).missing(guess)) > FAR
-    knots = closer(task, guess, never)
+    assert sum(task.transcription(guess).violation(guess)) > MIN_VIOLATION
+    knots = coarse_to_fine(task, guess, never)
     assert (len(knots.u), knots.h) == (240, guess.h)
     assert np.array_equal(knots.u[::4], knots.u[3::4])
-    assert sum(task.transcription(knots).missing(knots)) < EXACT
-    motion = motion_under(task.problem, knots.u)
+    assert sum(task.transcription(knots).violation(knots)) < EXACT
+    motion = states_under(task.problem, knots.u)
     assert np.allclose(motion[-1], knots.x[-1], rtol=0, atol=EXACT)
 
 
 @needs_wheel
 @pytest.mark.parametrize("steps", [97, 241])
-def test_too_few_steps_and_those_that_cannot_be_shared_out_stay(task: Task, steps: int) -> None:
+def test_too_few_steps_and_those_that_cannot_be_shared_out_stay(
+    task: TrajectoryProblem, steps: int
+) -> None:
     guess = straight(task.problem, steps)
-    assert closer(task, guess, never) is guess
+    assert coarse_to_fine(task, guess, never) is guess

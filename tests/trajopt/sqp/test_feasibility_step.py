@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import Rows
-from kinolab.trajopt.nlp.linearization import Change, Local
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
+from kinolab.trajopt.nlp.linearization import Linearization, Step
 from kinolab.trajopt.nlp.scaling import Scaling
-from kinolab.trajopt.sqp.feasibility_step import closest
-from kinolab.trajopt.sqp.minimum_time import closing
+from kinolab.trajopt.sqp.feasibility_step import feasibility_step
+from kinolab.trajopt.sqp.minimum_time import restoration_weights
 from kinolab.trajopt.sqp.qp import solve
 
 STEPS, NX, NU, COUNT = 12, 3, 2, 20
@@ -26,13 +26,13 @@ def scaling(longest: float) -> Scaling:
                    (0.1, longest))  # fmt: skip
 
 
-def surroundings(seed: int, defect: float) -> Local:
+def surroundings(seed: int, defect: float) -> Linearization:
     """Return a stable machine's steps with defects, a goal and a few margins."""
     rng = np.random.default_rng(seed)
     knots = Knots(np.zeros((STEPS + 1, NX)), np.zeros((STEPS, NU)), 0.1)
     tangents = 0.3 * rng.normal(size=(STEPS, NX, NX + NU + 1))
     tangents[:, :, :NX] += 0.7 * np.eye(NX)
-    rows = Rows(
+    rows = LinearInequalities(
         rng.integers(STEPS, size=COUNT),
         rng.uniform(-0.01, 0.2, COUNT),
         rng.normal(size=(COUNT, NX)),
@@ -41,14 +41,14 @@ def surroundings(seed: int, defect: float) -> Local:
     )
     defects = defect * rng.normal(size=(STEPS, NX))
     miss = defect * rng.normal(size=NX)
-    return Local(knots, defects, tangents, rows, miss, np.diag([1.0, 0.5, 2.0]))
+    return Linearization(knots, defects, tangents, rows, miss, np.diag([1.0, 0.5, 2.0]))
 
 
-def left_open(local: Local, change: Change) -> float:
+def left_open(local: Linearization, change: Step) -> float:
     """Return the most that is missing after a change, by the linear model."""
     x, u = change.dx, change.du
     along = np.concatenate([x[:-1], u, np.full((STEPS, 1), change.dh)], axis=1)
-    steps = np.einsum("kij,kj->ki", local.tangents, along) + local.defects - x[1:]
+    steps = np.einsum("kij,kj->ki", local.sensitivities, along) + local.defects - x[1:]
     rows = local.rows
     margins = rows.value + sum(
         np.einsum("ij,ij->i", slope, moved)
@@ -58,11 +58,11 @@ def left_open(local: Local, change: Change) -> float:
             (rows.du, u[rows.knot]),
         )
     )
-    goal = local.miss + local.dmiss @ x[-1]
+    goal = local.goal_residual + local.goal_jacobian @ x[-1]
     return float(max(np.abs(steps).max(), np.abs(goal).max(), -margins.min()))
 
 
-def price(change: Change) -> float:
+def price(change: Step) -> float:
     """Return the mean squares of a change, in shares of what counts as large."""
     limits = scaling(0.1)
     shares = change.dx / limits.x, change.du / limits.u
@@ -75,8 +75,8 @@ def test_it_closes_everything_by_no_more_than_a_quadratic_program_changes(
     seed: int, longest: float
 ) -> None:
     local, limits = surroundings(seed, 0.02), scaling(longest)
-    found = closest(local, limits, closing(), RADIUS)
-    other = solve(local, limits, closing(), RADIUS)
+    found = feasibility_step(local, limits, restoration_weights(), RADIUS)
+    other = solve(local, limits, restoration_weights(), RADIUS)
     assert found is not None
     assert other is not None
     assert left_open(local, found) < ROUNDING
@@ -92,7 +92,7 @@ def test_it_closes_everything_by_no_more_than_a_quadratic_program_changes(
 
 def test_what_no_change_within_the_trust_region_closes_is_left_to_others() -> None:
     local = surroundings(0, 0.02)
-    other = solve(local, scaling(0.1), closing(), RADIUS)
+    other = solve(local, scaling(0.1), restoration_weights(), RADIUS)
     assert other is not None
     assert left_open(local, other) > ROUNDING
-    assert closest(local, scaling(0.1), closing(), RADIUS) is None
+    assert feasibility_step(local, scaling(0.1), restoration_weights(), RADIUS) is None

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import Rows
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
 from kinolab.trajopt.nlp.scaling import Scaling
-from kinolab.trajopt.sqp.trust_region import box, within
+from kinolab.trajopt.sqp.trust_region import inequalities_within, trust_region
 
 STEPS, NX, NU, COUNT = 5, 3, 2, 60
 SCALING = Scaling(
@@ -21,9 +21,9 @@ SCALING = Scaling(
 KNOTS = Knots(np.full((STEPS + 1, NX), 0.2), np.full((STEPS, NU), 0.5), 0.1)
 
 
-def rows_of(rng: np.random.Generator) -> Rows:
+def rows_of(rng: np.random.Generator) -> LinearInequalities:
     """Return inequalities with numbers, told apart by their values."""
-    return Rows(
+    return LinearInequalities(
         rng.integers(STEPS, size=COUNT),
         rng.uniform(-0.2, 2.0, COUNT),
         rng.normal(size=(COUNT, NX)),
@@ -32,9 +32,9 @@ def rows_of(rng: np.random.Generator) -> Rows:
     )
 
 
-def worst(rows: Rows, row: int, radius: float) -> float:
+def worst(rows: LinearInequalities, row: int, radius: float) -> float:
     """Return the least margin over all corners of the box, one variable after the other."""
-    limits = box(KNOTS, SCALING, radius)
+    limits = trust_region(KNOTS, SCALING, radius)
     k, total = rows.knot[row], float(rows.value[row])
     for slope, large, least, most in (
         (rows.dx[row], SCALING.x, *limits.x[:, k]),
@@ -49,14 +49,14 @@ def worst(rows: Rows, row: int, radius: float) -> float:
 @pytest.mark.parametrize("radius", [0.05, 0.5])
 def test_an_inequality_is_kept_exactly_where_a_corner_of_the_box_breaks_it(radius: float) -> None:
     rows = rows_of(np.random.default_rng(1))
-    kept = within(rows, SCALING, box(KNOTS, SCALING, radius))
+    kept = inequalities_within(rows, SCALING, trust_region(KNOTS, SCALING, radius))
     broken = [rows.value[i] for i in range(COUNT) if worst(rows, i, radius) < 0]
     assert 0 < len(broken) < COUNT
     assert kept.value.tolist() == broken
 
 
 def test_a_box_holds_the_start_and_keeps_limits_and_trust_region() -> None:
-    limits = box(KNOTS, SCALING, 0.5)
+    limits = trust_region(KNOTS, SCALING, 0.5)
     assert not limits.x[:, 0].any()
     assert not limits.h.any()
     x = KNOTS.x + limits.x * SCALING.x

@@ -7,7 +7,7 @@ import pytest
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.world.collision.clearance_bound import MARGIN, Room, surroundings
+from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
 
 SCENARIOS = (
     "rolling_disk_maze",
@@ -19,9 +19,9 @@ SCENARIOS = (
 POSES = 3000
 
 
-def room_of(problem: Problem) -> Room:
-    return Room(
-        surroundings(
+def room_of(problem: Problem) -> ClearanceBound:
+    return ClearanceBound(
+        collision_scene(
             problem.bodies,
             problem.world,
             cables=problem.cables,
@@ -48,7 +48,7 @@ def test_no_pose_is_called_free_that_fcl_calls_in_collision(name: str) -> None:
         placed = problem.placement(x)
         free = room.within(*placed, 1e-9) > 0.0
         assert not (free and checker.collides(*placed))
-        assert free or checker.clearance(*placed) <= 1.5 * MARGIN
+        assert free or checker.clearance(*placed) <= 1.5 * TOUCHING_MARGIN
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -58,9 +58,11 @@ def test_room_is_the_clearance_where_it_is_worked_out(name: str) -> None:
     for x in states(problem)[: POSES // 5]:
         placed = problem.placement(x)
         known = checker.clearance(*placed)
-        if known > 2 * MARGIN:
+        if known > 2 * TOUCHING_MARGIN:
             exact = room.within(*placed, 0.3)
-            assert exact == pytest.approx(min(known - MARGIN, 0.3), abs=1.1 * MARGIN)
+            assert exact == pytest.approx(
+                min(known - TOUCHING_MARGIN, 0.3), abs=1.1 * TOUCHING_MARGIN
+            )
             assert room.within(*placed, 0.3, 0.02) <= known
 
 

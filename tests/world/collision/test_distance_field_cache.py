@@ -12,9 +12,9 @@ from numba import typeof
 
 from kinolab.world import Obstacle, World, box_obstacle, sphere_obstacle
 from kinolab.world.collision import distance_field_cache
-from kinolab.world.collision.clearance_bound import surroundings
-from kinolab.world.collision.distance_field import DistanceGrid, distance_grid
-from kinolab.world.collision.distance_field_cache import MAGIC, SUFFIX, kept_grid, make_room
+from kinolab.world.collision.clearance_bound import collision_scene
+from kinolab.world.collision.distance_field import DistanceField, distance_field
+from kinolab.world.collision.distance_field_cache import MAGIC, SUFFIX, cached_distance_field, evict
 
 BOX = box_obstacle("box", (1.0, 1.0, 1.0), (2.0, 0.0, 0.5))
 BALL = sphere_obstacle("ball", 0.7, (-2.0, 1.0, 0.0))
@@ -24,7 +24,7 @@ BALL = sphere_obstacle("ball", 0.7, (-2.0, 1.0, 0.0))
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder of entries, in which grids of this size are kept."""
     monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(distance_field_cache, "WORTH", 1)
+    monkeypatch.setattr(distance_field_cache, "MIN_CELLS", 1)
     return tmp_path / "cache"
 
 
@@ -33,15 +33,15 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many obstacles each grid has that is built while a test runs."""
     seen: list[int] = []
 
-    def counted(obstacles: tuple[Obstacle, ...], finest: float) -> DistanceGrid:
+    def counted(obstacles: tuple[Obstacle, ...], finest: float) -> DistanceField:
         seen.append(len(obstacles))
-        return distance_grid(obstacles, finest)
+        return distance_field(obstacles, finest)
 
-    monkeypatch.setattr(distance_field_cache, "distance_grid", counted)
+    monkeypatch.setattr(distance_field_cache, "distance_field", counted)
     return seen
 
 
-def same(one: DistanceGrid, other: DistanceGrid) -> bool:
+def same(one: DistanceField, other: DistanceField) -> bool:
     """Whether two grids are the same to the last bit, and to compiled code."""
     kinds = [(typeof(grid.low), typeof(grid.distance)) for grid in (one, other)]
     pairs = zip(one, other, strict=True)
@@ -49,9 +49,9 @@ def same(one: DistanceGrid, other: DistanceGrid) -> bool:
 
 
 def test_a_grid_is_built_once(home: Path, builds: list[int]) -> None:
-    grids = [kept_grid((BOX, BALL), 0.1) for _ in range(3)]
+    grids = [cached_distance_field((BOX, BALL), 0.1) for _ in range(3)]
     assert builds == [2]
-    assert all(same(grid, distance_grid((BOX, BALL), 0.1)) for grid in grids)
+    assert all(same(grid, distance_field((BOX, BALL), 0.1)) for grid in grids)
     (entry,) = home.glob(f"*{SUFFIX}")
     assert entry.read_bytes().startswith(MAGIC)
     assert {path.suffix for path in home.iterdir()} == {SUFFIX}  # and no half of one
@@ -59,10 +59,10 @@ def test_a_grid_is_built_once(home: Path, builds: list[int]) -> None:
 
 @pytest.mark.usefixtures("home")
 def test_what_is_read_may_be_written_to_and_nobody_else_sees_it() -> None:
-    kept_grid((BOX,), 0.1)
-    first = kept_grid((BOX,), 0.1)
+    cached_distance_field((BOX,), 0.1)
+    first = cached_distance_field((BOX,), 0.1)
     first.distance[:] = 7.0
-    assert same(kept_grid((BOX,), 0.1), distance_grid((BOX,), 0.1))
+    assert same(cached_distance_field((BOX,), 0.1), distance_field((BOX,), 0.1))
 
 
 @pytest.mark.usefixtures("home")
@@ -70,8 +70,8 @@ def test_other_obstacles_or_another_resolution_are_another_entry(builds: list[in
     moved = box_obstacle("box", (1.0, 1.0, 1.0), (2.0, 0.0, 0.5 + 1e-15))
     worlds = [(BOX,), (BALL,), (BOX, BALL), (BALL, BOX), (moved,)]
     for obstacles in worlds:
-        assert same(kept_grid(obstacles, 0.1), distance_grid(obstacles, 0.1))
-    assert same(kept_grid((BOX,), 0.11), distance_grid((BOX,), 0.11))
+        assert same(cached_distance_field(obstacles, 0.1), distance_field(obstacles, 0.1))
+    assert same(cached_distance_field((BOX,), 0.11), distance_field((BOX,), 0.11))
     assert builds == [1, 1, 2, 2, 1, 1]
 
 
@@ -79,9 +79,9 @@ def test_other_obstacles_or_another_resolution_are_another_entry(builds: list[in
 def test_other_code_builds_another_entry(
     builds: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    kept_grid((BOX,), 0.1)
+    cached_distance_field((BOX,), 0.1)
     monkeypatch.setattr(distance_field_cache, "_own_code", lambda: "changed")
-    kept_grid((BOX,), 0.1)
+    cached_distance_field((BOX,), 0.1)
     assert builds == [1, 1]
 
 
@@ -105,11 +105,11 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 def test_a_damaged_entry_is_built_anew(
     damage: Callable[[bytes], bytes], home: Path, builds: list[int]
 ) -> None:
-    whole = kept_grid((BOX, BALL), 0.1)
+    whole = cached_distance_field((BOX, BALL), 0.1)
     (entry,) = home.iterdir()
     sound = entry.read_bytes()
     entry.write_bytes(damage(sound))
-    assert same(kept_grid((BOX, BALL), 0.1), whole)
+    assert same(cached_distance_field((BOX, BALL), 0.1), whole)
     assert builds == [2, 2]
     assert entry.read_bytes() == sound  # mended
 
@@ -119,7 +119,7 @@ def test_a_folder_that_cannot_be_written_only_costs_time(
 ) -> None:
     home.parent.joinpath("file").write_text("no folder")
     monkeypatch.setenv("KINOLAB_CACHE", str(home.parent / "file" / "cache"))
-    grids = [kept_grid((BOX,), 0.1) for _ in range(2)]
+    grids = [cached_distance_field((BOX,), 0.1) for _ in range(2)]
     assert builds == [1, 1]
     assert same(grids[0], grids[1])
 
@@ -128,8 +128,8 @@ def test_small_grids_and_empty_worlds_are_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "cache"))
-    assert kept_grid((BOX,), 0.5).distance.size < distance_field_cache.WORTH
-    assert kept_grid(()).distance.size == 0
+    assert cached_distance_field((BOX,), 0.5).distance.size < distance_field_cache.MIN_CELLS
+    assert cached_distance_field(()).distance.size == 0
     assert not (tmp_path / "cache").exists()
 
 
@@ -139,27 +139,27 @@ def test_the_entries_that_were_not_used_for_longest_make_room(
     worlds = [(BOX,), (BALL,), (BOX, BALL)]
     entries: list[Path] = []
     for age, obstacles in enumerate(worlds):
-        kept_grid(obstacles, 0.1)
+        cached_distance_field(obstacles, 0.1)
         (entry,) = set(home.iterdir()) - set(entries)
         os.utime(entry, (1000 + age, 1000 + age))
         entries.append(entry)
     other = home / "of_another_kind.machine"
     other.write_bytes(bytes(10_000))
-    kept_grid((BOX,), 0.1)  # used: the oldest is another one now
+    cached_distance_field((BOX,), 0.1)  # used: the oldest is another one now
     all_in_all = sum(entry.stat().st_size for entry in entries)
-    monkeypatch.setattr(distance_field_cache, "MOST", all_in_all - 1)
-    make_room(entries[2])
+    monkeypatch.setattr(distance_field_cache, "MAX_BYTES", all_in_all - 1)
+    evict(entries[2])
     assert set(home.iterdir()) == {entries[0], entries[2], other}
 
 
 def test_what_was_just_built_stays_however_little_room_there_is(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(distance_field_cache, "MOST", 1)
+    monkeypatch.setattr(distance_field_cache, "MAX_BYTES", 1)
     for obstacles in [(BOX,), (BALL,)]:
-        kept_grid(obstacles, 0.1)
+        cached_distance_field(obstacles, 0.1)
         (entry,) = home.iterdir()
-    assert same(kept_grid((BALL,), 0.1), distance_grid((BALL,), 0.1))
+    assert same(cached_distance_field((BALL,), 0.1), distance_field((BALL,), 0.1))
     assert entry.is_file()
 
 
@@ -168,8 +168,8 @@ def test_machines_move_among_obstacles_whose_grid_was_read(home: Path, builds: l
     distances = []
     for k in range(2):
         world = World((BOX, box_obstacle("other", (1.0 + k, 1.0, 1.0), (9.0, 0.0, 0.0))))
-        distances += [surroundings((), world).distance]
-        distances += [kept_grid(world.obstacles)]
+        distances += [collision_scene((), world).distance]
+        distances += [cached_distance_field(world.obstacles)]
     assert builds == [2, 2]
     assert same(distances[0], distances[1])
     assert same(distances[2], distances[3])

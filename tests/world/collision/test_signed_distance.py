@@ -7,7 +7,7 @@ import pytest
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.trajopt.nlp.collision_constraints import Obstacles
+from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.trajopt.nlp.samples import Samples
 from tests.support import OPEN, WALL, problem_of
 
@@ -31,7 +31,7 @@ def walled(tmp_path_factory: pytest.TempPathFactory) -> Problem:
 def test_the_gap_to_a_wall_is_the_distance_to_its_face_negative_inside(
     walled: Problem, x: float
 ) -> None:
-    rows = Obstacles(walled, 0.0).rows(at(walled, [x, 0, 0, 0, 0, 0]), 1.0)
+    rows = CollisionConstraints(walled, 0.0).rows(at(walled, [x, 0, 0, 0, 0, 0]), 1.0)
     assert rows.value == pytest.approx([FACE - x - RADIUS], abs=1e-8)
     assert rows.dx[0, :2] == pytest.approx([-1.0, 0.0], abs=1e-8)
 
@@ -39,7 +39,7 @@ def test_the_gap_to_a_wall_is_the_distance_to_its_face_negative_inside(
 def test_a_gap_follows_the_turn_of_a_coin_as_its_outline_does(walled: Problem) -> None:
     """From above the coin is a rectangle: R |cos psi| + b |sin psi| towards the wall."""
     psi = 0.4
-    rows = Obstacles(walled, 0.0).rows(at(walled, [2.5, 0, psi, 0.3, 0, 0]), 1.0)
+    rows = CollisionConstraints(walled, 0.0).rows(at(walled, [2.5, 0, psi, 0.3, 0, 0]), 1.0)
     reach = RADIUS * np.cos(psi) + HALF * np.sin(psi)
     slope = RADIUS * np.sin(psi) - HALF * np.cos(psi)
     assert rows.value == pytest.approx([FACE - 2.5 - reach], abs=1e-8)
@@ -52,7 +52,7 @@ def test_a_gap_follows_the_turn_of_a_coin_as_its_outline_does(walled: Problem) -
 def test_what_touches_has_no_gap_and_what_is_free_has_the_certified_one(name: str) -> None:
     """The checker asks FCL; its own clearance is proved, and 3e-5 m short at most."""
     problem = kinolab.load(name)
-    obstacles, checker = Obstacles(problem, 0.0), problem.checker()
+    obstacles, checker = CollisionConstraints(problem, 0.0), problem.checker()
     generator = np.random.default_rng(3)
     for x in generator.uniform(*problem.sampling_bounds.T, (60, problem.model.nx)):
         gap = float(obstacles.rows(at(problem, list(x)), 10.0).value.min(initial=np.inf))

@@ -16,7 +16,7 @@ from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.inputs import Input, bounds_of
 
 ROUNDING = 1e-9  # of a state or input: what is not told
-NAMED = 4  # directions or values that a sentence names; more are counted
+MAX_NAMED = 4  # directions or values that a sentence names; more are counted
 
 
 def sentences(found: Description) -> Iterator[str]:
@@ -101,15 +101,19 @@ def _place(rest: AtRest) -> str:
     ]
     if not named:
         return "rest, all states and inputs 0"
-    more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
-    return f"rest at {', '.join(named[:NAMED])}{more}"
+    more = f" and {len(named) - MAX_NAMED} more" if len(named) > MAX_NAMED else ""
+    return f"rest at {', '.join(named[:MAX_NAMED])}{more}"
 
 
 def _linear(linear: LinearControllability) -> str:
     if linear.controllable:
         return f"the linearisation is controllable ({linear.rank} of {linear.dimension})."
-    lost = "; ".join(linear.directions[:NAMED])
-    more = f" and {len(linear.directions) - NAMED} more" if len(linear.directions) > NAMED else ""
+    lost = "; ".join(linear.directions[:MAX_NAMED])
+    more = (
+        f" and {len(linear.directions) - MAX_NAMED} more"
+        if len(linear.directions) > MAX_NAMED
+        else ""
+    )
     decays = "what it leaves alone decays" if linear.stabilisable else "not all of it decays"
     return (
         f"the linearisation reaches {linear.rank} of {linear.dimension} dimensions, no input "

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
 from kinolab.analyze.describe.modes import Mode, modes_of
-from kinolab.analyze.describe.states import StateSpace, state_space
+from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
 from kinolab.dynamics import Model, System, VectorFields
 from kinolab.dynamics.analysis.fields import (
@@ -18,7 +18,7 @@ from kinolab.dynamics.analysis.fields import (
     vector_fields,
 )
 from kinolab.dynamics.derivation.derivation import is_kinematic
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import Input
@@ -68,7 +68,7 @@ class Description:
     space: str
     dimension: int
     freedom: int
-    states: StateSpace
+    states: StateStorage
     constraints: tuple[ConstraintKind, ...]
     inputs: tuple[Input, ...]
     closure: InvolutiveClosure | None
@@ -106,7 +106,7 @@ def describe(system: System) -> Description:
         space=space_of(system),
         dimension=dimension_of(system),
         freedom=freedom,
-        states=state_space(
+        states=state_storage(
             system,
             dimension=fields.dimension - (len(system.inputs) if fields.prolonged else 0),
             stored=model.nx,
@@ -145,7 +145,7 @@ def _has_potential(model: Model, fields: VectorFields) -> bool:
 def _freedom(system: System, closure: InvolutiveClosure | None) -> int:
     if closure is not None:
         return closure.growth[0] if closure.growth else 0
-    binding = Binding.of(system)
+    binding = SymbolTable.of(system)
     kept, _ = independent_rows(system, binding, constraint_rows(system, binding))
     return dimension_of(system) - len(kept)
 

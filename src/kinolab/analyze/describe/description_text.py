@@ -9,7 +9,7 @@ from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.description import Description
 from kinolab.dynamics.language.inputs import Input, bounds_of
 
-WIDTH = 100  # characters of a line
+LINE_WIDTH = 100  # characters of a line
 SHOWN = {True: "yes", False: "no"}
 
 
@@ -29,16 +29,16 @@ def _lines(found: Description) -> Iterator[str]:
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
     yield "  controllability"
     for sentence in sentences(found):
-        yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+        yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
     yield "  modes of generalisation"
     for k, mode in enumerate(found.modes, 1):
         begin = f"    {k} {SHOWN[mode.shown]:3}  "
         sentence = f"{mode.name}: {mode.why}"
-        yield from wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent=" " * 11)
+        yield from wrap(sentence, LINE_WIDTH, initial_indent=begin, subsequent_indent=" " * 11)
     if found.left_out:
         yield "  left out"
         for sentence in found.left_out:
-            yield from wrap(sentence, WIDTH, initial_indent="    ", subsequent_indent="      ")
+            yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
 
 
 def _left(found: Description) -> str:

@@ -10,7 +10,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 
 
 @dataclass(frozen=True)
-class StateSpace:
+class StateStorage:
     """What the dimensions of a state space are.
 
     Attributes:
@@ -60,9 +60,9 @@ class StateSpace:
             yield f"constraints fix {self.held} of them"
 
 
-def state_space(
+def state_storage(
     system: System, *, dimension: int, stored: int, redundant: Sequence[str]
-) -> StateSpace:
+) -> StateStorage:
     """Return what a state space consists of.
 
     Args:
@@ -78,4 +78,4 @@ def state_space(
     positions = len(system.coordinates) + 2 * quaternions - held
     further = tuple(entry.name for entry in system.states)
     velocities = dimension - positions - len(further)
-    return StateSpace(positions, velocities, further, stored, quaternions)
+    return StateStorage(positions, velocities, further, stored, quaternions)

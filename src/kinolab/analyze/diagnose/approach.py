@@ -13,7 +13,7 @@ from kinolab.problem.goal_entries import GoalEntry, goal_entries
 
 Array: TypeAlias = NDArray[np.float64]
 
-SHOWN = 3  # entries that a sentence names
+MAX_NAMED = 3  # entries that a sentence names
 
 
 def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator[str]:
@@ -27,15 +27,15 @@ def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator
     reached = [entry.name for entry in entries if entry.reached]
     if not missed:
         return
-    more = f" and {len(missed) - SHOWN} more" if len(missed) > SHOWN else ""
+    more = f" and {len(missed) - MAX_NAMED} more" if len(missed) > MAX_NAMED else ""
     kept = f"; it reaches {', '.join(reached)}" if reached else ""
     approach = "The nearest approach" if moved else "Nothing came nearer than the start, which"
-    yield f"{approach} misses {', '.join(map(str, missed[:SHOWN]))}{more}{kept}."
+    yield f"{approach} misses {', '.join(map(str, missed[:MAX_NAMED]))}{more}{kept}."
 
 
 def unmet_sentences(problem: Problem, nearest: Array) -> Iterator[str]:
     """Say that no state meets the goal, and what the one that comes nearest misses."""
     missed = [entry for entry in goal_entries(problem, nearest) if not entry.reached]
     if missed:
-        shown = ", ".join(map(str, missed[:SHOWN]))
+        shown = ", ".join(map(str, missed[:MAX_NAMED]))
         yield f"The machine has no configuration in the goal: the nearest one misses {shown}."

@@ -13,22 +13,26 @@ from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
 from kinolab.analyze.diagnose.goal_states import GoalStates, goal_states
-from kinolab.analyze.diagnose.reached_rates import unreached, unreached_sentences
-from kinolab.analyze.diagnose.rejection_summary import refusal_sentences
-from kinolab.analyze.diagnose.relaxation_trials import Retry, retries, retry_sentences
-from kinolab.analyze.diagnose.state_clearance import most_room, room_sentences
-from kinolab.analyze.diagnose.static_holding import (
-    Holding,
-    best_holding,
-    holding,
-    holding_sentences,
+from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
+from kinolab.analyze.diagnose.rejection_summary import rejection_sentences
+from kinolab.analyze.diagnose.relaxation_trials import (
+    RelaxationTrial,
+    relaxation_trials,
+    trial_sentences,
 )
-from kinolab.analyze.diagnose.verification_summary import truth_sentences
+from kinolab.analyze.diagnose.state_clearance import clearance_sentences, largest_clearance
+from kinolab.analyze.diagnose.static_holding import (
+    StaticHolding,
+    best_static_holding,
+    holding_sentences,
+    static_holding,
+)
+from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.problem import Problem
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.simulation import Stiffness, stiffness
 from kinolab.solve import Plan
-from kinolab.verification.clearance_margin import Room, room_at
+from kinolab.verification.clearance_margin import StateClearance, state_clearance
 
 if TYPE_CHECKING:
     from kinolab.analyze.diagnose.narrow_passage.passage import Passage
@@ -36,7 +40,7 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 
 LIMIT = "limit"  # the cause by which planners count motions that pass limits
-SECONDS = 15.0  # of everything
+TOTAL_SECONDS = 15.0  # of everything
 PASSAGE_SECONDS = 9.0  # of the look for a way of the machine's shape
 
 Say = Callable[[str], None]
@@ -64,13 +68,13 @@ class Diagnosis:
     sentences: tuple[str, ...]
     rejections: Mapping[str, Mapping[str, float]]
     approach: tuple[GoalEntry, ...]
-    start_room: Room
-    goal_room: Room | None
-    start_held: Holding | None
-    goal_held: Holding | None
+    start_room: StateClearance
+    goal_room: StateClearance | None
+    start_held: StaticHolding | None
+    goal_held: StaticHolding | None
     stiffness: Stiffness | None
     unreached: tuple[dict[str, float], ...]
-    retries: tuple[Retry, ...]
+    retries: tuple[RelaxationTrial, ...]
     passage: Passage | None
     seconds: float
 
@@ -99,8 +103,10 @@ def diagnose(
     found = _described(problem, plan, goals)
     if plan.status != "solved":
         passage = _passage(problem, goals, say)
-        left = SECONDS - (time.monotonic() - begun)
-        found = replace(found, passage=passage, retries=retries(problem, plan, settings, left, say))
+        left = TOTAL_SECONDS - (time.monotonic() - begun)
+        found = replace(
+            found, passage=passage, retries=relaxation_trials(problem, plan, settings, left, say)
+        )
     sentences = tuple(_sentences(problem, plan, goals, found))
     return replace(found, sentences=sentences, seconds=time.monotonic() - begun)
 
@@ -113,12 +119,12 @@ def _described(problem: Problem, plan: Plan, goals: GoalStates) -> Diagnosis:
         sentences=(),
         rejections=plan.rejections,
         approach=goal_entries(problem, end),
-        start_room=room_at(problem, problem.start, checker),
-        goal_room=most_room(problem, goals.inside, checker),
-        start_held=holding(problem, problem.start),
-        goal_held=best_holding(problem, goals.inside),
+        start_room=state_clearance(problem, problem.start, checker),
+        goal_room=largest_clearance(problem, goals.inside, checker),
+        start_held=static_holding(problem, problem.start),
+        goal_held=best_static_holding(problem, goals.inside),
         stiffness=stiffness(problem, _visited(problem, plan)),
-        unreached=unreached(problem),
+        unreached=unreached_directions(problem),
         retries=(),
         passage=None,
         seconds=0.0,
@@ -135,10 +141,10 @@ def _visited(problem: Problem, plan: Plan) -> Array:
 def _passage(problem: Problem, goals: GoalStates, say: Say) -> Passage | None:
     """Look for a way of the machine's shape, where OMPL is there to do so."""
     try:
-        from kinolab.analyze.diagnose.narrow_passage.passage import can_look, find_passage
+        from kinolab.analyze.diagnose.narrow_passage.passage import find_passage, is_applicable
     except ModuleNotFoundError:
         return None
-    if not goals.inside or not can_look(problem):
+    if not goals.inside or not is_applicable(problem):
         return None
     return find_passage(problem, goals.inside, PASSAGE_SECONDS, say)
 
@@ -159,16 +165,16 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
     yield from unreached_sentences(found.unreached)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
     if stiff is None:
-        yield from truth_sentences(problem, plan)
-    yield from retry_sentences(found.retries)
+        yield from verification_sentences(problem, plan)
+    yield from trial_sentences(found.retries)
     # The limits that unstable steps pass are not what stops the machine.
     limits = {LIMIT} if stiff is not None else set()
     told = {cause: of for cause, of in found.rejections.items() if cause not in limits}
-    yield from refusal_sentences(told)
+    yield from rejection_sentences(told)
     moved = plan.trajectory is not None
     if moved or stiff is None:  # what unstable steps made up is not kept, however near it came
         yield from approach_sentences(found.approach, moved=moved)
-    yield from room_sentences(found.start_room, found.goal_room)
+    yield from clearance_sentences(found.start_room, found.goal_room)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
 

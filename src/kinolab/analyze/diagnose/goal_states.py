@@ -14,8 +14,9 @@ from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-TRIES = 40
-ROUNDS = 200  # evaluations of one search for a configuration whose points are at their targets
+MAX_SAMPLES = 40
+# evaluations of one search for a configuration whose points are at their targets
+MAX_EVALUATIONS = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,7 @@ def _guesses(problem: Problem, generator: np.random.Generator) -> list[Array]:
     center[list(problem.goal.indices)] = problem.goal.targets
     for attitude in problem.goal.attitudes:
         center[attitude.entries] = attitude.target
-    return [center, *(problem.sample_goal(generator) for _ in range(TRIES))]
+    return [center, *(problem.sample_goal(generator) for _ in range(MAX_SAMPLES))]
 
 
 def _at_rest(problem: Problem, x: Array) -> Array:
@@ -80,7 +81,7 @@ def _reached(problem: Problem, guess: Array) -> Array:
         lambda q: _errors(problem, state(q)),
         np.clip(guess[:nq], lower, upper),
         bounds=(lower, upper),
-        max_nfev=ROUNDS,
+        max_nfev=MAX_EVALUATIONS,
     )
     return state(found.x)
 

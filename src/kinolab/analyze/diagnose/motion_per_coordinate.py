@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.world import landmarks
+from kinolab.world import feature_points
 
 Array: TypeAlias = NDArray[np.float64]
 
-STATES = 12  # drawn at random, besides those that are given
-NUDGE = 1e-5  # [m] or [rad] by which a coordinate is changed
-NOTHING = 1e-7  # [m] per unit: rounding
-LEAST = 0.01  # [m] per unit, of what only the goal depends on
+RANDOM_STATES = 12  # drawn at random, besides those that are given
+FD_STEP = 1e-5  # [m] or [rad] by which a coordinate is changed
+ROUNDING = 1e-7  # [m] per unit: rounding
+MIN_GOAL_MOTION = 0.01  # [m] per unit, of what only the goal depends on
 
 
-def reach(problem: Problem, states: Sequence[Array]) -> Array:
+def motion_per_coordinate(problem: Problem, states: Sequence[Array]) -> Array:
     """Return how far each coordinate moves a point of the machine, per m or rad, shape (nx,).
 
     It is 0 for what neither the shapes' places nor the goal depend on, such as how far a wheel has
@@ -35,27 +35,27 @@ def reach(problem: Problem, states: Sequence[Array]) -> Array:
         far[i] = max(_moved(problem, x, i) for x in samples)
     for own in problem.space.quaternions:
         far[own] = far[own].max() / 2  # an angle turns an entry by half
-    far[far < NOTHING] = 0.0
+    far[far < ROUNDING] = 0.0
     wanted = list(problem.goal.indices)
     wanted += [a.index + k for a in problem.goal.attitudes for k in range(4)]
     wanted = [i for i in wanted if i < problem.model.nq]
-    far[wanted] = np.maximum(far[wanted], LEAST)
+    far[wanted] = np.maximum(far[wanted], MIN_GOAL_MOTION)
     return far
 
 
 def _drawn(problem: Problem) -> Iterator[Array]:
     generator = np.random.default_rng(0)
-    for _ in range(STATES):
+    for _ in range(RANDOM_STATES):
         yield problem.sample(generator)
 
 
 def _moved(problem: Problem, x: Array, i: int) -> float:
     """Return how far the farthest point moves per unit of one coordinate."""
     nudged = x.copy()
-    nudged[i] += NUDGE
+    nudged[i] += FD_STEP
     before, after = (_points(problem, state) for state in (x, problem.model.project(nudged)))
     moved = np.linalg.norm(after - before, axis=1)
-    return float(np.nan_to_num(moved).max(initial=0.0)) / NUDGE
+    return float(np.nan_to_num(moved).max(initial=0.0)) / FD_STEP
 
 
 def _points(problem: Problem, x: Array) -> Array:
@@ -64,7 +64,7 @@ def _points(problem: Problem, x: Array) -> Array:
     places = [
         pose.reshape(3, 4) @ np.concatenate([points, np.ones((len(points), 1))], axis=1).T
         for body, pose in zip(problem.bodies, poses, strict=True)
-        for points in map(landmarks, body.shapes)
+        for points in map(feature_points, body.shapes)
     ]
     goal = problem.goal
     asked = [(p.body, p.at, 1.0) for p in goal.points]

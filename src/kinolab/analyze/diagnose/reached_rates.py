@@ -17,14 +17,15 @@ from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-STATES = 12  # drawn at random; a direction that none of them reaches is never reached
-RANK = 1e-7  # of the largest singular value: smaller ones count as zero
+RANDOM_STATES = 12  # drawn at random; a direction that none of them reaches is never reached
+RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones count as zero
 TINY = 1e-300  # what zeros are divided by
-WHOLE = 0.999  # component of a unit vector beyond which it stands for one velocity alone
-SHOWN = 1e-3  # component below which a velocity is no part of a direction
+# component of a unit vector beyond which it stands for one velocity alone
+SINGLE_VELOCITY_COMPONENT = 0.999
+MIN_COMPONENT = 1e-3  # component below which a velocity is no part of a direction
 
 
-def unreached(problem: Problem) -> tuple[dict[str, float], ...]:
+def unreached_directions(problem: Problem) -> tuple[dict[str, float], ...]:
     """Return the directions of velocity that no input changes, as components by name.
 
     A direction counts where it is out of reach of the linearisation at every one of several
@@ -38,7 +39,11 @@ def unreached(problem: Problem) -> tuple[dict[str, float], ...]:
         return ()
     missing = _complement(np.concatenate(parts, axis=1))
     return tuple(
-        {names[i]: float(value) for i, value in zip(rates, z, strict=True) if abs(value) > SHOWN}
+        {
+            names[i]: float(value)
+            for i, value in zip(rates, z, strict=True)
+            if abs(value) > MIN_COMPONENT
+        }
         for z in missing.T
     )
 
@@ -47,7 +52,7 @@ def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]
     """Say which velocities no input changes."""
     for direction in directions:
         name = max(direction, key=lambda key: abs(direction[key]))
-        if abs(direction[name]) < WHOLE:
+        if abs(direction[name]) < SINGLE_VELOCITY_COMPONENT:
             name = " ".join(f"{value:+.2g} {key}" for key, value in direction.items())
         yield f"No input ever changes {name}."
 
@@ -55,7 +60,7 @@ def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]
 def _drawn(problem: Problem) -> Iterator[tuple[Array, Array]]:
     """Yield states within the limits and inputs within theirs."""
     generator, model = np.random.default_rng(0), problem.model
-    for _ in range(STATES):
+    for _ in range(RANDOM_STATES):
         x = problem.sample(generator)
         u = np.asarray(generator.uniform(*model.control_bounds.T))
         yield model.project(x), u
@@ -85,13 +90,13 @@ def _reached(problem: Problem, x: Array, u: Array) -> Array:
 def _basis(columns: Array) -> Array:
     """Return an orthonormal basis of what columns span."""
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    basis: Array = left[:, sizes > RANK * sizes.max(initial=TINY)]
+    basis: Array = left[:, sizes > RANK_TOLERANCE * sizes.max(initial=TINY)]
     return basis
 
 
 def _complement(columns: Array) -> Array:
     """Return an orthonormal basis of what is orthogonal to all columns."""
     left, sizes, _ = np.linalg.svd(columns)
-    rank = int((sizes > RANK * sizes.max(initial=TINY)).sum())
+    rank = int((sizes > RANK_TOLERANCE * sizes.max(initial=TINY)).sum())
     basis: Array = left[:, rank:]
     return basis

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-SHOWN = 4
-LEAST = 0.01  # share of all refused motions below which a culprit is not named
+MAX_NAMED = 4
+MIN_FRACTION = 0.01  # share of all refused motions below which a culprit is not named
 
 
-def refusal_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
     """Name what refused most motions, by cause and culprit.
 
     Args:
         rejections: Share of all refused motions, by cause and by who is to blame.
     """
     shares = [
-        (share, cause, culprit)
+        (fraction, cause, culprit)
         for cause, culprits in rejections.items()
-        for culprit, share in culprits.items()
-        if share >= LEAST
+        for culprit, fraction in culprits.items()
+        if fraction >= MIN_FRACTION
     ]
     named = [
-        f"{cause}, {culprit} ({share:.0%})"
-        for share, cause, culprit in sorted(shares, key=lambda entry: -entry[0])[:SHOWN]
+        f"{cause}, {culprit} ({fraction:.0%})"
+        for fraction, cause, culprit in sorted(shares, key=lambda entry: -entry[0])[:MAX_NAMED]
     ]
     if named:
         yield f"Motions were refused for: {'; '.join(named)}."

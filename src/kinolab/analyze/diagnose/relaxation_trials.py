@@ -8,19 +8,19 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from kinolab import planners
-from kinolab.analyze.diagnose.relaxations import Change, changes
+from kinolab.analyze.diagnose.relaxations import Relaxation, relaxations
 from kinolab.errors import KinolabError
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import Plan, make_planner
 
-SECONDS = 2.0  # of one search
-LEAST = 0.2  # [s] that a search needs to be worth beginning
+TRIAL_SECONDS = 2.0  # of one search
+MIN_SECONDS = 0.2  # [s] that a search needs to be worth beginning
 
 
 @dataclass(frozen=True)
-class Retry:
+class RelaxationTrial:
     """What became of one change.
 
     Attributes:
@@ -36,13 +36,13 @@ class Retry:
     seconds: float
 
 
-def retries(
+def relaxation_trials(
     problem: Problem,
     plan: Plan,
     settings: Mapping[str, Any],
     seconds: float,
     say: Callable[[str], None] = lambda _: None,
-) -> tuple[Retry, ...]:
+) -> tuple[RelaxationTrial, ...]:
     """Search again with one thing changed at a time, never longer than the search that failed.
 
     Args:
@@ -55,15 +55,15 @@ def retries(
     end = time.monotonic() + seconds
     planner = make_planner(problem, _known(plan.planner), dict(settings))
     tried = []
-    for change in changes(problem, planner):
-        left = min(SECONDS, end - time.monotonic())
-        if left < LEAST:
+    for change in relaxations(problem, planner):
+        left = min(TRIAL_SECONDS, end - time.monotonic())
+        if left < MIN_SECONDS:
             break
         say(f"trying again {change.words}")
         begun = time.monotonic()
         budget = Budget(left, max(plan.iterations, 1))
         solved = _solved(change, planner, plan.seed, budget)
-        tried.append(Retry(change.name, change.words, solved, time.monotonic() - begun))
+        tried.append(RelaxationTrial(change.name, change.words, solved, time.monotonic() - begun))
     return tuple(tried)
 
 
@@ -76,7 +76,7 @@ def _known(name: str) -> str | None:
     return name
 
 
-def _solved(change: Change, planner: AbstractPlanner, seed: int, budget: Budget) -> bool:
+def _solved(change: Relaxation, planner: AbstractPlanner, seed: int, budget: Budget) -> bool:
     """Whether the planner's motion reaches the changed goal; what it meets is not verified."""
     kept = {field.name: getattr(planner, field.name) for field in fields(planner)}
     searcher = type(planner)(**kept | dict(change.settings))
@@ -90,7 +90,7 @@ def _solved(change: Change, planner: AbstractPlanner, seed: int, budget: Budget)
     return change.problem.goal_excess(end) <= 1.0
 
 
-def retry_sentences(tried: Sequence[Retry]) -> Iterator[str]:
+def trial_sentences(tried: Sequence[RelaxationTrial]) -> Iterator[str]:
     """Name the one change that made it work, or those of which each one did."""
     worked = [retry.words for retry in tried if retry.solved]
     if len(worked) == 1:
@@ -99,4 +99,4 @@ def retry_sentences(tried: Sequence[Retry]) -> Iterator[str]:
         yield f"Each of these alone makes it work: a search {', '.join(worked)}."
     elif tried:
         failed = ", ".join(retry.words for retry in tried)
-        yield f"No single change made a search of {SECONDS:g} s succeed: {failed}."
+        yield f"No single change made a search of {TRIAL_SECONDS:g} s succeed: {failed}."

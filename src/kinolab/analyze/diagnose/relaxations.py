@@ -15,14 +15,14 @@ from kinolab.problem.goal import Goal
 from kinolab.search import AbstractPlanner
 from kinolab.simulation import stiffness
 
-WIDER = 3.0  # factor on the goal's tolerances
-STRONGER = 2.0  # factor on the inputs' limits
-LONGER = 3  # factor on how long an input may be held
-FINER = 4  # by which a step is divided
+TOLERANCE_FACTOR = 3.0  # factor on the goal's tolerances
+INPUT_LIMIT_FACTOR = 2.0  # factor on the inputs' limits
+DURATION_FACTOR = 3  # factor on how long an input may be held
+STEP_DIVISOR = 4  # by which a step is divided
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class Relaxation:
     """A problem that differs in one thing.
 
     Attributes:
@@ -38,66 +38,74 @@ class Change:
     settings: Mapping[str, Any]
 
 
-def changes(problem: Problem, planner: AbstractPlanner) -> Iterator[Change]:
+def relaxations(problem: Problem, planner: AbstractPlanner) -> Iterator[Relaxation]:
     """Yield every change that applies to a problem and to the planner that failed on it.
 
     Where steps are unstable, whatever else is changed proves nothing.
     """
     if stiffness(problem) is not None:
         yield _implicit(problem)
-        yield _finer(problem, planner)
+        yield _finer_steps(problem, planner)
         return
     if problem.world.obstacles:
         empty = replace(problem.world, obstacles=())
-        yield Change("obstacles", "without the obstacles", replace(problem, world=empty), {})
-    wider = replace(problem, goal=_wider(problem.goal))
-    yield Change("tolerance", f"with {WIDER:g} times the goal's tolerances", wider, {})
-    stronger = replace(problem, model=_stronger(problem.model))
-    yield Change("limits", f"with {STRONGER:g} times the inputs' limits", stronger, {})
+        yield Relaxation("obstacles", "without the obstacles", replace(problem, world=empty), {})
+    wider = replace(problem, goal=_wider_goal(problem.goal))
+    yield Relaxation(
+        "tolerance", f"with {TOLERANCE_FACTOR:g} times the goal's tolerances", wider, {}
+    )
+    stronger = replace(problem, model=_stronger_inputs(problem.model))
+    yield Relaxation(
+        "limits", f"with {INPUT_LIMIT_FACTOR:g} times the inputs' limits", stronger, {}
+    )
     longest = getattr(planner, "max_steps", None)
     if longest is not None:
-        words = f"with max_steps = {LONGER * longest} instead of {longest}"
-        yield Change("longer controls", words, problem, {"max_steps": LONGER * longest})
+        words = f"with max_steps = {DURATION_FACTOR * longest} instead of {longest}"
+        yield Relaxation(
+            "longer controls", words, problem, {"max_steps": DURATION_FACTOR * longest}
+        )
     if problem.scenario.integration.truth == "continuous":
-        yield _finer(problem, planner)
+        yield _finer_steps(problem, planner)
 
 
-def _implicit(problem: Problem) -> Change:
+def _implicit(problem: Problem) -> Relaxation:
     """Return the problem with the method for stiff machines."""
     words = 'with [integration] method = "rosenbrock"'
-    return Change("method", words, _integrated(problem, method="rosenbrock"), {})
+    return Relaxation("method", words, _integrated(problem, method="rosenbrock"), {})
 
 
-def _wider(goal: Goal) -> Goal:
+def _wider_goal(goal: Goal) -> Goal:
     return replace(
         goal,
-        tolerances=WIDER * goal.tolerances,
-        points=tuple(replace(p, tolerance=WIDER * p.tolerance) for p in goal.points),
+        tolerances=TOLERANCE_FACTOR * goal.tolerances,
+        points=tuple(replace(p, tolerance=TOLERANCE_FACTOR * p.tolerance) for p in goal.points),
         directions=tuple(replace(d, tolerance=_turn(d.tolerance)) for d in goal.directions),
         attitudes=tuple(replace(a, tolerance=_turn(a.tolerance)) for a in goal.attitudes),
     )
 
 
 def _turn(tolerance: float) -> float:
-    return min(WIDER * tolerance, np.pi)
+    return min(TOLERANCE_FACTOR * tolerance, np.pi)
 
 
-def _stronger(model: Model) -> Model:
+def _stronger_inputs(model: Model) -> Model:
     """Return the model with wider limits on its inputs; what may only pull still only pulls."""
     strong = copy(model)
-    strong.control_bounds = STRONGER * model.control_bounds
+    strong.control_bounds = INPUT_LIMIT_FACTOR * model.control_bounds
     return strong
 
 
-def _finer(problem: Problem, planner: AbstractPlanner) -> Change:
+def _finer_steps(problem: Problem, planner: AbstractPlanner) -> Relaxation:
     """Return the problem with shorter steps, inputs being held as long as before."""
-    step = problem.step / FINER
+    step = problem.step / STEP_DIVISOR
     known = {field.name for field in fields(planner)}
     settings: dict[str, Any] = {
-        name: FINER * getattr(planner, name) for name in ("min_steps", "max_steps") if name in known
+        name: STEP_DIVISOR * getattr(planner, name)
+        for name in ("min_steps", "max_steps")
+        if name in known
     }
     words = f"with [integration] step = {step:g} instead of {problem.step:g}"
-    return Change("step", words, _integrated(problem, step=step), settings)
+    return Relaxation("step", words, _integrated(problem, step=step), settings)
 
 
 def _integrated(problem: Problem, **update: Any) -> Problem:

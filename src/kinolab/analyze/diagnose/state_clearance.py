@@ -9,26 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.verification.clearance_margin import Room, room_at
+from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
 
 Array: TypeAlias = NDArray[np.float64]
 
-TIGHT = 0.05  # [m] of room that is worth a sentence
+TIGHT_CLEARANCE = 0.05  # [m] of room that is worth a sentence
 
 
-def most_room(problem: Problem, states: Sequence[Array], checker: CollisionChecker) -> Room | None:
+def largest_clearance(
+    problem: Problem, states: Sequence[Array], checker: CollisionChecker
+) -> StateClearance | None:
     """Return the room at the state that has most of it; None where there are no states."""
     if not states:
         return None
     rooms = [checker.clearance(*problem.placement(x)) for x in states]
-    return room_at(problem, states[int(np.argmax(rooms))], checker)
+    return state_clearance(problem, states[int(np.argmax(rooms))], checker)
 
 
-def room_sentences(start: Room, goal: Room | None) -> Iterator[str]:
+def clearance_sentences(start: StateClearance, goal: StateClearance | None) -> Iterator[str]:
     """Say where there is little room; what is the same everywhere is how the machine is built."""
     if start == goal:
         return
-    for where, room in (("at the start", start), ("in the goal, at best", goal)):
-        if room is not None and room.clearance < TIGHT:
-            yield f"There is little room {where}: {room}."
+    for where, clearance in (("at the start", start), ("in the goal, at best", goal)):
+        if clearance is not None and clearance.clearance < TIGHT_CLEARANCE:
+            yield f"There is little room {where}: {clearance}."

@@ -16,12 +16,12 @@ from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-STILL = 1e-6  # of a state's scale per second: slower counts as held
-ROUNDS = 100
+EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: slower counts as held
+MAX_ITERATIONS = 100
 
 
 @dataclass(frozen=True)
-class Holding:
+class StaticHolding:
     """How the inputs hold the machine at a configuration, all velocities being zero.
 
     Attributes:
@@ -40,7 +40,7 @@ class Holding:
     needed: dict[str, float]
 
 
-def holding(problem: Problem, x: Array) -> Holding | None:
+def static_holding(problem: Problem, x: Array) -> StaticHolding | None:
     """Look for inputs that hold the machine; None where its equations have no result there.
 
     Further states, such as currents, are chosen with the inputs.
@@ -53,19 +53,21 @@ def holding(problem: Problem, x: Array) -> Holding | None:
         balance = _Balance(problem, x)
         within = balance.solved(limited=True)
         drift = balance.drift(within)
-        held = bool(np.abs(drift).max(initial=0.0) <= STILL)
+        held = bool(np.abs(drift).max(initial=0.0) <= EQUILIBRIUM_TOLERANCE)
         beyond = within if held else balance.solved(limited=False)
-        freed = held or bool(np.abs(balance.drift(beyond)).max(initial=0.0) <= STILL)
+        freed = held or bool(
+            np.abs(balance.drift(beyond)).max(initial=0.0) <= EQUILIBRIUM_TOLERANCE
+        )
     except KinolabError:
         return None
     names, nu = problem.model.control_names, problem.model.nu
     needed = {}
     if freed and not held:
         lower, upper = problem.model.control_bounds.T
-        slack = STILL * (upper - lower)
+        slack = EQUILIBRIUM_TOLERANCE * (upper - lower)
         outside = (beyond[:nu] < lower - slack) | (beyond[:nu] > upper + slack)
         needed = {names[i]: float(beyond[i]) for i in np.flatnonzero(outside)}
-    return Holding(
+    return StaticHolding(
         holds=held,
         share=_share(problem, within[:nu]),
         inputs=dict(zip(names, map(float, within[:nu]), strict=True)),
@@ -74,18 +76,18 @@ def holding(problem: Problem, x: Array) -> Holding | None:
     )
 
 
-def best_holding(problem: Problem, states: Sequence[Array]) -> Holding | None:
+def best_static_holding(problem: Problem, states: Sequence[Array]) -> StaticHolding | None:
     """Return the holding that needs least, of several states; one that holds before all others."""
-    found = [held for x in states if (held := holding(problem, x)) is not None]
+    found = [held for x in states if (held := static_holding(problem, x)) is not None]
     return min(found, key=_effort, default=None)
 
 
-def _effort(held: Holding) -> tuple[bool, float]:
+def _effort(held: StaticHolding) -> tuple[bool, float]:
     return not held.holds, held.share if held.holds else max(map(abs, held.drifts.values()))
 
 
 def holding_sentences(
-    problem: Problem, start: Holding | None, goal: Holding | None
+    problem: Problem, start: StaticHolding | None, goal: StaticHolding | None
 ) -> Iterator[str]:
     """Say where the machine cannot rest, and what it would take."""
     if goal is not None and not goal.holds and _wants_rest(problem):
@@ -94,7 +96,7 @@ def holding_sentences(
         yield f"The machine cannot rest at the start: {_why(problem, start)}."
 
 
-def _why(problem: Problem, held: Holding) -> str:
+def _why(problem: Problem, held: StaticHolding) -> str:
     name, drift = next(iter(held.drifts.items()))
     if not held.needed:
         return f"no inputs keep {name} from changing"
@@ -129,7 +131,11 @@ def _worst_first(problem: Problem, drift: Array) -> dict[str, float]:
     """Name the rates of change in SI units whose share of the states' scales is not small."""
     order = np.argsort(-np.abs(drift))
     names, scales = problem.model.state_names, problem.scales
-    return {names[i]: float(drift[i] * scales[i]) for i in order if abs(drift[i]) > STILL}
+    return {
+        names[i]: float(drift[i] * scales[i])
+        for i in order
+        if abs(drift[i]) > EQUILIBRIUM_TOLERANCE
+    }
 
 
 class _Balance:
@@ -158,7 +164,7 @@ class _Balance:
             none / unit,
             jac=lambda z: self._slope(z * unit) * unit,
             bounds=(lower / unit, upper / unit) if limited else (-np.inf, np.inf),
-            max_nfev=ROUNDS,
+            max_nfev=MAX_ITERATIONS,
             xtol=1e-12,
             ftol=1e-12,
             gtol=1e-12,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.units import state_units
 from kinolab.errors import SingularError
 from kinolab.problem import Problem
-from kinolab.simulation.reference import Motion, trajectory_under
+from kinolab.simulation.reference import ReferenceMotion, trajectory_under
 from kinolab.simulation.resimulated_goal import BROKEN, MISSED
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
@@ -20,7 +20,7 @@ from kinolab.verification.certificate import difference, motion_checks
 Array: TypeAlias = NDArray[np.float64]
 
 
-def truth_sentences(problem: Problem, plan: Plan) -> Iterator[str]:
+def verification_sentences(problem: Problem, plan: Plan) -> Iterator[str]:
     """Say where the planner's steps and the true motion disagreed."""
     if plan.status == "verification_failed":
         yield _refusal(problem, plan)
@@ -62,7 +62,9 @@ def _refusal(problem: Problem, plan: Plan) -> str:
     )
 
 
-def own_motion(problem: Problem, trajectory: Trajectory) -> tuple[Trajectory, Motion] | None:
+def own_motion(
+    problem: Problem, trajectory: Trajectory
+) -> tuple[Trajectory, ReferenceMotion] | None:
     """Return the motion that a planner's steps make of a trajectory's inputs.
 
     None where they fail, and where they are the truth.
@@ -78,11 +80,11 @@ def own_motion(problem: Problem, trajectory: Trajectory) -> tuple[Trajectory, Mo
         return None
     if not np.isfinite(x).all():
         return None
-    pieces = [_Step(problem, *row) for row in zip(t[:-1], t[1:], x, inputs, strict=False)]
-    return trajectory_under(model, t, x, inputs), Motion(t, x, pieces)
+    pieces = [_SubsteppedMap(problem, *row) for row in zip(t[:-1], t[1:], x, inputs, strict=False)]
+    return trajectory_under(model, t, x, inputs), ReferenceMotion(t, x, pieces)
 
 
-class _Step:
+class _SubsteppedMap:
     """One of a planner's steps, with the interface of SciPy's dense output.
 
     Attributes:

@@ -1,14 +1,14 @@
 """Plans carried out in closed loop by machines that are not quite what the plan was made for."""
 
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.analyze.execute.execution import Executed, Execution, execute
+from kinolab.analyze.execute.execution import Execution, ExecutionRun, execute
 from kinolab.analyze.execute.tracker import Tracker
 from kinolab.analyze.execute.tube_plot import execution_to_json, tube_png
 
 __all__ = [
     "Conditions",
-    "Executed",
     "Execution",
+    "ExecutionRun",
     "Tracker",
     "execute",
     "execution_to_json",

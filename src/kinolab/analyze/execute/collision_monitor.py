@@ -15,7 +15,7 @@ Array: TypeAlias = NDArray[np.float64]
 Fault: TypeAlias = Literal["collided", "strayed"]
 
 
-class Surveillance:
+class CollisionMonitor:
     """Judges motions of machines with other parameters in the world of a problem.
 
     What a plan keeps from obstacles and cones is its reserve; here they count as they are.

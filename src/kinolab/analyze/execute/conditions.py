@@ -16,9 +16,9 @@ from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-LARGEST = 1.0  # share: beyond it a mass could be negative
+MAX_FRACTION = 1.0  # share: beyond it a mass could be negative
 SHARES = ("parameters", "noise", "disturbance")
-DRAWS = 100  # of parameters, until they make a machine: moments of inertia must fit together
+MAX_DRAWS = 100  # of parameters, until they make a machine: moments of inertia must fit together
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,11 @@ class Conditions:
     def __post_init__(self) -> None:
         """Refuse what is no share."""
         mistakes = [
-            Mistake(f"--{name}", f"{value:g} is no share.", f"Give 0 or more, below {LARGEST:g}.")
+            Mistake(
+                f"--{name}", f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}."
+            )
             for name in SHARES
-            if not 0.0 <= (value := getattr(self, name)) < LARGEST
+            if not 0.0 <= (value := getattr(self, name)) < MAX_FRACTION
         ]
         if mistakes:
             raise InputError(mistakes)
@@ -59,7 +61,7 @@ class Conditions:
                 machine.
         """
         meant = system.with_parameters(**self.built)
-        for _ in range(DRAWS - 1):
+        for _ in range(MAX_DRAWS - 1):
             try:
                 return self._drawn(meant, generator)
             except InputError:
@@ -71,7 +73,7 @@ class Conditions:
         shares = generator.uniform(-self.parameters, self.parameters, len(values))
         drawn = zip(values.items(), shares, strict=True)
         return meant.with_parameters(
-            **{name: float(value * (1.0 + share)) for (name, value), share in drawn}
+            **{name: float(value * (1.0 + fraction)) for (name, value), fraction in drawn}
         )
 
     def measured(self, problem: Problem, x: Array, generator: np.random.Generator) -> Array:

@@ -11,23 +11,23 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.analyze.execute.collision_monitor import Fault, Surveillance
+from kinolab.analyze.execute.collision_monitor import CollisionMonitor, Fault
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.analyze.execute.tracker import LARGE, Tracker
+from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.problem import Problem
 from kinolab.problem.unwrapping import unwrapped
-from kinolab.simulation import TrueStep
+from kinolab.simulation import ReferenceStep
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
 
-SETTLE = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
+SETTLING_FRACTION = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
 
 
 @dataclass(frozen=True, eq=False)
-class Executed:
+class ExecutionRun:
     """One time that a plan was carried out.
 
     Attributes:
@@ -65,7 +65,7 @@ class Execution:
 
     conditions: Conditions
     seed: int
-    runs: tuple[Executed, ...]
+    runs: tuple[ExecutionRun, ...]
 
     @property
     def counts(self) -> dict[str, int]:
@@ -85,7 +85,7 @@ def execute(
     *,
     runs: int = 100,
     seed: int = 1,
-    large: float = LARGE,
+    large: float = LARGE_DEVIATION,
     told: Callable[[int], None] = lambda _: None,
 ) -> Execution:
     """Carry out a plan in closed loop, with gains along it that know the nominal machine.
@@ -108,7 +108,10 @@ def execute(
     if not len(trajectory.u):
         raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
     trajectory = unwrapped(problem, trajectory)
-    tracker, surveillance = Tracker.along(problem, trajectory, large=large), Surveillance(problem)
+    tracker, surveillance = (
+        Tracker.along(problem, trajectory, large=large),
+        CollisionMonitor(problem),
+    )
     made = []
     for k in range(runs):
         generator = np.random.default_rng([seed, k])
@@ -126,7 +129,7 @@ class _Run:
         problem: Problem,
         trajectory: Trajectory,
         tracker: Tracker,
-        surveillance: Surveillance,
+        surveillance: CollisionMonitor,
         conditions: Conditions,
         generator: np.random.Generator,
     ) -> None:
@@ -135,14 +138,14 @@ class _Run:
         self._conditions, self._generator = conditions, generator
         self._built = conditions.machine(problem.system, generator)
         self._parameters = self._built.parameter_values
-        self._step = TrueStep(problem, self._parameters)
+        self._step = ReferenceStep(problem, self._parameters)
         spans = np.diff(trajectory.t)
-        later = math.ceil(SETTLE * trajectory.duration / spans[-1])
+        later = math.ceil(SETTLING_FRACTION * trajectory.duration / spans[-1])
         self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
-        self._first = math.floor((1.0 - SETTLE) * len(spans))
+        self._first = math.floor((1.0 - SETTLING_FRACTION) * len(spans))
         self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
 
-    def result(self) -> Executed:
+    def result(self) -> ExecutionRun:
         """Move until the goal is reached around the plan's end, or it is too late."""
         states, nearest = [self._plan.x[0]], math.inf
         outcome: Outcome = "missed"
@@ -162,7 +165,7 @@ class _Run:
         if fault is not None:
             last, outcome = fault
             x = x[: last + 1]
-        return Executed(outcome, x, nearest, self._off(x), self._parameters)
+        return ExecutionRun(outcome, x, nearest, self._off(x), self._parameters)
 
     def _moved(self, k: int, x: Array, span: float) -> Array:
         """Return the state after a step of the machine as it is, its controller believing else."""
@@ -171,7 +174,7 @@ class _Run:
         wanted = (
             self._tracker.inputs(k, seen) if self._conditions.tracked else self._tracker.planned(k)
         )
-        acting = model.acting(seen, wanted)
+        acting = model.plant_inputs(seen, wanted)
         held = self._conditions.disturbed(model.plant, acting, self._generator)
         return self._step(x, held, span)
 

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics import Model, tvlqr
 from kinolab.problem import Problem
-from kinolab.simulation.sensitivities import StepMap
+from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-LARGE = 0.2  # of what [metric] calls large: a deviation from the plan that counts
-EFFORT = 0.25  # of the range between an input's limits: a correction that counts as large
-STAYING = 1000  # steps after the plan for which its end is worth keeping
-ENDING = 10.0  # times the weight of a deviation on the way: one at the end of the plan
+LARGE_DEVIATION = 0.2  # of what [metric] calls large: a deviation from the plan that counts
+LARGE_CORRECTION = 0.25  # of the range between an input's limits: a correction that counts as large
+HOLD_STEPS = 1000  # steps after the plan for which its end is worth keeping
+TERMINAL_WEIGHT = 10.0  # times the weight of a deviation on the way: one at the end of the plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,9 @@ class Tracker:
     limits: Array
 
     @classmethod
-    def along(cls, problem: Problem, trajectory: Trajectory, *, large: float = LARGE) -> Tracker:
+    def along(
+        cls, problem: Problem, trajectory: Trajectory, *, large: float = LARGE_DEVIATION
+    ) -> Tracker:
         """Design gains along a plan.
 
         Args:
@@ -53,18 +55,18 @@ class Tracker:
                 calls large.
         """
         model, settings = problem.whole or problem.model, problem.scenario.integration
-        step = StepMap(model, settings.method, settings.substeps)
+        step = StepSensitivities(model, settings.method, settings.substeps)
         x, u, spans = trajectory.x, trajectory.inputs, np.diff(trajectory.t)
         u = np.vstack([u, _keeping(model, x[-1], u[-1])])
         slopes = [
-            step.linearised(x[k : k + 1], u[k : k + 1], float(span))[1][0]
+            step.linearized(x[k : k + 1], u[k : k + 1], float(span))[1][0]
             for k, span in enumerate([*spans, spans[-1]])
         ]
         table, nx = np.array(slopes), model.nx
         A, B = table[:, :, :nx], table[:, :, nx : nx + model.nu]
         Q = np.diag((problem.weights / large) ** 2)
-        R = np.diag((EFFORT * np.ptp(model.control_bounds, axis=1)) ** -2.0)
-        gains = [*tvlqr(A[:-1], B[:-1], Q, R, ENDING * Q), _staying(A[-1], B[-1], Q, R)]
+        R = np.diag((LARGE_CORRECTION * np.ptp(model.control_bounds, axis=1)) ** -2.0)
+        gains = [*tvlqr(A[:-1], B[:-1], Q, R, TERMINAL_WEIGHT * Q), _staying(A[-1], B[-1], Q, R)]
         return cls(problem, x, u, np.array(gains), model.control_bounds)
 
     def planned(self, k: int) -> Array:
@@ -103,6 +105,6 @@ def _staying(A: Array, B: Array, Q: Array, R: Array) -> Array:
     The algebraic equation has no solution where something can neither be changed nor fades: the
     norm of a quaternion, the angular momentum of a satellite.
     """
-    n, (nx, nu) = STAYING, B.shape
+    n, (nx, nu) = HOLD_STEPS, B.shape
     always, inputs = np.broadcast_to(A, (n, nx, nx)), np.broadcast_to(B, (n, nx, nu))
     return np.asarray(tvlqr(always, inputs, Q, R, Q)[0])

@@ -25,9 +25,9 @@ COLOURS = {
     "strayed": "#e377c2",
     "lost": "#7b3294",
 }
-SIZE = (11.0, 4.8)  # inches
-BAND = (5.0, 95.0)  # percentiles
-MOST_FACES = 20_000  # of a mesh that are drawn
+FIGURE_SIZE = (11.0, 4.8)  # inches
+TUBE_STYLE = (5.0, 95.0)  # percentiles
+MAX_FACES = 20_000  # of a mesh that are drawn
 
 
 def tube_png(problem: Problem, plan: Trajectory, execution: Execution, title: str) -> bytes:
@@ -42,7 +42,7 @@ def tube_png(problem: Problem, plan: Trajectory, execution: Execution, title: st
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Figure(figsize=FIGURE_SIZE, layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=[3, 2])
     _paths(left, problem, plan, execution)
@@ -98,7 +98,7 @@ def _outlines(problem: Problem, across: int, up: int) -> list[Array]:
             except QhullError:  # flat along the view
                 continue
         else:
-            faces = obstacle.faces[:MOST_FACES]
+            faces = obstacle.faces[:MAX_FACES]
             outlines += list(corners[faces])
     return outlines
 
@@ -111,7 +111,9 @@ def _deviations(axes: Axes, plan: Trajectory, execution: Execution) -> None:
         row[: min(steps, len(run.off))] = run.off[:steps]
     seen = ~np.isnan(table).all(axis=0)
     t = plan.t[seen]
-    low, middle, high = np.nanpercentile(table[:, seen], [BAND[0], 50.0, BAND[1]], axis=0)
+    low, middle, high = np.nanpercentile(
+        table[:, seen], [TUBE_STYLE[0], 50.0, TUBE_STYLE[1]], axis=0
+    )
     axes.fill_between(t, low, high, color="#2a7de1", alpha=0.25, linewidth=0, label="5 to 95 %")
     axes.plot(t, middle, color="#2a7de1", label="median")
     axes.set(xlabel="t [s]", ylabel="largest deviation, weighted")

@@ -21,15 +21,15 @@ from kinolab.loading import build_problem
 from kinolab.problem import Problem
 from kinolab.scenario import scenario_from
 from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.search.tree.compiled_planner import search_of
+from kinolab.search.tree.compiled_planner import search_state
 from kinolab.show.film.animation import animate
-from kinolab.simulation.resimulated_goal import true_excess
+from kinolab.simulation.resimulated_goal import resimulated_violation
 from kinolab.solve import make_planner
-from kinolab.trajopt import repair
+from kinolab.trajopt import make_exact
 from kinolab.verification import verify
 from kinolab.world import World
-from kinolab.world.collision.clearance_bound import Room, surroundings
-from kinolab.world.collision.distance_field import distance_grid
+from kinolab.world.collision.clearance_bound import ClearanceBound, collision_scene
+from kinolab.world.collision.distance_field import distance_field
 from kinolab.world.geometry import Array
 
 SCENARIO = """
@@ -58,7 +58,7 @@ name = "post"
 cylinder = [0.1, 0.3]
 position = [1.5, 1.5, 0.15]
 """
-COARSE = 0.1  # [m]
+SAMPLE_RESOLUTION = 0.1  # [m]
 DURATION = 0.2  # [s] of the motion that is verified and drawn
 
 
@@ -84,18 +84,21 @@ def _planners() -> None:
     for name in compiled_planners():
         planner = make_planner(problem, name, {})
         assert isinstance(planner, AbstractCompiledPlanner)
-        growth = planner.growth(problem, search_of(problem, planner.goal_zoom, 1))
+        growth = planner.extension(problem, search_state(problem, planner.goal_region_scale, 1))
         growth.begin()
         growth.grow(0)
         growth.grow(1)
-    true_excess(problem, np.zeros((1, problem.model.nu)))
+    resimulated_violation(problem, np.zeros((1, problem.model.nu)))
 
 
 def _collision() -> None:
     problem = small_problem()
-    distance_grid(problem.world.obstacles, COARSE)  # there may be one on disk
+    distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # there may be one on disk
     verify(problem, simulate(problem, DURATION))
-    checker, room = problem.checker(), Room(surroundings(problem.bodies, problem.world))
+    checker, room = (
+        problem.checker(),
+        ClearanceBound(collision_scene(problem.bodies, problem.world)),
+    )
     for x in (problem.start, *inside_obstacles(problem)):
         poses, ends = problem.placement(x)
         checker.contacts(poses, ends)
@@ -113,16 +116,16 @@ def inside_obstacles(problem: Problem) -> Iterator[Array]:
 
 def _optimisation() -> None:
     problem = small_problem()
-    repair(problem, simulate(problem, DURATION))
+    make_exact(problem, simulate(problem, DURATION))
 
 
 def _potential_fields() -> None:
-    from kinolab.search.potential.eikonal import Grid, navigation
+    from kinolab.search.potential.eikonal import WorkspaceGrid, navigation_function
 
     for axes in ((0, 1), (0, 1, 2)):
         free = np.ones((4,) * len(axes), dtype=bool)
-        grid = Grid(axes, np.zeros(len(axes)), 1.0, free.shape)
-        navigation(free, grid, np.ones(3), 1.0)
+        grid = WorkspaceGrid(axes, np.zeros(len(axes)), 1.0, free.shape)
+        navigation_function(free, grid, np.ones(3), 1.0)
 
 
 def _pictures() -> None:

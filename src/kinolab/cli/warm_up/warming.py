@@ -17,7 +17,7 @@ from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
 from kinolab.solve.processes import bury, start_process
 
-OFTEN = 0.25  # [s] between two reports of one process
+REPORT_PERIOD = 0.25  # [s] between two reports of one process
 MODULE = __name__
 
 
@@ -132,7 +132,7 @@ def _compiled(part: str, tell: Callable[[Warmed], None]) -> Warmed:
 
     def told(so_far: Compilation) -> None:
         nonlocal last
-        if time.monotonic() > last + OFTEN:
+        if time.monotonic() > last + REPORT_PERIOD:
             last = time.monotonic()
             tell(Warmed(part, so_far.functions, so_far.seconds))
 

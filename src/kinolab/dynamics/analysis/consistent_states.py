@@ -13,20 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.units import position_unit, velocity_unit
 
 Array: TypeAlias = NDArray[np.float64]
 
-CONSISTENT = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]: only rounding remains
-SPREADS = (0.0, *(8 * (0.3, 1.0, 2.0)))  # of the scales: how far from a state searches begin
-ROUNDS = 10  # of Newton's method, after a search that comes near
+CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]: only rounding remains
+# of the scales: how far from a state searches begin
+PERTURBATION_SCALES = (0.0, *(8 * (0.3, 1.0, 2.0)))
+NEWTON_STEPS = 10  # of Newton's method, after a search that comes near
 
 
 @dataclass(frozen=True)
-class Breach:
+class ConstraintViolation:
     """A constraint that a state breaks.
 
     Attributes:
@@ -40,16 +41,18 @@ class Breach:
     unit: str
 
 
-def breaches(model: Model, x: Array) -> tuple[Breach, ...]:
+def constraint_violations(model: Model, x: Array) -> tuple[ConstraintViolation, ...]:
     """Return the constraints that do not hold at a state, shape (nx,).
 
     Those of position are looked at, and of velocity where all rates are states: elsewhere the
     dependent rates follow from the others.
     """
-    return tuple(breach for breach in _residuals(model.plant, x) if breach.size > CONSISTENT)
+    return tuple(
+        breach for breach in _residuals(model.plant, x) if breach.size > CONSTRAINT_TOLERANCE
+    )
 
 
-def nearest_consistent(model: Model, x: Array, limits: Array) -> Array | None:
+def nearest_consistent_state(model: Model, x: Array, limits: Array) -> Array | None:
     """Return the nearest state at which all constraints hold, shape (nx,); None if none is found.
 
     That is the nearest configuration, and there the nearest velocities, both in units of the
@@ -61,7 +64,7 @@ def nearest_consistent(model: Model, x: Array, limits: Array) -> Array | None:
         limits: That the configuration shall keep, as of the state, shape (nx, 2).
     """
     plant, found = model.plant, np.array(x, dtype=float)
-    loops = _Loops(plant)
+    loops = _LoopClosure(plant)
     if loops.count:
         q = loops.nearest(found[: plant.nq], limits[: plant.nq])
         if q is None:
@@ -69,19 +72,19 @@ def nearest_consistent(model: Model, x: Array, limits: Array) -> Array | None:
         found[: plant.nq] = q
     if plant.system.velocities == "all":
         found = _without_slip(plant, found)
-    return None if breaches(plant, found) else found
+    return None if constraint_violations(plant, found) else found
 
 
-def _residuals(plant: Model, x: Array) -> Iterator[Breach]:
+def _residuals(plant: Model, x: Array) -> Iterator[ConstraintViolation]:
     constraints = plant.system.constraints
     if plant.system.velocities == "all":
         slips = np.abs(plant.constraint_residual(x))
         for constraint, slip in zip(constraints, slips.tolist(), strict=False):
-            yield Breach(constraint.name, slip, velocity_unit(constraint))
-    loops = _Loops(plant, redundant=True)
+            yield ConstraintViolation(constraint.name, slip, velocity_unit(constraint))
+    loops = _LoopClosure(plant, redundant=True)
     gaps = np.abs(loops.gaps(x[: plant.nq])).tolist()
     for constraint, gap in zip(loops.constraints, gaps, strict=True):
-        yield Breach(constraint.name, gap, position_unit(constraint))
+        yield ConstraintViolation(constraint.name, gap, position_unit(constraint))
 
 
 def _without_slip(plant: Model, x: Array) -> Array:
@@ -96,7 +99,7 @@ def _without_slip(plant: Model, x: Array) -> Array:
     return still
 
 
-class _Loops:
+class _LoopClosure:
     """The constraints of position, h(q) = 0, with those of unit quaternions.
 
     Attributes:
@@ -113,7 +116,7 @@ class _Loops:
         self.count = len(self.constraints)
         self._plant, self._scales = plant, plant.state_scales[: plant.nq]
         self._parameters = plant.system.parameter_values
-        self._binding = Binding.of(plant.system)
+        self._binding = SymbolTable.of(plant.system)
         lower, tape = self._binding.lower, self._binding.tape
         self._gaps = [lower(c.position) for c in self.constraints]
         self._slopes = [
@@ -130,7 +133,7 @@ class _Loops:
         """Return the configuration nearest to q, shape (nq,), at which h is zero."""
         generator = np.random.default_rng(0)
         found = []
-        for spread in SPREADS:
+        for spread in PERTURBATION_SCALES:
             begin = q + spread * self._scales * generator.normal(size=len(q))
             near = self._near(q, np.clip(begin, *limits.T), limits)
             if near is not None:
@@ -158,15 +161,18 @@ class _Loops:
                 options={"ftol": 1e-14, "maxiter": 200},
             )
             near = self._turned_back(self._closed(result.x * sizes), q, limits)
-            held = np.abs(self._missing(near)).max() <= CONSISTENT
+            held = np.abs(self._missing(near)).max() <= CONSTRAINT_TOLERANCE
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None  # the expressions have no value there
-        inside = ((near >= limits[:, 0] - CONSISTENT) & (near <= limits[:, 1] + CONSISTENT)).all()
+        inside = (
+            (near >= limits[:, 0] - CONSTRAINT_TOLERANCE)
+            & (near <= limits[:, 1] + CONSTRAINT_TOLERANCE)
+        ).all()
         return near if held and inside else None
 
     def _closed(self, q: Array) -> Array:
         """Return a configuration made exact by Newton steps of least length."""
-        for _ in range(ROUNDS):
+        for _ in range(NEWTON_STEPS):
             rows = self._rows(q) * self._scales
             q = q - self._scales * (np.linalg.pinv(rows, rcond=1e-12) @ self._missing(q))
         return q

@@ -12,9 +12,9 @@ from kinolab.errors import SingularError
 
 Array: TypeAlias = NDArray[np.float64]
 
-STILL = 1e-10  # of a state's scale per second: what counts as rest
-ROUNDS = 50  # of Newton's method
-CLOSINGS = 20  # steps towards a configuration in which loops close
+EQUILIBRIUM_TOLERANCE = 1e-10  # of a state's scale per second: what counts as rest
+NEWTON_STEPS = 50  # of Newton's method
+CLOSURE_STEPS = 20  # steps towards a configuration in which loops close
 
 
 def equilibrium(
@@ -23,7 +23,7 @@ def equilibrium(
     *,
     scales: Array | None = None,
     movable: NDArray[np.bool_] | None = None,
-    rounds: int = ROUNDS,
+    rounds: int = NEWTON_STEPS,
     drawn_back: int = 0,
     polish: bool = False,
 ) -> tuple[Array, Array] | None:
@@ -60,7 +60,7 @@ def equilibrium(
         if not np.isfinite(left).all():
             return None
         before, motion = motion, float(np.abs(left).max(initial=0.0))
-        if motion <= STILL and (motion >= before / 2 or not polish):
+        if motion <= EQUILIBRIUM_TOLERANCE and (motion >= before / 2 or not polish):
             return x, u
         rows = np.hstack(model.jacobian(x, u)) * sizes / scales[:, None]
         back = np.zeros(len(sizes))
@@ -75,7 +75,7 @@ def _beginning(model: Model, near: Array) -> Array:
     """Return a state at rest in which loops close, and inputs as near 0 as limits let them."""
     x = np.array(near, dtype=float)
     x[model.speeds] = 0.0
-    for _ in range(CLOSINGS if model.projects else 0):
+    for _ in range(CLOSURE_STEPS if model.projects else 0):
         before, x = x, model.project(x)
         if (x == before).all():
             break

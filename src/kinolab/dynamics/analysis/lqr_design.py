@@ -11,7 +11,7 @@ import sympy
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from kinolab.dynamics.analysis.trim import Trim, Watched, trim
+from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.model import Model
@@ -20,12 +20,13 @@ from kinolab.numerics.riccati import lqr
 
 Array: TypeAlias = NDArray[np.float64]
 
-NUDGE = 1e-6  # of a state's scale, for the derivative of a derivative
+FD_STEP = 1e-6  # of a state's scale, for the derivative of a derivative
 ROUNDING = 1e-12  # share of a polynomial's values below which a coefficient is left out
-OPEN = 1e-6  # share of the rates that may rest on what is not tracked: differencing, no more
+# share of the rates that may rest on what is not tracked: differencing, no more
+UNTRACKED_TOLERANCE = 1e-6
 
 
-def designed(model: Model, regulator: Regulator) -> Feedback:
+def lqr_design(model: Model, regulator: Regulator) -> Feedback:
     """Return the law that a regulator asks for.
 
     Args:
@@ -39,7 +40,7 @@ def designed(model: Model, regulator: Regulator) -> Feedback:
     return _Design(model, regulator).feedback()
 
 
-def linearised(model: Model, watched: Watched, at: Trim) -> tuple[Array, Array, float]:
+def linearised(model: Model, watched: StateFunctions, at: Trim) -> tuple[Array, Array, float]:
     """Return how expressions of the state change about an equilibrium: z_dot = A z + B u.
 
     Args:
@@ -57,17 +58,17 @@ def linearised(model: Model, watched: Watched, at: Trim) -> tuple[Array, Array, 
     back = np.linalg.pinv(C @ tangents)
     hidden = slopes - slopes @ back @ (C @ tangents)
     scale = np.abs(slopes).max(initial=0.0)
-    share = float(np.abs(hidden).max(initial=0.0) / scale) if scale else 0.0
-    return slopes @ back, C @ model.jacobian(at.x, at.u)[1], share
+    fraction = float(np.abs(hidden).max(initial=0.0) / scale) if scale else 0.0
+    return slopes @ back, C @ model.jacobian(at.x, at.u)[1], fraction
 
 
-def _slopes(model: Model, watched: Watched, at: Trim) -> Array:
+def _slopes(model: Model, watched: StateFunctions, at: Trim) -> Array:
     """Return the derivative with respect to the state of z_dot = C(x) f(x, u), shape (n, nx)."""
     rate = model.f(at.x, at.u)
     slopes = watched.derivative(at.x) @ model.jacobian(at.x, at.u)[0]
     for i, scale in enumerate(model.state_scales):
         h = np.zeros(model.nx)
-        h[i] = NUDGE * scale
+        h[i] = FD_STEP * scale
         change = watched.derivative(at.x + h) - watched.derivative(at.x - h)
         slopes[:, i] += change @ rate / (2 * h[i])
     return slopes
@@ -115,7 +116,7 @@ class _Design:
         self._where = f"system {model.system.name!r} feedback"
         degrees = dict(regulator.schedule)
         self._axes = [_Axis.of(r, degrees.get(r.name, 0)) for r in regulator.references]
-        self._watched = Watched(model, [z for z, _ in regulator.tracked])
+        self._watched = StateFunctions(model, [z for z, _ in regulator.tracked])
         values = {p: model.system.parameter_values[p.name] for p in model.system.parameters}
         self._about = {z: wanted.subs(values) for z, wanted in regulator.about}
 
@@ -155,7 +156,7 @@ class _Design:
     def _at(self, place: tuple[int, ...], at: Trim) -> tuple[Array, Array, Array]:
         """Return inputs, tracked values and gain of one equilibrium."""
         A, B, hidden = linearised(self._model, self._watched, at)
-        if hidden > OPEN:
+        if hidden > UNTRACKED_TOLERANCE:
             what = f"a share of {hidden:.2g} of the tracked rates rests on what is not tracked."
             raise InputError([Mistake(self._where, what, "Track what decides them, too.")])
         try:

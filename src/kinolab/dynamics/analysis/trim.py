@@ -25,9 +25,9 @@ from kinolab.errors import InputError, KinolabError, Mistake
 
 Array: TypeAlias = NDArray[np.float64]
 
-POLISHING = 3  # Newton's steps after the least squares
-SMALL = 1e-8  # of the residual: what is steady may change by so much in a second
-NUDGE = 1e-6  # of a state's scale, for derivatives of the residual
+NEWTON_STEPS = 3  # Newton's steps after the least squares
+RESIDUAL_TOLERANCE = 1e-8  # of the residual: what is steady may change by so much in a second
+FD_STEP = 1e-6  # of a state's scale, for derivatives of the residual
 
 
 class NoTrimError(KinolabError):
@@ -51,7 +51,7 @@ class Trim:
 
 
 @checked
-class Watched:
+class StateFunctions:
     """Expressions of a machine's state and their derivatives, as functions of numbers.
 
     Args:
@@ -105,7 +105,7 @@ class Watched:
 @checked
 def trim(
     model: Model,
-    steady: Sequence[Number] | Watched,
+    steady: Sequence[Number] | StateFunctions,
     fixed: Sequence[tuple[Number, float]] = (),
     *,
     start: Trim | None = None,
@@ -124,17 +124,19 @@ def trim(
     Raises:
         NoTrimError: If least squares do not come to one.
     """
-    watched = steady if isinstance(steady, Watched) else Watched(model, steady)
+    watched = steady if isinstance(steady, StateFunctions) else StateFunctions(model, steady)
     values = np.array([value for _, value in fixed], dtype=float)
-    held = Watched(model, [expression for expression, _ in fixed])
+    held = StateFunctions(model, [expression for expression, _ in fixed])
     guess = start or Trim(model.rest(), model.control_bounds.mean(axis=1))
-    return _Search(model, watched, held, values).from_guess(guess)
+    return _TrimSolver(model, watched, held, values).from_guess(guess)
 
 
-class _Search:
+class _TrimSolver:
     """Least squares over states and inputs together, and Newton's steps at the end."""
 
-    def __init__(self, model: Model, steady: Watched, held: Watched, values: Array) -> None:
+    def __init__(
+        self, model: Model, steady: StateFunctions, held: StateFunctions, values: Array
+    ) -> None:
         self._model, self._steady, self._held, self._values = model, steady, held, values
         span = np.ptp(model.control_bounds, axis=1)
         self._scales = np.concatenate([model.state_scales, span / 2])
@@ -142,12 +144,12 @@ class _Search:
     def from_guess(self, guess: Trim) -> Trim:
         """Step until the residual is zero but for rounding."""
         z = self._near(np.concatenate([guess.x, guess.u]))
-        for _ in range(POLISHING):
+        for _ in range(NEWTON_STEPS):
             slopes = self._derivative(z) * self._scales
             step = np.linalg.lstsq(slopes, -self._residual(z), rcond=1e-10)[0]
             z = self._landed(z + self._scales * step)
         left = np.abs(self._residual(z)).max(initial=0.0)
-        if not left < SMALL:
+        if not left < RESIDUAL_TOLERANCE:
             where = f"system {self._model.system.name!r}"
             raise NoTrimError(f"{where}: no equilibrium was found; {left:.3g} is left")
         return Trim(z[: self._model.nx], z[self._model.nx :])
@@ -173,6 +175,6 @@ class _Search:
         columns = []
         for k, scale in enumerate(self._scales):
             h = np.zeros(len(z))
-            h[k] = NUDGE * scale
+            h[k] = FD_STEP * scale
             columns.append((self._residual(z + h) - self._residual(z - h)) / (2 * h[k]))
         return np.stack(columns, axis=1)

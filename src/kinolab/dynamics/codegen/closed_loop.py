@@ -16,7 +16,7 @@ from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.codegen.integrators import METHODS, STEP
 from kinolab.dynamics.codegen.llvm import Register, Routine
 from kinolab.dynamics.derivation.derivation import Derivation
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.inputs import bounds_of
@@ -29,13 +29,18 @@ RATES = (  # functions of (x, u, p, out, mode)
     *("constraint_residual", "constraint_forces", "requirements"),
 )
 STEPPERS = tuple(f"step_{method}" for method in METHODS)
-CLOSED = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")  # have a twin of references
-OWN = ("law", "law_tangent", "law_jacobian")
+# have a twin of references
+CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")
+LAW_FUNCTIONS = ("law", "law_tangent", "law_jacobian")
 
 
 def functions_of(feedback: Feedback | None) -> tuple[str, ...]:
     """Return the names of all functions that feedback adds to a machine."""
-    return () if feedback is None else (*OWN, *(PREFIX + name for name in CLOSED))
+    return (
+        ()
+        if feedback is None
+        else (*LAW_FUNCTIONS, *(PREFIX + name for name in CLOSED_LOOP_FUNCTIONS))
+    )
 
 
 def emit_closed_loop(derivation: Derivation, system: System, feedback: Feedback) -> str:
@@ -89,7 +94,7 @@ def law_of(derivation: Derivation, system: System, feedback: Feedback) -> Functi
     return Function("law", arguments, nodes)
 
 
-def _between(tape: Tape, node: Node, lower: float, upper: float) -> Node:
+def _between(tape: ExpressionGraph, node: Node, lower: float, upper: float) -> Node:
     """Return a node cut at two limits."""
     above = tape.maximum(node, tape.constant(lower))
     return tape.neg(tape.maximum(tape.neg(above), tape.constant(-upper)))

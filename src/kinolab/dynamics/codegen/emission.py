@@ -19,11 +19,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from kinolab.dynamics.codegen.exports import Function, frames_tangent_of, outputs_of, tangent_of
-from kinolab.dynamics.codegen.integrators import emit_linear_algebra, emit_steppers
+from kinolab.dynamics.codegen.integrators import emit_integrators, emit_linear_algebra
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.codegen.state_space import emit_space
 from kinolab.dynamics.derivation.derivation import Derivation
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
@@ -43,7 +43,7 @@ def emit_module(derivation: Derivation) -> str:
             _emitted(tape, tangent_of(d)),
             emit_jacobian(*sizes, sizes[0]),
             *emit_linear_algebra(),
-            *emit_steppers(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
+            *emit_integrators(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
             emit_rows(sizes[0], None, name="rows_at"),
             emit_rows(*sizes, name="rows_under"),
             *emit_space(d.circular, d.attitudes),
@@ -56,13 +56,13 @@ def emit_module(derivation: Derivation) -> str:
     )
 
 
-def _emitted(tape: Tape, function: Function) -> str:
+def _emitted(tape: ExpressionGraph, function: Function) -> str:
     return emit_function(function.name, tape, function.arguments, function.outputs, function.guards)
 
 
 def emit_function(
     name: str,
-    tape: Tape,
+    tape: ExpressionGraph,
     arguments: Mapping[str, Sequence[Node]],
     outputs: Sequence[Node],
     guards: Sequence[Node] = (),
@@ -85,7 +85,7 @@ def emit_function(
 
 def _compute(
     routine: Routine,
-    tape: Tape,
+    tape: ExpressionGraph,
     where: Mapping[Node, tuple[str, int]],
     nodes: Sequence[Node],
 ) -> dict[Node, Register]:

@@ -19,7 +19,7 @@ POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
 STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
 
 
-def emit_steppers(
+def emit_integrators(
     states: int, inputs: int, *, projects: bool, attitudes: Sequence[int] = ()
 ) -> list[str]:
     """Return one function per integration method.
@@ -82,9 +82,9 @@ def _turn(
     small = routine.line(f"fcmp olt double {squared}, {literal(SMALL_TURN)}")
     series = routine.sub(literal(1.0), routine.div(squared, literal(6.0)))
     ratio = routine.line(f"select i1 {small}, double {series}, double {routine.div(sine, turn)}")
-    share = routine.mul(h, ratio)
+    fraction = routine.mul(h, ratio)
     for i, at, slope in zip(entries, q, q_dot, strict=True):
-        routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(share, slope)))
+        routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(fraction, slope)))
 
 
 def _emit_runge_kutta(
@@ -135,13 +135,13 @@ def _emit_rosenbrock(states: int, inputs: int, projects: bool) -> str:
     with routine.loop(0, "%substeps"):
         call = f"call i32 @jacobian(ptr {begin}, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
         _merge(routine, status, routine.line(call))
-        share = routine.mul(h, literal(-GAMMA))
+        fraction = routine.mul(h, literal(-GAMMA))
         with routine.loop(0, size) as i, routine.loop(0, size) as j:
             column = routine.integer("add", routine.integer("mul", j, size), i)
             row = routine.integer("add", routine.integer("mul", i, size), j)
             own = routine.line(f"icmp eq i64 {i}, {j}")
             one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
-            scaled = routine.mul(share, routine.load(jacobian, column))
+            scaled = routine.mul(fraction, routine.load(jacobian, column))
             routine.store(matrix, row, routine.add(one, scaled))
         singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
         _merge(routine, status, singular)

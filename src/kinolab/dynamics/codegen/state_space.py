@@ -135,8 +135,8 @@ class StateSpace:
         Returns:
             Shape (nx,) or (m, nx).
         """
-        share = np.asarray(fraction, dtype=float)[..., None]
-        return self.retract(x0, share * self.difference(x0, x1))
+        column = np.asarray(fraction, dtype=float)[..., None]
+        return self.retract(x0, column * self.difference(x0, x1))
 
     def nearest(self, x0: ArrayLike, x1: ArrayLike) -> Array:
         """Return x1 as it is written nearest to x0: by whole turns and the quaternions' signs.

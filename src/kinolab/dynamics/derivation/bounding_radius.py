@@ -11,7 +11,7 @@ from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Scala
 
 
 @dataclass(frozen=True)
-class Reach:
+class BoundingRadius:
     """A ball about the body's origin that contains the shape.
 
     Attributes:
@@ -23,23 +23,23 @@ class Reach:
     symmetric_about: str
 
 
-def reach(shape: Shape) -> Reach:
+def bounding_radius(shape: Shape) -> BoundingRadius:
     """Return the reach of a shape."""
     match shape:
         case Sphere():
-            return Reach(shape.radius + _norm(shape.at), _axes_through(shape.at))
+            return BoundingRadius(shape.radius + _norm(shape.at), _axes_through(shape.at))
         case Box():
             half = tuple(edge / sympy.Integer(2) for edge in (shape.x, shape.y, shape.z))
-            return Reach(_norm(half) + _norm(shape.at), "")
+            return BoundingRadius(_norm(half) + _norm(shape.at), "")
         case Cylinder():
             half = _norm((shape.radius, shape.length / sympy.Integer(2)))
-            return Reach(half + _norm(shape.at), _own_axis(shape))
+            return BoundingRadius(half + _norm(shape.at), _own_axis(shape))
         case Disk():
             half = _norm((shape.radius, shape.thickness / sympy.Integer(2)))
-            return Reach(half + _norm(shape.at), _own_axis(shape))
+            return BoundingRadius(half + _norm(shape.at), _own_axis(shape))
         case Capsule():
             half = shape.length / sympy.Integer(2) + shape.radius
-            return Reach(half + _norm(shape.at), _own_axis(shape))
+            return BoundingRadius(half + _norm(shape.at), _own_axis(shape))
 
 
 def _norm(vector: tuple[Scalar, ...]) -> sympy.Expr:

@@ -17,22 +17,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.derivation.bounding_radius import reach
+from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
 from kinolab.dynamics.derivation.lowering import Lowering
-from kinolab.dynamics.derivation.newton_euler import Mechanics
-from kinolab.dynamics.derivation.symbol_table import Binding, configuration_symbols, tangent_symbols
+from kinolab.dynamics.derivation.newton_euler import NewtonEuler
+from kinolab.dynamics.derivation.symbol_table import (
+    SymbolTable,
+    configuration_symbols,
+    tangent_symbols,
+)
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
 from kinolab.dynamics.derivation.velocity_coordinates import (
-    Chart,
-    Row,
+    ConstraintRow,
+    VelocityCoordinates,
     combine,
     constraint_rows,
     feasible_values,
-    find_chart,
     independent_rows,
-    unconstrained_chart,
+    unconstrained_coordinates,
+    velocity_coordinates,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import is_zero
@@ -41,9 +45,11 @@ from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
 
-MASSLESS = 1e-12  # share of a coordinate's own inertia that remains when the others move along
+# share of a coordinate's own inertia that remains when the others move along
+MASS_TOLERANCE = 1e-12
 REGULARISATION = 1e-8  # of the constraints' own compliance; lets redundant ones be solved
-REFINEMENTS = 3  # solutions, after which the regularisation has left the motion, by measurement
+# solutions, after which the regularisation has left the motion, by measurement
+ITERATIVE_REFINEMENTS = 3
 
 
 @dataclass(frozen=True)
@@ -75,7 +81,7 @@ class Derivation:
         chart_guards: Those that already the velocities need.
     """
 
-    binding: Binding
+    binding: SymbolTable
     independent: tuple[int, ...]
     redundant: tuple[str, ...]
     state: tuple[Node, ...]
@@ -107,7 +113,7 @@ def derive(system: System) -> Derivation:
             nothing, if a direction of motion has no mass, or if something divides by zero.
     """
     try:
-        return _Deriving(system).result()
+        return _Derivation(system).result()
     except ZeroDivisionError as error:
         where = f"system {system.name!r}"
         raise InputError([Mistake(where, f"it is singular everywhere: {error}.")]) from error
@@ -129,12 +135,12 @@ def has_imposed_velocities(system: System) -> bool:
     )
 
 
-class _Deriving:
+class _Derivation:
     """The steps of one derivation, which share a tape."""
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self.binding = Binding.of(system)
+        self.binding = SymbolTable.of(system)
         self.tape = self.binding.tape
         self.guards = Guards()
         self.multipliers = system.velocities == "all" and bool(system.constraints)
@@ -144,9 +150,9 @@ class _Deriving:
                 raise InputError([Mistake(f"system {system.name!r}", what)])
             self.rows = constraint_rows(system, self.binding)
             self.redundant = independent_rows(system, self.binding, self.rows)[1]
-            self.chart = unconstrained_chart(self.binding)
+            self.chart = unconstrained_coordinates(self.binding)
         else:
-            self.chart = find_chart(system, self.binding, self.guards)
+            self.chart = velocity_coordinates(system, self.binding, self.guards)
             self.rows = list(self.chart.rows)
             self.redundant = self.chart.redundant
         if not self.chart.independent and not self.chart.input_directions:
@@ -198,9 +204,9 @@ class _Deriving:
             chart_guards=self.chart_guards,
         )
 
-    def _along(self, chart: Chart, accelerations: Sequence[Node]) -> Mechanics:
+    def _along(self, chart: VelocityCoordinates, accelerations: Sequence[Node]) -> NewtonEuler:
         motions = Motions(chart.velocities, accelerations, chart.directions)
-        return Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        return NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
 
     def _accelerations(self) -> list[Node]:
         """Return the derivatives of the independent velocities."""
@@ -228,7 +234,7 @@ class _Deriving:
         accelerations = dict(zip(free, solved, strict=True)) | chart.driven
         return [accelerations[k] for k in range(len(chart.independent))]
 
-    def _loads(self, mechanics: Mechanics) -> list[Node]:
+    def _loads(self, mechanics: NewtonEuler) -> list[Node]:
         """Return all forces less what the known accelerations demand."""
         tape = self.tape
         parts = zip(
@@ -279,7 +285,7 @@ class _Deriving:
             for i in range(size)
         ]
         solutions = [[tape.zero] * size for _ in columns]
-        for _ in range(REFINEMENTS):
+        for _ in range(ITERATIVE_REFINEMENTS):
             missing = [
                 [tape.sub(b, tape.dot(row, x)) for b, row in zip(column, G, strict=True)]
                 for column, x in zip(columns, solutions, strict=True)
@@ -297,15 +303,15 @@ class _Deriving:
         return self.tape.substitute(changes, actual)
 
     def _full_mass_matrix(self) -> tuple[Node, ...]:
-        chart = unconstrained_chart(self.binding)
+        chart = unconstrained_coordinates(self.binding)
         M = self._along(chart, chart.accelerations).mass_matrix()
         return tuple(entry for row in M for entry in row)
 
     def _unbalanced(self, nu_dot: Sequence[Node]) -> list[Node]:
         """Return M nu_dot + c - F in full coordinates: what constraints and drives contribute."""
-        chart = unconstrained_chart(self.binding)
+        chart = unconstrained_coordinates(self.binding)
         motions = Motions(self.chart.velocities, nu_dot, chart.directions)
-        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
         return [self.tape.neg(load) for load in self._loads(mechanics)]
 
     def _constraint_forces(self, nu_dot: Sequence[Node]) -> tuple[Node, ...]:
@@ -329,9 +335,9 @@ class _Deriving:
     def _power(self, nu_dot: Sequence[Node]) -> Node:
         """Return the power of friction, wrenches, inputs, and of drives and rate inputs."""
         tape = self.tape
-        chart = unconstrained_chart(self.binding)
+        chart = unconstrained_coordinates(self.binding)
         motions = Motions(self.chart.velocities, self.chart.accelerations, chart.directions)
-        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
         power = tape.dot(mechanics.other_forces(), self.chart.velocities)
         if self.chart.driven or self.chart.input_directions:
             power = tape.add(power, tape.dot(self._unbalanced(nu_dot), self.chart.velocities))
@@ -399,7 +405,7 @@ class _Deriving:
         flow = self.binding.flow(move)
         return [tape.add(node, flow[node]) for node in self.binding.configuration]
 
-    def _own_rows(self) -> list[Row]:
+    def _own_rows(self) -> list[ConstraintRow]:
         """Return the rows of constraints, without those of rate inputs."""
         return [row for row in self.rows if row.value == self.tape.zero]
 
@@ -472,7 +478,7 @@ class _Deriving:
             return
         directions = (*chart.directions, *chart.input_directions.values())
         motions = Motions(chart.velocities, chart.accelerations, directions)
-        mechanics = Mechanics(self.system, self.binding, Kinematics(self.binding, motions))
+        mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
         M = mechanics.mass_matrix()
         for k, node in enumerate(chart.input_directions, start=len(chart.directions)):
             if any(M[i][k] != self.tape.zero for i in free):
@@ -502,7 +508,7 @@ def _massless_motion(M: np.ndarray) -> list[int]:
     own = np.sqrt(np.maximum(np.diag(M), 0.0))
     own = np.where(own > 0, own, 1.0)
     eigenvalues, vectors = np.linalg.eigh(M / np.outer(own, own))
-    if eigenvalues[0] > MASSLESS:
+    if eigenvalues[0] > MASS_TOLERANCE:
         return []
     return [int(i) for i in np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)]
 
@@ -518,13 +524,13 @@ def _rows_of(state: FrameState) -> list[Node]:
     return [node for row, coordinate in rows for node in (*row, coordinate)]
 
 
-def _point_speed(binding: Binding, shapes: Sequence[object], state: FrameState) -> Node:
+def _point_speed(binding: SymbolTable, shapes: Sequence[object], state: FrameState) -> Node:
     """Bound the speed of a body's points; spin about a shape's axis of symmetry moves none."""
     tape = binding.tape
     linear = _origin_speed(binding, state)
     fastest = tape.zero if shapes else linear
     for shape in shapes:
-        extent = reach(shape)  # type: ignore[arg-type]
+        extent = bounding_radius(shape)  # type: ignore[arg-type]
         spin = [
             component
             for name, component in zip("xyz", state.velocity.angular, strict=True)
@@ -536,11 +542,11 @@ def _point_speed(binding: Binding, shapes: Sequence[object], state: FrameState) 
     return fastest
 
 
-def _cable_speed(binding: Binding, a: FrameState, b: FrameState) -> Node:
+def _cable_speed(binding: SymbolTable, a: FrameState, b: FrameState) -> Node:
     """Bound the speed of a cable's points, whose velocities are means of those of its ends."""
     return binding.tape.maximum(_origin_speed(binding, a), _origin_speed(binding, b))
 
 
-def _origin_speed(binding: Binding, state: FrameState) -> Node:
+def _origin_speed(binding: SymbolTable, state: FrameState) -> Node:
     tape = binding.tape
     return tape.unary("sqrt", tape.dot(state.velocity.linear, state.velocity.linear))

@@ -28,7 +28,7 @@ UNARY: dict[str, Callable[[float], float]] = {
 }
 
 
-LARGEST_PRODUCT = 64  # exponent up to which a power is a product
+MAX_EXPANDED_POWER = 64  # exponent up to which a power is a product
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Operation:
     label: str = ""  # of a variable
 
 
-class Tape:
+class ExpressionGraph:
     """The nodes of a set of expressions, in an order in which each follows its operands."""
 
     def __init__(self) -> None:
@@ -177,9 +177,9 @@ class Tape:
         """Return a to a constant power: products, roots and reciprocals where they suffice."""
         if exponent < 0:
             return self.div(self.one, self.power(a, -exponent))
-        if exponent == int(exponent) and exponent <= LARGEST_PRODUCT:
+        if exponent == int(exponent) and exponent <= MAX_EXPANDED_POWER:
             return self._integer_power(a, int(exponent))
-        if 2 * exponent == int(2 * exponent) and exponent <= LARGEST_PRODUCT:
+        if 2 * exponent == int(2 * exponent) and exponent <= MAX_EXPANDED_POWER:
             whole = self._integer_power(a, int(exponent))
             return self.mul(whole, self.unary("sqrt", a))
         return self.unary("exp", self.mul(self.constant(exponent), self.unary("log", a)))

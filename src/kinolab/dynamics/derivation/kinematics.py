@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
 from kinolab.dynamics.language.frames import (
     Axis,
@@ -70,7 +70,7 @@ class Motions:
 class Kinematics:
     """Follows frames along given motions; frames with a common beginning are computed once."""
 
-    def __init__(self, binding: Binding, motions: Motions) -> None:
+    def __init__(self, binding: SymbolTable, motions: Motions) -> None:
         self.binding, self.motions = binding, motions
         self.tape, self.lower = binding.tape, binding.lower
         self.vectors = Vectors(binding.tape)
@@ -166,9 +166,9 @@ class Kinematics:
             columns=tuple(
                 Twist(
                     self._back(motion, column.linear),
-                    vectors.add(self._back(motion, column.angular), share),
+                    vectors.add(self._back(motion, column.angular), fraction),
                 )
-                for column, share in zip(before.columns, shares, strict=True)
+                for column, fraction in zip(before.columns, shares, strict=True)
             ),
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.errors import InputError, Mistake
 
 FUNCTIONS: dict[type, str] = {
@@ -25,7 +25,7 @@ FUNCTIONS: dict[type, str] = {
 class Lowering:
     """Translates expressions onto one tape; symbols become the nodes they are bound to."""
 
-    def __init__(self, tape: Tape, symbols: Mapping[sympy.Symbol, Node]) -> None:
+    def __init__(self, tape: ExpressionGraph, symbols: Mapping[sympy.Symbol, Node]) -> None:
         self.tape = tape
         self.symbols = dict(symbols)
         self._memo: dict[sympy.Expr, Node] = dict(symbols)

@@ -9,7 +9,7 @@ import sympy
 
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Buoyancy, Coulomb, Potential, Spring, Viscous, Wrench
@@ -19,11 +19,11 @@ from kinolab.dynamics.language.mechanism import System
 
 
 @dataclass(frozen=True)
-class Mechanics:
+class NewtonEuler:
     """A machine's bodies and loads seen along the motions of its kinematics."""
 
     system: System
-    binding: Binding
+    binding: SymbolTable
     kinematics: Kinematics
 
     @property
@@ -249,14 +249,14 @@ class Mechanics:
         node = self.binding.lower(velocity)
         (actual,) = tape.substitute([strength], self.binding.at(motions.velocities))
         for i, direction in enumerate(motions.directions):
-            (share,) = tape.derivative([node], self.binding.at(direction))
-            total[i] = tape.sub(total[i], tape.mul(actual, share))
+            (fraction,) = tape.derivative([node], self.binding.at(direction))
+            total[i] = tape.sub(total[i], tape.mul(actual, fraction))
 
     def _line(self, between: tuple[Frame, Frame]) -> tuple[Vector, Node]:
         """Return the vector from the first frame's origin to the second's, and its length."""
         first, second = (self.kinematics(frame) for frame in between)
-        way = self._vectors.sub(second.position, first.position)
-        return way, self._vectors.norm(way)
+        path = self._vectors.sub(second.position, first.position)
+        return path, self._vectors.norm(path)
 
     def _tension(self, spring: Spring) -> Node:
         """Return the spring's tension per length, which stays finite at length 0 if at rest 0."""
@@ -269,9 +269,9 @@ class Mechanics:
 
     def _stored(self, spring: Spring) -> Node:
         tape, lower = self.binding.tape, self.binding.lower
-        way, _ = self._line(spring.between)
+        path, _ = self._line(spring.between)
         rest = lower(spring.length)
-        square = self._vectors.dot(way, way)
+        square = self._vectors.dot(path, path)
         if rest != tape.zero:
             stretch = tape.sub(self._line(spring.between)[1], rest)
             square = tape.mul(stretch, stretch)
@@ -280,8 +280,8 @@ class Mechanics:
 
     def _pull(self, total: list[Node], between: tuple[Frame, Frame], per_length: Node) -> None:
         """Add a tension, given per length of the line, that pulls two origins together."""
-        way, _ = self._line(between)
-        force = self._vectors.scale(per_length, way)
+        path, _ = self._line(between)
+        force = self._vectors.scale(per_length, path)
         minus = self._vectors.scale(self.binding.tape.constant(-1.0), force)
         for frame, world in zip(between, (force, minus), strict=True):
             self._apply(total, frame, self._seen(self.kinematics(frame), world))

@@ -9,10 +9,10 @@ import numpy as np
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import Coordinate
 
-SAMPLES = 12  # more never changed a choice
+RANDOM_STATES = 12  # more never changed a choice
 
 
-def sampled_values(system: System, count: int = SAMPLES) -> Iterator[dict[str, float]]:
+def sampled_values(system: System, count: int = RANDOM_STATES) -> Iterator[dict[str, float]]:
     """Yield values of all symbols by name: first the rest position, then any within the limits.
 
     The same machine gives the same values every time.
@@ -22,8 +22,8 @@ def sampled_values(system: System, count: int = SAMPLES) -> Iterator[dict[str, f
         values = dict(system.parameter_values)
         for coordinate in system.coordinates:
             if isinstance(coordinate, Coordinate):
-                value = sample(coordinate, generator)
-                values[coordinate.name] = value if k else rest(coordinate)
+                value = random_value(coordinate, generator)
+                values[coordinate.name] = value if k else rest_value(coordinate)
                 values[f"{coordinate.name}_dot"] = float(generator.normal())
             else:
                 quaternion = generator.normal(size=4)
@@ -36,12 +36,12 @@ def sampled_values(system: System, count: int = SAMPLES) -> Iterator[dict[str, f
         yield values
 
 
-def rest(coordinate: Coordinate) -> float:
+def rest_value(coordinate: Coordinate) -> float:
     """Return where a coordinate starts unless told otherwise: 0, or the limit nearest to it."""
     return min(max(0.0, coordinate.lower), coordinate.upper)
 
 
-def sample(coordinate: Coordinate, generator: np.random.Generator) -> float:
+def random_value(coordinate: Coordinate, generator: np.random.Generator) -> float:
     """Return a value of a coordinate: anywhere on a circle, within the limits on a line."""
     if coordinate.topology == "circle":
         return float(generator.uniform(-np.pi, np.pi))

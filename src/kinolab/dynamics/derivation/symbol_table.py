@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.frames import motion_of
 from kinolab.dynamics.language.mechanism import System
@@ -15,7 +15,7 @@ from kinolab.dynamics.language.symbols import Coordinate, rate
 
 
 @dataclass(frozen=True)
-class Binding:
+class SymbolTable:
     """Variables of a tape for every symbol of a machine.
 
     Attributes:
@@ -29,7 +29,7 @@ class Binding:
         parameters: The parameters.
     """
 
-    tape: Tape
+    tape: ExpressionGraph
     lower: Lowering
     configuration: tuple[Node, ...]
     tangent: tuple[Node, ...]
@@ -39,9 +39,9 @@ class Binding:
     parameters: tuple[Node, ...]
 
     @classmethod
-    def of(cls, system: System) -> Binding:
+    def of(cls, system: System) -> SymbolTable:
         """Make a tape with a variable per symbol."""
-        tape = Tape()
+        tape = ExpressionGraph()
         q, v = configuration_symbols(system), tangent_symbols(system)
         further = [entry.symbol for entry in system.states]
         controls = [entry.symbol for entry in system.inputs]

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 Matrix: TypeAlias = Sequence[Sequence[Node]]
 
 PIVOT_FLOOR = 1e-12  # a pivot this far below its diagonal has lost all its digits
-LARGEST_EXPANSION = 6  # size up to which minors are fewer than the operations of an elimination
-CHART_FLOOR = 1e-8  # share of the rows' size below which a system counts as singular
+MAX_COFACTOR_SIZE = 6  # size up to which minors are fewer than the operations of an elimination
+SINGULAR_FLOOR = 1e-8  # share of the rows' size below which a system counts as singular
 
 
 @dataclass
@@ -25,14 +25,16 @@ class Guards:
 
     nodes: list[Node] = field(default_factory=list)
 
-    def require(self, tape: Tape, node: Node) -> None:
+    def require(self, tape: ExpressionGraph, node: Node) -> None:
         """Add a condition; one that is a positive constant needs no check."""
         value = tape.value(node)
         if value is None or not value > 0:
             self.nodes.append(node)
 
 
-def solve_definite(tape: Tape, M: Matrix, columns: Matrix, guards: Guards) -> list[list[Node]]:
+def solve_definite(
+    tape: ExpressionGraph, M: Matrix, columns: Matrix, guards: Guards
+) -> list[list[Node]]:
     """Solve M X = B for a symmetric positive definite M by M = L D L^T, which needs no pivoting.
 
     Args:
@@ -49,7 +51,7 @@ def solve_definite(tape: Tape, M: Matrix, columns: Matrix, guards: Guards) -> li
 
 
 def solve_square(
-    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, rows: Matrix | None = None
+    tape: ExpressionGraph, A: Matrix, columns: Matrix, guards: Guards, rows: Matrix | None = None
 ) -> list[list[Node]]:
     """Solve A X = B for a square A: by Cramer's rule up to size 6, by normal equations above.
 
@@ -69,7 +71,7 @@ def solve_square(
         return _solve_without(tape, A, columns, guards, rows or A, given)
     if not A:
         return [[] for _ in columns]
-    if size <= LARGEST_EXPANSION:
+    if size <= MAX_COFACTOR_SIZE:
         return _solve_by_cofactors(tape, A, columns, guards, rows or A)
     transposed = list(zip(*A, strict=True))
     normal = [[tape.dot(a, b) for b in transposed] for a in transposed]
@@ -77,7 +79,7 @@ def solve_square(
     return solve_definite(tape, normal, right, guards)
 
 
-def _given(tape: Tape, A: Matrix) -> dict[int, int]:
+def _given(tape: ExpressionGraph, A: Matrix) -> dict[int, int]:
     """Return the rows that determine one unknown alone, with that unknown."""
     alone = {}
     for i, row in enumerate(A):
@@ -88,7 +90,12 @@ def _given(tape: Tape, A: Matrix) -> dict[int, int]:
 
 
 def _solve_without(
-    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, source: Matrix, given: dict[int, int]
+    tape: ExpressionGraph,
+    A: Matrix,
+    columns: Matrix,
+    guards: Guards,
+    source: Matrix,
+    given: dict[int, int],
 ) -> list[list[Node]]:
     """Solve for the unknowns that rows give at once, then for the others."""
     size = len(A)
@@ -111,7 +118,9 @@ def _solve_without(
     return solutions
 
 
-def _factor(tape: Tape, M: Matrix, guards: Guards) -> tuple[list[list[Node]], list[Node]]:
+def _factor(
+    tape: ExpressionGraph, M: Matrix, guards: Guards
+) -> tuple[list[list[Node]], list[Node]]:
     size = len(M)
     lower = [[tape.zero] * size for _ in range(size)]
     pivots: list[Node] = []
@@ -128,7 +137,7 @@ def _factor(tape: Tape, M: Matrix, guards: Guards) -> tuple[list[list[Node]], li
 
 
 def _substitute(
-    tape: Tape, lower: Matrix, pivots: Sequence[Node], column: Sequence[Node]
+    tape: ExpressionGraph, lower: Matrix, pivots: Sequence[Node], column: Sequence[Node]
 ) -> list[Node]:
     size = len(pivots)
     forward: list[Node] = []
@@ -142,7 +151,7 @@ def _substitute(
 
 
 def _solve_by_cofactors(
-    tape: Tape, A: Matrix, columns: Matrix, guards: Guards, source: Matrix
+    tape: ExpressionGraph, A: Matrix, columns: Matrix, guards: Guards, source: Matrix
 ) -> list[list[Node]]:
     size = len(A)
     minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node] = {}
@@ -161,7 +170,7 @@ def _solve_by_cofactors(
 
 
 def _cofactor(
-    tape: Tape,
+    tape: ExpressionGraph,
     A: Matrix,
     i: int,
     j: int,
@@ -174,7 +183,7 @@ def _cofactor(
 
 
 def _minor(
-    tape: Tape,
+    tape: ExpressionGraph,
     A: Matrix,
     rows: tuple[int, ...],
     columns: tuple[int, ...],
@@ -189,16 +198,18 @@ def _minor(
             entry = A[rows[0]][column]
             if entry != tape.zero:
                 rest = columns[:k] + columns[k + 1 :]
-                share = tape.mul(entry, _minor(tape, A, rows[1:], rest, minors))
-                total = tape.sub(total, share) if k % 2 else tape.add(total, share)
+                fraction = tape.mul(entry, _minor(tape, A, rows[1:], rest, minors))
+                total = tape.sub(total, fraction) if k % 2 else tape.add(total, fraction)
         minors[rows, columns] = total
     return minors[rows, columns]
 
 
-def _guard_determinant(tape: Tape, rows: Matrix, determinant: Node, guards: Guards) -> None:
+def _guard_determinant(
+    tape: ExpressionGraph, rows: Matrix, determinant: Node, guards: Guards
+) -> None:
     """Require det^2 to be a fair share of the product of the rows' squared lengths (Hadamard)."""
     bound = tape.one
     for row in rows:
         bound = tape.mul(bound, tape.dot(row, row))
     square = tape.mul(determinant, determinant)
-    guards.require(tape, tape.sub(square, tape.mul(tape.constant(CHART_FLOOR**2), bound)))
+    guards.require(tape, tape.sub(square, tape.mul(tape.constant(SINGULAR_FLOOR**2), bound)))

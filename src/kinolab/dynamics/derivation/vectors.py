@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.language.frames import AXES
 from kinolab.dynamics.language.shapes import AxisName
 
@@ -18,7 +18,7 @@ Matrix3: TypeAlias = tuple[Vector, Vector, Vector]  # rows
 class Vectors:
     """Vector algebra on a tape."""
 
-    tape: Tape
+    tape: ExpressionGraph
 
     @property
     def zero(self) -> Vector:

@@ -17,7 +17,7 @@ import sympy
 
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.random_states import sampled_values
-from kinolab.dynamics.derivation.symbol_table import Binding, tangent_symbols
+from kinolab.dynamics.derivation.symbol_table import SymbolTable, tangent_symbols
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.expressions import exact
@@ -27,14 +27,14 @@ from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 
-SMALLEST_PIVOT = 1e-6  # smallest share of the rows' size at which a choice is usable
+MIN_PIVOT = 1e-6  # smallest share of the rows' size at which a choice is usable
 NEWTON_STEPS = 50  # towards a configuration in which loops close
-CLOSED = 1e-10  # [m] or [rad]; what such a configuration may miss by
-MOST_CHOICES = 5000  # above that many choices a greedy one is taken instead of the best
+CLOSURE_TOLERANCE = 1e-10  # [m] or [rad]; what such a configuration may miss by
+MAX_CHOICES = 5000  # above that many choices a greedy one is taken instead of the best
 
 
 @dataclass(frozen=True)
-class Row:
+class ConstraintRow:
     """One linear condition on the velocities: covector . nu = value.
 
     Attributes:
@@ -52,7 +52,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Chart:
+class VelocityCoordinates:
     """How all velocities follow from the independent ones.
 
     Attributes:
@@ -67,7 +67,7 @@ class Chart:
         accelerations: d/dt nu for zero accelerations of v.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[ConstraintRow, ...]
     redundant: tuple[str, ...]
     dependent: tuple[int, ...]
     independent: tuple[int, ...]
@@ -85,7 +85,7 @@ def velocity_of(constraint: Constraint) -> sympy.Expr:
     return constraint.velocity
 
 
-def constraint_rows(system: System, binding: Binding) -> list[Row]:
+def constraint_rows(system: System, binding: SymbolTable) -> list[ConstraintRow]:
     """Return the rows of all constraints, redundant ones included.
 
     Raises:
@@ -97,7 +97,9 @@ def constraint_rows(system: System, binding: Binding) -> list[Row]:
     ]
 
 
-def find_chart(system: System, binding: Binding, guards: Guards) -> Chart:
+def velocity_coordinates(
+    system: System, binding: SymbolTable, guards: Guards
+) -> VelocityCoordinates:
     """Choose the independent velocities and express all others by them."""
     rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
     rows += [
@@ -122,8 +124,8 @@ def condition_number(system: System, values: Mapping[str, float]) -> float:
         system: The machine.
         values: Of the configuration and the parameters, by name.
     """
-    binding = Binding.of(system)
-    chart = find_chart(system, binding, Guards())
+    binding = SymbolTable.of(system)
+    chart = velocity_coordinates(system, binding, Guards())
     block = [[row.covector[i] for i in chart.dependent] for row in chart.rows]
     flat = [entry for row in block for entry in row]
     matrix = np.reshape(binding.tape.evaluate(flat, dict(values)), (len(block), -1))
@@ -133,11 +135,11 @@ def condition_number(system: System, values: Mapping[str, float]) -> float:
     return float(size / max(smallest, 1e-300))
 
 
-def unconstrained_chart(binding: Binding) -> Chart:
+def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
     """Return the chart in which every velocity is independent."""
     tape, size = binding.tape, len(binding.tangent)
     unit = [[tape.one if i == j else tape.zero for i in range(size)] for j in range(size)]
-    return Chart(
+    return VelocityCoordinates(
         rows=(),
         redundant=(),
         dependent=(),
@@ -150,7 +152,9 @@ def unconstrained_chart(binding: Binding) -> Chart:
     )
 
 
-def _row(binding: Binding, where: str, name: str, velocity: sympy.Expr, value: Node) -> Row:
+def _row(
+    binding: SymbolTable, where: str, name: str, velocity: sympy.Expr, value: Node
+) -> ConstraintRow:
     tape = binding.tape
     node, covector = _slopes(binding, velocity)
     moving = frozenset(binding.tangent)
@@ -165,20 +169,20 @@ def _row(binding: Binding, where: str, name: str, velocity: sympy.Expr, value: N
     if all(entry == tape.zero for entry in covector):
         raise InputError([Mistake(where, "it never bites: no rate occurs in it.")])
     (bias,) = tape.derivative([node], binding.flow())
-    return Row(name, covector, value, bias)
+    return ConstraintRow(name, covector, value, bias)
 
 
-def _slopes(binding: Binding, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
+def _slopes(binding: SymbolTable, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
     """Return a velocity's node and its slope in each of the machine's velocities."""
     tape, node = binding.tape, binding.lower(exact(velocity))
     return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in binding.tangent)
 
 
 def independent_rows(
-    system: System, binding: Binding, rows: list[Row]
-) -> tuple[list[Row], tuple[str, ...]]:
+    system: System, binding: SymbolTable, rows: list[ConstraintRow]
+) -> tuple[list[ConstraintRow], tuple[str, ...]]:
     """Leave out constraints that follow from those before them at every sampled state."""
-    kept: list[Row] = []
+    kept: list[ConstraintRow] = []
     redundant: list[str] = []
     samples = _samples(system, binding, rows)
     chosen: list[int] = []
@@ -194,7 +198,7 @@ def independent_rows(
     return kept, tuple(redundant)
 
 
-def _samples(system: System, binding: Binding, rows: Sequence[Row]) -> np.ndarray:
+def _samples(system: System, binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
     """Evaluate the covectors at random states; shape (samples, rows, velocities)."""
     flat = [entry for row in rows for entry in row.covector]
     shape = (len(rows), len(binding.tangent))
@@ -210,7 +214,7 @@ def _samples(system: System, binding: Binding, rows: Sequence[Row]) -> np.ndarra
     return np.array(found)
 
 
-def feasible_values(system: System, binding: Binding) -> Iterator[dict[str, float]]:
+def feasible_values(system: System, binding: SymbolTable) -> Iterator[dict[str, float]]:
     """Yield sampled values of all symbols, moved onto the constraints of position."""
     gaps = [
         binding.lower(c.position) for c in system.constraints if isinstance(c, PositionConstraint)
@@ -225,13 +229,13 @@ def feasible_values(system: System, binding: Binding) -> Iterator[dict[str, floa
             continue
 
 
-def _gradient(binding: Binding, node: Node) -> list[Node]:
+def _gradient(binding: SymbolTable, node: Node) -> list[Node]:
     tape = binding.tape
     return [tape.derivative([node], {q: tape.one})[0] for q in binding.configuration]
 
 
 def _close(
-    binding: Binding,
+    binding: SymbolTable,
     gaps: Sequence[Node],
     slopes: Sequence[Node],
     names: Sequence[str],
@@ -242,7 +246,7 @@ def _close(
         return True
     for _ in range(NEWTON_STEPS):
         gap = np.array(binding.tape.evaluate(gaps, values))
-        if np.abs(gap).max() < CLOSED:
+        if np.abs(gap).max() < CLOSURE_TOLERANCE:
             return True
         matrix = np.reshape(binding.tape.evaluate(slopes, values), (len(gaps), len(names)))
         move = np.linalg.lstsq(matrix, gap, rcond=None)[0]
@@ -251,7 +255,7 @@ def _close(
     return False
 
 
-def _choose(system: System, binding: Binding, rows: list[Row]) -> tuple[int, ...]:
+def _choose(system: System, binding: SymbolTable, rows: list[ConstraintRow]) -> tuple[int, ...]:
     """Choose the velocities that the rows determine best at the worst sampled state.
 
     Among equals those made first are determined, so that later ones remain as states.
@@ -274,7 +278,7 @@ def _choose(system: System, binding: Binding, rows: list[Row]) -> tuple[int, ...
             -k,
         ),
     )
-    if np.median(margins[best]) < SMALLEST_PIVOT:
+    if np.median(margins[best]) < MIN_PIVOT:
         what = "no fixed choice of independent velocities works at all sampled states."
         remedy = 'Name them with velocities=[…], or use velocities="all" for multipliers.'
         raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
@@ -294,7 +298,7 @@ def _candidates(
     if count > len(free):
         what = f"{count} constraints, rate inputs and speeds act on {len(free)} velocities."
         raise InputError([Mistake(f"system {system.name!r}", what, "Leave some out.")])
-    if comb(len(free), count) <= MOST_CHOICES:
+    if comb(len(free), count) <= MAX_CHOICES:
         return list(combinations(free, count))
     return [_greedy(samples[k][:, free], free, count) for k in range(len(samples))]
 
@@ -345,13 +349,13 @@ def _margins(blocks: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 def _solve(
     system: System,
-    binding: Binding,
+    binding: SymbolTable,
     guards: Guards,
-    rows: Sequence[Row],
+    rows: Sequence[ConstraintRow],
     redundant: tuple[str, ...],
     dependent: tuple[int, ...],
     independent: tuple[int, ...],
-) -> Chart:
+) -> VelocityCoordinates:
     tape, size = binding.tape, len(binding.tangent)
     block = [[row.covector[i] for i in dependent] for row in rows]
     inputs = list(dict.fromkeys(row.value for row in rows if row.value != tape.zero))
@@ -360,8 +364,8 @@ def _solve(
     shares = solve_square(tape, block, columns, guards, [row.covector for row in rows])
     units = [{i: tape.one} for i in independent] + [{} for _ in inputs]
     spread = [
-        _spread(binding, unit | dict(zip(dependent, share, strict=True)))
-        for unit, share in zip(units, shares, strict=True)
+        _spread(binding, unit | dict(zip(dependent, fraction, strict=True)))
+        for unit, fraction in zip(units, shares, strict=True)
     ]
     directions, pushed = spread[: len(independent)], spread[len(independent) :]
     values = [*(binding.tangent[i] for i in independent), *inputs]
@@ -372,7 +376,7 @@ def _solve(
     biases = tape.substitute([row.bias for row in rows], binding.at(velocities))
     (drift,) = solve_square(tape, block, [[tape.neg(bias) for bias in biases]], Guards())
     driven = _driven(system)
-    return Chart(
+    return VelocityCoordinates(
         rows=tuple(rows),
         redundant=redundant,
         dependent=dependent,
@@ -387,13 +391,13 @@ def _solve(
     )
 
 
-def _spread(binding: Binding, entries: dict[int, Node]) -> tuple[Node, ...]:
+def _spread(binding: SymbolTable, entries: dict[int, Node]) -> tuple[Node, ...]:
     """Return a vector that is zero but at the given indices."""
     return tuple(entries.get(i, binding.tape.zero) for i in range(len(binding.tangent)))
 
 
 def combine(
-    binding: Binding, columns: Iterable[Sequence[Node]], values: Iterable[Node]
+    binding: SymbolTable, columns: Iterable[Sequence[Node]], values: Iterable[Node]
 ) -> list[Node]:
     """Return the sum of columns times values, an entry per velocity."""
     tape = binding.tape

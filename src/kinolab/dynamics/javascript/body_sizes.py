@@ -8,14 +8,14 @@ from typing import Any
 
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.shapes import Shape
 
 
 @dataclass(frozen=True)
-class Shapes:
+class BodySizes:
     """What bodies look like.
 
     Attributes:
@@ -28,14 +28,14 @@ class Shapes:
     function: Function
 
 
-def shapes_of(system: System, binding: Binding) -> Shapes:
+def body_sizes(system: System, binding: SymbolTable) -> BodySizes:
     """Return the shapes of all bodies with their sizes as nodes."""
     outputs = list[Node]()
     facts = [[_fact(shape, binding, outputs) for shape in body.shapes] for body in system.bodies]
-    return Shapes(facts, Function("shapes", {"p": binding.parameters}, outputs))
+    return BodySizes(facts, Function("shapes", {"p": binding.parameters}, outputs))
 
 
-def _fact(shape: Shape, binding: Binding, outputs: list[Node]) -> dict[str, Any]:
+def _fact(shape: Shape, binding: SymbolTable, outputs: list[Node]) -> dict[str, Any]:
     names = _dimensions(shape)
     first = len(outputs)
     values = (*(getattr(shape, name) for name in names), *shape.at)

@@ -21,25 +21,25 @@ from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import (
-    Row,
+    ConstraintRow,
     constraint_rows,
     feasible_values,
-    unconstrained_chart,
+    unconstrained_coordinates,
 )
 from kinolab.dynamics.language.mechanism import System
 
 Array: TypeAlias = NDArray[np.float64]
 
-DECIDED = 1e-8  # share of a covector that may be left over
+RESIDUAL_TOLERANCE = 1e-8  # share of a covector that may be left over
 TWIST = 6
-PREFERENCE = 100.0  # [m]; of two wrenches that do the same the one with less force is taken, for
+MOMENT_LENGTH = 100.0  # [m]; of two wrenches that do the same the one with less force is taken, for
 # the other adds what the machine's coordinates hold by themselves, such as the ground's support
 
 
 @dataclass(frozen=True)
-class Holding:
+class ConstraintForces:
     """How the constraints of a machine hold it.
 
     Attributes:
@@ -53,12 +53,12 @@ class Holding:
     functions: tuple[Function, ...]
 
 
-def holding_of(system: System, derivation: Derivation) -> Holding:
+def constraint_forces(system: System, derivation: Derivation) -> ConstraintForces:
     """Find the bodies that constraints hold; no constraint is held where nothing has mass."""
     binding = derivation.binding
     rows = _rows(system, derivation)
     if not rows:
-        return Holding([], ())
+        return ConstraintForces([], ())
     states = _states(system, binding)
     twists = [_twist(binding, state) for state in states]
     held = _held(system, binding, rows, states, twists)
@@ -75,13 +75,13 @@ def holding_of(system: System, derivation: Derivation) -> Holding:
     arguments = {"x": derivation.state, "p": binding.parameters}
     covectors = [entry for row in rows for entry in row.covector]
     chosen = [entry for body in bodies for entry in twists[body]]
-    return Holding(
+    return ConstraintForces(
         facts,
         (Function("covectors", arguments, covectors), Function("twists", arguments, chosen)),
     )
 
 
-def _rows(system: System, derivation: Derivation) -> list[Row]:
+def _rows(system: System, derivation: Derivation) -> list[ConstraintRow]:
     """Return the rows of the constraints whose forces a model gives first, in that order."""
     if not derivation.constraint_forces:
         return []
@@ -91,14 +91,14 @@ def _rows(system: System, derivation: Derivation) -> list[Row]:
     return [row for row in rows if row.name not in derivation.redundant]
 
 
-def _states(system: System, binding: Binding) -> list[FrameState]:
-    chart = unconstrained_chart(binding)
+def _states(system: System, binding: SymbolTable) -> list[FrameState]:
+    chart = unconstrained_coordinates(binding)
     motions = Motions(chart.velocities, chart.accelerations, chart.directions)
     kinematics = Kinematics(binding, motions)
     return [kinematics(body.frame) for body in system.bodies]
 
 
-def _twist(binding: Binding, state: FrameState) -> list[Node]:
+def _twist(binding: SymbolTable, state: FrameState) -> list[Node]:
     """Return J of a body row by row: the velocity of its origin and its turn rate, in the world."""
     tape = binding.tape
     columns = [
@@ -113,8 +113,8 @@ def _twist(binding: Binding, state: FrameState) -> list[Node]:
 
 def _held(
     system: System,
-    binding: Binding,
-    rows: Sequence[Row],
+    binding: SymbolTable,
+    rows: Sequence[ConstraintRow],
     states: Sequence[FrameState],
     twists: Sequence[Sequence[Node]],
 ) -> list[tuple[int | None, bool]]:
@@ -144,7 +144,7 @@ def _held(
 
 
 def _decides(J: Array, w: Array) -> bool:
-    return _left_over(J, w, _wrench(J, w)) <= DECIDED
+    return _left_over(J, w, _wrench(J, w)) <= RESIDUAL_TOLERANCE
 
 
 def _may_lie_on_ground(J: Array, w: Array, position: Array) -> bool:
@@ -152,16 +152,16 @@ def _may_lie_on_ground(J: Array, w: Array, position: Array) -> bool:
     wrench = _wrench(J, w)
     force, torque = wrench[:3], wrench[3:]
     square = force @ force
-    if square < DECIDED * (w @ w):
+    if square < RESIDUAL_TOLERANCE * (w @ w):
         return False  # a torque has no place
     arm = np.cross(force, torque) / square
     arm[2] = -position[2]
     lowered = np.concatenate([force, np.cross(arm, force)])
-    return _left_over(J, w, lowered) <= DECIDED
+    return _left_over(J, w, lowered) <= RESIDUAL_TOLERANCE
 
 
 def _wrench(J: Array, w: Array) -> Array:
-    weights = np.array([1.0] * 3 + [PREFERENCE] * 3)
+    weights = np.array([1.0] * 3 + [MOMENT_LENGTH] * 3)
     wrench: Array = weights * np.linalg.lstsq(J.T * weights, w, rcond=None)[0]
     return wrench
 

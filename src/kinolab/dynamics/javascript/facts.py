@@ -13,7 +13,7 @@ from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.model import Model
 
-REACH = 4.0  # a slider goes from a parameter's value divided by it to the value times it
+SLIDER_FACTOR = 4.0  # a slider goes from a parameter's value divided by it to the value times it
 
 
 def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
@@ -59,7 +59,7 @@ def _units(model: Model) -> Iterator[str]:
 
 def _parameter(system: System, name: str, unit: str) -> dict[str, Any]:
     value = system.parameter_values[name]
-    ends = sorted((value / REACH, value * REACH)) if value else (-1.0, 1.0)
+    ends = sorted((value / SLIDER_FACTOR, value * SLIDER_FACTOR)) if value else (-1.0, 1.0)
     return {"name": name, "unit": unit, "value": value, "lower": ends[0], "upper": ends[1]}
 
 

@@ -10,17 +10,17 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from kinolab.dynamics.codegen.exports import Function
-from kinolab.dynamics.derivation.expression_graph import Node, Operation, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 
 SINGULAR = 1  # the status of a result that a guard forbids; one that is not finite has status 2
-LONGEST = 160  # characters of an expression, above which a node becomes a constant
+MAX_EXPRESSION_LENGTH = 160  # characters of an expression, above which a node becomes a constant
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 OWN = ("fmax", "sign")  # of the runtime: those of Math do other things with NaN
 BUILT_IN = {"fabs": "Math.abs"}
 
 
-def emit_function(function: Function, tape: Tape) -> str:
+def emit_function(function: Function, tape: ExpressionGraph) -> str:
     """Return the text of ``name(x, u, p, out)``, which writes into out and returns a status.
 
     The status is 0, or what the runtime calls SINGULAR or NOT_FINITE.
@@ -37,7 +37,7 @@ class _Body:
     """The lines of one function, and what to write for each node after them."""
 
     def __init__(
-        self, tape: Tape, arguments: Mapping[str, Sequence[Node]], wanted: Sequence[Node]
+        self, tape: ExpressionGraph, arguments: Mapping[str, Sequence[Node]], wanted: Sequence[Node]
     ) -> None:
         self.lines: list[str] = []
         self.text: dict[Node, str] = {}
@@ -63,7 +63,7 @@ class _Body:
 
     def _work_out(self, node: Node, operation: Operation, *, once: bool) -> None:
         expression = _expression(operation, [self.text[operand] for operand in operation.operands])
-        if once and len(expression) <= LONGEST:
+        if once and len(expression) <= MAX_EXPRESSION_LENGTH:
             self.text[node] = expression
         else:
             self._name(node, f"v{node}", expression)

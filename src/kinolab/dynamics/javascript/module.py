@@ -11,8 +11,8 @@ from kinolab.dynamics.codegen.cache import code_in, folder
 from kinolab.dynamics.codegen.closed_loop import law_of
 from kinolab.dynamics.codegen.exports import Function, outputs_of, tangent_of
 from kinolab.dynamics.derivation.derivation import Derivation, derive
-from kinolab.dynamics.javascript.body_sizes import shapes_of
-from kinolab.dynamics.javascript.constraint_forces import holding_of
+from kinolab.dynamics.javascript.body_sizes import body_sizes
+from kinolab.dynamics.javascript.constraint_forces import constraint_forces
 from kinolab.dynamics.javascript.facts import as_json, facts_of
 from kinolab.dynamics.javascript.functions import emit_function
 from kinolab.dynamics.language.feedback import Feedback
@@ -54,7 +54,7 @@ def javascript_of(model: Model, *, implicit: bool = False) -> str:
 def _written(model: Model, implicit: bool) -> str:
     system = model.system
     d = derive(system)
-    holding, shapes = holding_of(system, d), shapes_of(system, d.binding)
+    holding, shapes = constraint_forces(system, d), body_sizes(system, d.binding)
     functions = [*_of_machine(d, model, implicit), *holding.functions, shapes.function]
     sizes = {function.name: len(function.outputs) for function in functions}
     facts = facts_of(model, d) | {

@@ -12,7 +12,7 @@ from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
 
-SAMPLES = 8  # random points at which a difference that SymPy cannot simplify is judged
+RANDOM_POINTS = 8  # random points at which a difference that SymPy cannot simplify is judged
 ROUNDING = 1e-9  # relative size below which such a difference counts as none
 
 
@@ -101,7 +101,7 @@ def _vanishes(expression: sympy.Expr) -> bool:
         return bool(expression == 0)
     function = sympy.lambdify(symbols, [expression, *sympy.Add.make_args(expression)])
     generator = np.random.default_rng(0)
-    for _ in range(SAMPLES):
+    for _ in range(RANDOM_POINTS):
         total, *terms = function(*generator.uniform(0.5, 1.5, len(symbols)))
         if abs(total) > ROUNDING * max(map(abs, terms)):
             return False

@@ -11,14 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 Monomial: TypeAlias = tuple[tuple[Node, int], ...]  # powers of nodes, sorted by node
 Polynomial: TypeAlias = Mapping[Monomial, float]
 
-LARGEST = 12  # terms of a polynomial; a node with more is only a name in those above it
-HIGHEST = 8  # power of one node
-VANISHING = 1e-13  # share of the terms that made it, at which a coefficient is rounding
+MAX_TERMS = 12  # terms of a polynomial; a node with more is only a name in those above it
+MAX_POWER = 8  # power of one node
+# share of the terms that made it, at which a coefficient is rounding
+CANCELLATION_TOLERANCE = 1e-13
 
 
 class Cancellation:
@@ -28,7 +29,7 @@ class Cancellation:
         tape: Holds the nodes.
     """
 
-    def __init__(self, tape: Tape) -> None:
+    def __init__(self, tape: ExpressionGraph) -> None:
         self._tape = tape
         self._made: dict[Node, Node] = {}
         self._polynomials: dict[Node, Polynomial] = {}  # of rewritten nodes
@@ -73,7 +74,7 @@ class Cancellation:
             return {monomial: -factor for monomial, factor in parts[0].items()}
         one, other = parts
         if name == "mul":
-            if len(one) * len(other) > LARGEST:
+            if len(one) * len(other) > MAX_TERMS:
                 return None
             terms = [(_times(m, n), a * b) for m, a in one.items() for n, b in other.items()]
         else:
@@ -90,14 +91,18 @@ class Cancellation:
             turned = self._without_square(monomial)
             if turned is not None:
                 rest, cosine = turned
-                if any(power > HIGHEST for _, power in rest) or len(terms) > 4 * LARGEST:
+                if any(power > MAX_POWER for _, power in rest) or len(terms) > 4 * MAX_TERMS:
                     return None
                 terms += [(rest, factor), (_times(rest, ((cosine, 2),)), -factor)]
                 continue
             found[monomial] = found.get(monomial, 0.0) + factor
             sizes[monomial] = max(sizes.get(monomial, 0.0), abs(factor))
-        left = {m: factor for m, factor in found.items() if abs(factor) > VANISHING * sizes[m]}
-        return left if len(left) <= LARGEST else None
+        left = {
+            m: factor
+            for m, factor in found.items()
+            if abs(factor) > CANCELLATION_TOLERANCE * sizes[m]
+        }
+        return left if len(left) <= MAX_TERMS else None
 
     def _without_square(self, monomial: Monomial) -> tuple[Monomial, Node] | None:
         """Return a monomial less the square of a sine, and the cosine; None without such."""

@@ -125,8 +125,8 @@ def _up(system: System) -> sympy.Matrix:
 
 def _distance(between: tuple[Frame, Frame]) -> sympy.Expr:
     first, second = (pose(frame)[1] for frame in between)
-    way = second - first
-    return sympy.sqrt(way.dot(way))
+    path = second - first
+    return sympy.sqrt(path.dot(path))
 
 
 def _velocity_at(frame: Frame, place: sympy.Matrix) -> sympy.Matrix:

@@ -21,7 +21,7 @@ from kinolab.dynamics.derivation.symbol_table import tangent_symbols
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
 from kinolab.dynamics.lagrange.printing import one_line
-from kinolab.dynamics.lagrange.simplification import grouped, tidied
+from kinolab.dynamics.lagrange.simplification import grouped, simplified
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
@@ -29,12 +29,13 @@ from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
 
-TIDYING = 4.0  # [s] of computing after which no further equation is made more readable
-LONGEST = 1000  # symbols, numbers and operations of one side that somebody may read
+# [s] of computing after which no further equation is made more readable
+SIMPLIFICATION_SECONDS = 4.0
+MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side that somebody may read
 WIDTH = 100  # characters of a line, dots over letters counted
 CONTINUED = "    "  # before what belongs to the line above
-MOST_ELIMINATED = 3  # constraints whose elimination by hand stays short enough to read
-MOST_TERMS = 1_000_000  # that expanding may make on its way; a submarine makes 65 620
+MAX_ELIMINATED = 3  # constraints whose elimination by hand stays short enough to read
+MAX_EXPANDED_TERMS = 1_000_000  # that expanding may make on its way; a submarine makes 65 620
 
 
 @dataclass(frozen=True)
@@ -78,15 +79,15 @@ class Equations(Sequence[sympy.Eq]):
 
 def equations_of(system: System) -> Equations:
     """Derive a machine's equations of motion from its energies."""
-    return _Deriving(system).result()
+    return _LagrangeDerivation(system).result()
 
 
-class _Deriving:
+class _LagrangeDerivation:
     """The steps of one derivation, which share symbols and a time budget."""
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self.deadline = time.thread_time() + TIDYING
+        self.deadline = time.thread_time() + SIMPLIFICATION_SECONDS
         self.velocities = tangent_symbols(system)
         self.accelerations = [
             TurnAcceleration(v) if isinstance(v, TurnRate) else Acceleration(v.coordinate)
@@ -200,7 +201,7 @@ class _Deriving:
         """Project the balance onto the motions that the constraints allow, if that stays short."""
         from kinolab.dynamics.derivation.derivation import derive
 
-        if not 0 < w.rows <= MOST_ELIMINATED or self.system.velocities == "all":
+        if not 0 < w.rows <= MAX_ELIMINATED or self.system.velocities == "all":
             return ()
         independent = derive(self.system).independent
         dependent = [i for i in range(len(left)) if i not in independent]
@@ -232,9 +233,9 @@ class _Deriving:
     def tidy(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify for reading, if there is time left and the result is not too long."""
         expression = exact(expression)
-        if _terms(expression) > MOST_TERMS:
+        if _terms(expression) > MAX_EXPANDED_TERMS:
             return expression
-        return tidied(expression, self.deadline)
+        return simplified(expression, self.deadline)
 
     def brief(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify for reading, with brackets around what is multiplied by the same."""
@@ -242,7 +243,7 @@ class _Deriving:
 
     def readable(self, equation: sympy.Eq) -> bool:
         """Whether an equation is short enough to be read."""
-        return max(map(written_length, equation.args)) <= LONGEST
+        return max(map(written_length, equation.args)) <= MAX_SIMPLIFIED
 
 
 def _terms(expression: sympy.Expr) -> int:
@@ -251,8 +252,8 @@ def _terms(expression: sympy.Expr) -> int:
     if expression.is_Mul:
         return math.prod(parts)
     if expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
-        n = min(int(expression.exp), MOST_TERMS)
-        return math.comb(parts[0] + n - 1, n) if parts[0] <= MOST_TERMS else parts[0]
+        n = min(int(expression.exp), MAX_EXPANDED_TERMS)
+        return math.comb(parts[0] + n - 1, n) if parts[0] <= MAX_EXPANDED_TERMS else parts[0]
     return max(sum(parts), 1)
 
 
@@ -279,16 +280,16 @@ def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
 def _break(line: str, first: int) -> int:
     """Return where a line is broken best: late, in as few brackets as possible; 0 if nowhere."""
     places = [found.start() for found in re.finditer(" [-+=] ", line) if found.start() > first]
-    late = [place for place in places if WIDTH / 2 < place <= WIDTH]
-    depths = {place: line.count("(", 0, place) - line.count(")", 0, place) for place in late}
-    if late:
-        return max(late, key=lambda place: (-depths[place], place))
+    cancelled = [place for place in places if WIDTH / 2 < place <= WIDTH]
+    depths = {place: line.count("(", 0, place) - line.count(")", 0, place) for place in cancelled}
+    if cancelled:
+        return max(cancelled, key=lambda place: (-depths[place], place))
     return min(places, key=lambda place: abs(place - WIDTH), default=0)
 
 
 def _line(expression: sympy.Expr) -> str:
     length = written_length(expression)
-    if length > LONGEST:
+    if length > MAX_SIMPLIFIED:
         return f"(an expression of {length} symbols, numbers and operations)"
     return one_line(expression)
 
@@ -303,7 +304,7 @@ def _latex(equations: Equations) -> Iterator[str]:
 
 def _formula(expression: sympy.Expr) -> str:
     length = written_length(expression)
-    if length > LONGEST:
+    if length > MAX_SIMPLIFIED:
         return rf"\text{{(an expression of {length} symbols, numbers and operations)}}"
     numbers = {n: sympy.Float(one_line(n)) for n in expression.atoms(sympy.Float)}
     return str(sympy.latex(expression.xreplace(numbers)))

@@ -11,7 +11,7 @@ from sympy.printing.str import StrPrinter
 from kinolab.dynamics.language.symbols import (
     Acceleration,
     Parameter,
-    Rate,
+    RateSymbol,
     TurnAcceleration,
     TurnRate,
 )
@@ -57,7 +57,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_Float(self, expression: sympy.Float) -> str:
         return f"{float(expression):.{DIGITS}g}"
 
-    def _print_Rate(self, expression: Rate) -> str:
+    def _print_Rate(self, expression: RateSymbol) -> str:
         return _dotted(expression.coordinate.name, DOT)
 
     def _print_Acceleration(self, expression: Acceleration) -> str:
@@ -130,7 +130,7 @@ def _order(factor: sympy.Expr) -> tuple[int, str]:
         return -1, ""
     if isinstance(base, Parameter):
         return (0 if base.unit == "kg" else 1), str(base).lower()
-    if isinstance(base, Rate | Acceleration | TurnRate | TurnAcceleration):
+    if isinstance(base, RateSymbol | Acceleration | TurnRate | TurnAcceleration):
         return 5, str(base)
     if base.is_Symbol:
         return 2, str(base).lower()

@@ -13,18 +13,20 @@ from kinolab.dynamics.lagrange.terms import Expander, Monomial, Terms, TooLongEr
 from kinolab.dynamics.language.symbols import (
     Acceleration,
     InputSymbol,
-    Rate,
+    RateSymbol,
     TurnAcceleration,
     TurnRate,
 )
 
 Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of a sine and a cosine
 
-PAPER = 12  # largest denominator of a fraction that is read as one whatever it is, but for tenths
-LONGER = 64  # the same for those that are no decimals, or halves of halves, as energies make them
+# largest denominator of a fraction that is read as one whatever it is, but for tenths
+MAX_DENOMINATOR = 12
+# the same for those that are no decimals, or halves of halves, as energies make them
+MAX_BINARY_DENOMINATOR = 64
 
 
-def tidied(expression: sympy.Expr, deadline: float) -> sympy.Expr:
+def simplified(expression: sympy.Expr, deadline: float) -> sympy.Expr:
     """Return an expression in its shortest form, as it is where that would be long or take long.
 
     Args:
@@ -78,7 +80,7 @@ def _bracketed(
 
 def _moves(base: sympy.Expr) -> bool:
     """Whether a factor is a rate or acceleration, an input, or a constraint's force."""
-    kinds = (Rate, Acceleration, TurnRate, TurnAcceleration, InputSymbol)
+    kinds = (RateSymbol, Acceleration, TurnRate, TurnAcceleration, InputSymbol)
     return isinstance(base, kinds) or type(base) is sympy.Symbol
 
 
@@ -199,13 +201,13 @@ def _partner(terms: Terms, monomial: Monomial) -> tuple[Monomial, Monomial, int]
                 continue
             rest = {base: power for base, power in powers.items() if base not in (x, y)}
             partner = frozenset((rest | dict.fromkeys(flipped, 1)).items())
-            share = terms.get(partner, Fraction(0)) / terms[monomial]
-            if abs(share) != 1:
+            fraction = terms.get(partner, Fraction(0)) / terms[monomial]
+            if abs(fraction) != 1:
                 continue
             if isinstance(y, sympy.sin):  # cos a sin b + sin a cos b
-                made = sympy.sin(b + a if share > 0 else b - a)
+                made = sympy.sin(b + a if fraction > 0 else b - a)
             else:  # cos a cos b - sin a sin b
-                made = sympy.cos(a + b if share < 0 else a - b)
+                made = sympy.cos(a + b if fraction < 0 else a - b)
             base, sign = (-made, -1) if made.could_extract_minus_sign() else (made, 1)
             if base in rest or not isinstance(base, sympy.sin | sympy.cos):
                 continue
@@ -230,7 +232,9 @@ def _monomial(monomial: Monomial) -> sympy.Expr:
 def _number(value: Fraction) -> sympy.Expr:
     """Return a fraction as it is read: a short one as it is, a decimal where it came from one."""
     bottom = value.denominator
-    if (bottom <= PAPER and bottom != 10) or (bottom <= LONGER and (bottom % 5 or not bottom % 3)):
+    if (bottom <= MAX_DENOMINATOR and bottom != 10) or (
+        bottom <= MAX_BINARY_DENOMINATOR and (bottom % 5 or not bottom % 3)
+    ):
         return sympy.Rational(value.numerator, bottom)
     return sympy.Float(float(value))
 

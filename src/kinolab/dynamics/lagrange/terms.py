@@ -21,9 +21,9 @@ Monomial: TypeAlias = frozenset[tuple[sympy.Expr, int]]  # bases and their power
 Terms: TypeAlias = dict[Monomial, Fraction]
 
 ONE: Monomial = frozenset()
-MOST_TERMS = 1200  # of a sum that somebody may want to read, or that becomes one
-MOST_PRODUCTS = 40_000  # of two sums
-MULTIPLES = 3  # of an angle, whose sine is worked out in those of the angle
+MAX_TERMS = 1200  # of a sum that somebody may want to read, or that becomes one
+MAX_PRODUCTS = 40_000  # of two sums
+MAX_ANGLE_MULTIPLE = 3  # of an angle, whose sine is worked out in those of the angle
 
 
 class TooLongError(Exception):
@@ -119,11 +119,11 @@ class Expander:
     def _product(self, factors: Iterable[Terms]) -> Terms:
         made = constant(Fraction(1))
         for factor in factors:
-            if len(made) * len(factor) > MOST_PRODUCTS or time.thread_time() > self._deadline:
+            if len(made) * len(factor) > MAX_PRODUCTS or time.thread_time() > self._deadline:
                 raise TooLongError
             pairs = ((_times(m, n), a * b) for m, a in made.items() for n, b in factor.items())
             made = reduced(pairs)
-            if len(made) > MOST_TERMS:
+            if len(made) > MAX_TERMS:
                 raise TooLongError
         return made
 
@@ -197,7 +197,7 @@ def _parted(angle: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
         first = min(angle.args, key=str)
         return first, angle - first
     number, one = angle.as_coeff_Mul()
-    if number.is_Integer and 2 <= abs(number) <= MULTIPLES:
+    if number.is_Integer and 2 <= abs(number) <= MAX_ANGLE_MULTIPLE:
         return one * sympy.sign(number), angle - one * sympy.sign(number)
     return angle, sympy.Integer(0)
 

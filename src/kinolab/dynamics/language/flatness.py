@@ -19,7 +19,7 @@ import sympy
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import checked
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
@@ -33,7 +33,7 @@ ON_ARRAYS: dict[str, np.ufunc] = {
     **{"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide},
     "fmax": np.maximum,
 }
-ORDERS = 3  # of an output that a flat map may use: 0 to 2, which is what curves are drawn with
+MAX_ORDERS = 3  # of an output that a flat map may use: 0 to 2, which is what curves are drawn with
 
 
 class OutputSymbol(MachineSymbol):
@@ -115,7 +115,7 @@ def output_symbols(outputs: Iterable[str]) -> Iterator[OutputSymbol]:
     """Yield every symbol that expressions may use beyond the machine's own."""
     yield CURVATURE
     for name in outputs:
-        yield from (output(name, order) for order in range(ORDERS))
+        yield from (output(name, order) for order in range(MAX_ORDERS))
 
 
 def symbols_used(flat: Flat) -> set[sympy.Symbol]:
@@ -145,8 +145,8 @@ def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -
 @lru_cache(maxsize=256)
 def _lowered(
     expression: sympy.Expr, symbols: tuple[sympy.Symbol, ...]
-) -> tuple[Tape, list[Node], Node]:
+) -> tuple[ExpressionGraph, list[Node], Node]:
     """Return an expression on a tape of its own, with the nodes of its symbols and its own."""
-    tape = Tape()
+    tape = ExpressionGraph()
     names = [tape.variable(str(k)) for k in range(len(symbols))]
     return tape, names, Lowering(tape, dict(zip(symbols, names, strict=True)))(expression)

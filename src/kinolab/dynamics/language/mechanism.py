@@ -23,7 +23,7 @@ from kinolab.dynamics.language.symbols import (
     Coordinate,
     Parameter,
     QuaternionEntry,
-    Rate,
+    RateSymbol,
     TurnRate,
 )
 from kinolab.errors import InputError
@@ -232,7 +232,7 @@ def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:
 
 def _coordinate_of(atom: sympy.Symbol | Attitude) -> AnyCoordinate | None:
     """Return the coordinate that a symbol belongs to, if any."""
-    if isinstance(atom, Rate):
+    if isinstance(atom, RateSymbol):
         return atom.coordinate
     if isinstance(atom, QuaternionEntry | TurnRate):
         return atom.attitude

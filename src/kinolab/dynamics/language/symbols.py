@@ -235,7 +235,7 @@ class TimeDerivative(MachineSymbol):
         return printer._print(sympy.Symbol(dotted))
 
 
-class Rate(TimeDerivative):
+class RateSymbol(TimeDerivative):
     """The time derivative of a coordinate: ``psi_dot`` for ``psi``."""
 
     __slots__ = ()
@@ -396,9 +396,9 @@ def parameter(name: str, default: float, unit: str = "") -> Parameter:
 
 
 @checked
-def rate(coordinate: Coordinate) -> Rate:
+def rate(coordinate: Coordinate) -> RateSymbol:
     """Return the symbol of the coordinate's time derivative."""
-    return Rate(coordinate)
+    return RateSymbol(coordinate)
 
 
 @checked

@@ -12,7 +12,7 @@ from kinolab.dynamics.language.mechanism import System
 from kinolab.errors import InputError, Mistake
 
 
-def narrowed(system: System, limits: Mapping[str, tuple[float, float]]) -> System:
+def with_tightened_limits(system: System, limits: Mapping[str, tuple[float, float]]) -> System:
     """Return a machine with narrower limits of inputs, or of references of its law.
 
     Args:

@@ -34,8 +34,8 @@ from kinolab.errors import InputError, Mistake, is_broken, printable, unknown_na
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import AnyCoordinate, System
 
-HIGHEST_DEGREE = 8  # of polynomials through equilibria
-TRIANGLE = 1e-9  # relative rounding that an inertia may show
+MAX_DEGREE = 8  # of polynomials through equilibria
+TRIANGLE_TOLERANCE = 1e-9  # relative rounding that an inertia may show
 
 
 def mistakes_of(
@@ -257,8 +257,8 @@ def _regulator(system: System, regulator: Regulator, where: str) -> Iterator[Mis
             remedy = "It must be positive."
             yield Mistake(where, f"what counts as large for {what} is {size:g}.", remedy)
     for name, degree in regulator.schedule:
-        if not 0 <= degree <= HIGHEST_DEGREE:
-            remedy = f"Take 0 to {HIGHEST_DEGREE}."
+        if not 0 <= degree <= MAX_DEGREE:
+            remedy = f"Take 0 to {MAX_DEGREE}."
             yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
 
 
@@ -311,9 +311,11 @@ def _body(system: System, body: Body) -> Iterator[Mistake]:
     if mass < 0:
         yield Mistake(where, f"its mass is {mass:g} kg.", "A mass is 0 or positive.")
     a, b, c = np.linalg.eigvalsh(np.reshape(entries, (3, 3)))
-    if a < -TRIANGLE * max(c, 1e-300) or a + b < c * (1 - TRIANGLE):
+    if a < -TRIANGLE_TOLERANCE * max(c, 1e-300) or a + b < c * (1 - TRIANGLE_TOLERANCE):
         what = f"no rigid body has the principal moments {a:g}, {b:g}, {c:g} kg m^2."
         remedy = "Each must be at least 0 and at most the sum of the other two."
         yield Mistake(where, what, remedy)
-    if added and np.linalg.eigvalsh(np.reshape(added, (6, 6)))[0] < -TRIANGLE * max(added):
+    if added and np.linalg.eigvalsh(np.reshape(added, (6, 6)))[0] < -TRIANGLE_TOLERANCE * max(
+        added
+    ):
         yield Mistake(where, "its added mass is not positive semidefinite.")

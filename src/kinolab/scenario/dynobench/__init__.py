@@ -4,11 +4,11 @@ Source: github.com/quimortiz/dynobench, version 0.0.4.
 """
 
 from kinolab.scenario.dynobench.environment import is_environment, read_environment
-from kinolab.scenario.dynobench.machines import MACHINES, Machine
+from kinolab.scenario.dynobench.machines import MACHINES, KnownMachine
 
 __all__ = [
     "MACHINES",
-    "Machine",
+    "KnownMachine",
     "is_environment",
     "read_environment",
 ]

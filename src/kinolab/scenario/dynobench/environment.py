@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from kinolab.errors import Mistake, unknown_name
-from kinolab.scenario.dynobench.machines import MACHINES, ROTATION, Machine
+from kinolab.scenario.dynobench.machines import MACHINES, ROTATION, KnownMachine
 from kinolab.scenario.dynobench.yaml_tree import Entry, Found, yaml_tree
 from kinolab.scenario.file_lookup import read_text
 from kinolab.scenario.load import check_document
 from kinolab.scenario.schema import Scenario
 
 SUFFIXES = (".yaml", ".yml")
-GOAL = 0.0299  # of the benchmark's distance, which it wants below 0.03
-FLAT = 1.0  # [m] height of obstacles in the plane, about z = 0
+GOAL_TOLERANCE = 0.0299  # of the benchmark's distance, which it wants below 0.03
+PLANAR_HEIGHT = 1.0  # [m] height of obstacles in the plane, about z = 0
 
 
 def is_environment(source: str | Path) -> bool:
@@ -46,13 +46,13 @@ def read_environment(
     path = Path(source)
     found: Found = []
     tree = yaml_tree(read_text(path), path.name, found)
-    document = _Reader(path.name, found).document(tree)
+    document = _EnvironmentReader(path.name, found).document(tree)
     if found:
         return None, [mistake for _, mistake in sorted(found, key=lambda pair: pair[0])]
     return check_document(document, path, overrides=overrides)
 
 
-class _Reader:
+class _EnvironmentReader:
     """Checks one file; what is wrong is added to a list, and the rest is read on.
 
     Args:
@@ -95,7 +95,7 @@ class _Reader:
         first, *_ = robots.value
         return self._table(first, ("type", "start", "goal"))
 
-    def _machine(self, kind: Entry | None) -> Machine | None:
+    def _machine(self, kind: Entry | None) -> KnownMachine | None:
         if kind is None:
             return None
         if isinstance(kind.value, str) and kind.value in MACHINES:
@@ -105,7 +105,7 @@ class _Reader:
         self._wrong(kind, unknown.what, unknown.remedy)
         return None
 
-    def _world(self, world: Entry | None, machine: Machine | None) -> dict[str, Any]:
+    def _world(self, world: Entry | None, machine: KnownMachine | None) -> dict[str, Any]:
         """Return limits of the reference point, and what stands in its way."""
         if world is None:
             return {}
@@ -148,10 +148,10 @@ class _Reader:
         flat = len(axes) == 2
         shape: dict[str, Any] = {"sphere": size[0]} if kind.value == "sphere" and size else {}
         if kind.value == "box":
-            shape = {"box": [*size, FLAT] if flat else size}
+            shape = {"box": [*size, PLANAR_HEIGHT] if flat else size}
         return {**shape, "position": [*centre, 0.0] if flat else centre}
 
-    def _ends(self, robot: dict[str, Entry], machine: Machine | None) -> dict[str, Any]:
+    def _ends(self, robot: dict[str, Entry], machine: KnownMachine | None) -> dict[str, Any]:
         """Return start and goal by the names of coordinates and rates."""
         found: dict[str, Any] = {}
         for key in ("start", "goal"):
@@ -207,7 +207,7 @@ class _Reader:
         self._mistakes.append((entry.line, Mistake(where, what, remedy)))
 
 
-def _kept(name: str, machine: Machine) -> dict[str, Any]:
+def _kept(name: str, machine: KnownMachine) -> dict[str, Any]:
     """Return the keys that are the same in all environments of a machine."""
     return {
         "system": {"name": name},
@@ -217,16 +217,17 @@ def _kept(name: str, machine: Machine) -> dict[str, Any]:
     }
 
 
-def _goal_region(machine: Machine) -> dict[str, Any]:
+def _goal_region(machine: KnownMachine) -> dict[str, Any]:
     """Return what a goal's deviations may add up to."""
     whole = {ROTATION: 2.0}  # goals measure the whole angle of a turn, the benchmark half of it
     tolerance = {
-        name: whole.get(name, 1.0) * GOAL / weight for name, weight in machine.weights.items()
+        name: whole.get(name, 1.0) * GOAL_TOLERANCE / weight
+        for name, weight in machine.weights.items()
     }
     return {"tolerance": tolerance, "norm": "sum"}
 
 
-def _named(machine: Machine, numbers: Sequence[float]) -> dict[str, Any]:
+def _named(machine: KnownMachine, numbers: Sequence[float]) -> dict[str, Any]:
     """Return the numbers of a state by the names of coordinates and rates."""
     rest = list(numbers)
     return {

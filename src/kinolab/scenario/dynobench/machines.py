@@ -10,7 +10,7 @@ ROTATION = "R"  # the one coordinate that is four numbers, a quaternion x, y, z,
 
 
 @dataclass(frozen=True)
-class Machine:
+class KnownMachine:
     """What the benchmark says of a machine beyond its dynamics.
 
     Attributes:
@@ -39,8 +39,8 @@ class Machine:
         )
 
 
-_UNICYCLE = Machine({"x": 1.0, "y": 1.0, "theta": 0.5}, GROUND, "top")
-_QUADROTOR = Machine(
+_UNICYCLE = KnownMachine({"x": 1.0, "y": 1.0, "theta": 0.5}, GROUND, "top")
+_QUADROTOR = KnownMachine(
     {
         **dict.fromkeys(("x", "y", "z"), 1.0),
         ROTATION: 0.5,
@@ -51,17 +51,19 @@ _QUADROTOR = Machine(
     "perspective",
 )
 
-MACHINES: dict[str, Machine] = {
+MACHINES: dict[str, KnownMachine] = {
     **dict.fromkeys(("unicycle1_v0", "unicycle1_v1", "unicycle1_v2"), _UNICYCLE),
-    "unicycle2_v0": Machine(_UNICYCLE.weights | {"v": 0.25, "w": 0.25}, GROUND, "top"),
-    "car1_v0": Machine({"x": 1.0, "y": 1.0, "theta_0": 0.5, "theta_1": 0.5}, GROUND, "top"),
-    "acrobot_v0": Machine({"q1": 0.5, "q2": 0.5, "q1_dot": 0.2, "q2_dot": 0.2}, FLYING, "front"),
-    "quad2d_v0": Machine(
+    "unicycle2_v0": KnownMachine(_UNICYCLE.weights | {"v": 0.25, "w": 0.25}, GROUND, "top"),
+    "car1_v0": KnownMachine({"x": 1.0, "y": 1.0, "theta_0": 0.5, "theta_1": 0.5}, GROUND, "top"),
+    "acrobot_v0": KnownMachine(
+        {"q1": 0.5, "q2": 0.5, "q1_dot": 0.2, "q2_dot": 0.2}, FLYING, "front"
+    ),
+    "quad2d_v0": KnownMachine(
         {"x": 1.0, "y": 1.0, "theta": 0.5} | dict.fromkeys(("x_dot", "y_dot", "theta_dot"), 0.2),
         FLYING,
         "front",
     ),
-    "quad2dpole_v0": Machine(
+    "quad2dpole_v0": KnownMachine(
         {"x": 1.0, "y": 1.0, "theta": 0.5, "q": 0.5}
         | dict.fromkeys(("x_dot", "y_dot", "theta_dot", "q_dot"), 0.2),
         FLYING,

@@ -8,12 +8,12 @@ space information or the problem definition. Lists are handed over as copies, st
 are not.
 """
 
-from kinolab.search.ompl.configuration_space import Configurations
+from kinolab.search.ompl.configuration_space import ConfigurationSpace
 from kinolab.search.ompl.control_search import search
 from kinolab.search.ompl.geometric_roadmap import GeometricRoadmap
 from kinolab.search.ompl.grid_planner import AbstractGridPlanner
 from kinolab.search.ompl.ompl_planner import OmplPlanner
-from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.syclop.syclop_planner import AbstractSyclopPlanner
 from kinolab.search.ompl.tree_planner import AbstractTreePlanner
 
@@ -21,9 +21,9 @@ __all__ = [
     "AbstractGridPlanner",
     "AbstractSyclopPlanner",
     "AbstractTreePlanner",
-    "Bridge",
-    "Configurations",
+    "ConfigurationSpace",
     "GeometricRoadmap",
     "OmplPlanner",
+    "OmplSetup",
     "search",
 ]

@@ -10,22 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 from ompl import base as ob
 
-from kinolab.cancel import Stop, StoppedError, look, never
+from kinolab.cancel import CancellationToken, CancelledError, never_cancelled, raise_if_cancelled
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator, Rejections
-from kinolab.steering import Steering, ignorable, settle
+from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import placement, sizes
 
 Array: TypeAlias = NDArray[np.float64]
 
-FEW = 12  # looks at a path, which tell how long it is
-FINEST = 0.02  # [m] between two looks at a path
-SAME = 1e-6  # [m] or [rad] between the goal and itself, read back from OMPL
-SHIFT = 0.05  # of a coordinate's scale: a change that rest may undo
+MIN_CHECKS = 12  # looks at a path, which tell how long it is
+CHECK_RESOLUTION = 0.02  # [m] between two looks at a path
+STATE_TOLERANCE = 1e-6  # [m] or [rad] between the goal and itself, read back from OMPL
+REST_SHIFT = 0.05  # of a coordinate's scale: a change that rest may undo
 
 
-class Configurations:
+class ConfigurationSpace:
     """States at rest, told apart by the coordinates that rest leaves free.
 
     Where rest leaves nothing free, as where the start cannot be held, it has no dimension.
@@ -54,7 +54,7 @@ class Configurations:
         goal: Array,
         margin: float,
         rejections: Rejections | None = None,
-        stop: Stop = never,
+        stop: CancellationToken = never_cancelled,
     ) -> None:
         self._problem, self._steering, self._goal = problem, steering, goal
         self.stop = stop
@@ -88,52 +88,54 @@ class Configurations:
         x = self._base.copy()
         for k, i in enumerate(self._free):
             x[i] = state[k].value if self._problem.circular[i] else state[k][0]
-        settled = settle(self._problem, x)
+        settled = nearest_equilibrium(self._problem, x)
         return None if settled is None else settled[0]
 
     def is_valid(self, state: Any) -> bool:
         """Say whether the machine can stay there and has room."""
         x = None if self.stop() else self.read(state)
         try:
-            return x is not None and self.has_room(x)
-        except StoppedError:
+            return x is not None and self.has_clearance(x)
+        except CancelledError:
             return False
 
-    def has_room(self, x: Array) -> bool:
+    def has_clearance(self, x: Array) -> bool:
         """Say whether a state keeps its limits and has room around it."""
-        look(self.stop)
+        raise_if_cancelled(self.stop)
         return self._judge.admits(x.tolist())
 
-    def free_ways(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
+    def free_paths(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
         """Yield the free ways from one state at rest to another, each a list of paths.
 
         Longer ways are tried into the goal alone: where there is least room, and once for all.
         """
         ways = self._steering.ways
-        found = ways.ways(x0, x1)
+        found = ways.paths(x0, x1)
         for paths in chain(found, ways.detours(x0, x1)) if self._is_goal(x1) else found:
-            if all(self._has_room_along(path, x0) for path in reversed(paths)):
+            if all(self._has_clearance_along(path, x0) for path in reversed(paths)):
                 yield paths
 
     def joined(self, x0: Array, x1: Array) -> bool:
         """Say whether there is a free way between two states at rest; the goal is an end."""
         ends = (x1, x0) if self._is_goal(x0) else (x0, x1)
-        return any(True for _ in self.free_ways(*ends))
+        return any(True for _ in self.free_paths(*ends))
 
     def _is_goal(self, x: Array) -> bool:
         away = x[self._free] - self._goal[self._free]
         away = np.where(self._problem.circular[self._free], wrapped(away), away)
-        return bool(np.abs(away).max(initial=0.0) < SAME)
+        return bool(np.abs(away).max(initial=0.0) < STATE_TOLERANCE)
 
-    def _has_room_along(self, path: Any, x0: Array) -> bool:
-        look(self.stop)
+    def _has_clearance_along(self, path: Any, x0: Array) -> bool:
+        raise_if_cancelled(self.stop)
         motion = self._steering.paths
         assert motion is not None
-        few = motion.looks(path, x0, FEW)
-        if not all(map(self.has_room, few)):
+        few = motion.sample_states(path, x0, MIN_CHECKS)
+        if not all(map(self.has_clearance, few)):
             return False
-        count = int(np.ceil(self._length(few) / max(self._margin, FINEST)))
-        return count <= FEW or all(map(self.has_room, motion.looks(path, x0, count)))
+        count = int(np.ceil(self._length(few) / max(self._margin, CHECK_RESOLUTION)))
+        return count <= MIN_CHECKS or all(
+            map(self.has_clearance, motion.sample_states(path, x0, count))
+        )
 
     def _length(self, states: Array) -> float:
         """Return how far a point moves at most between the first and the last of some states."""
@@ -144,10 +146,10 @@ class Configurations:
         return float((moved + turned * self._reach).sum(axis=0).max())
 
 
-class Ways(ob.MotionValidator):  # type: ignore[misc]
+class PathValidator(ob.MotionValidator):  # type: ignore[misc]
     """Joins two configurations where the machine knows a free way."""
 
-    def __init__(self, space_information: Any, configurations: Configurations) -> None:
+    def __init__(self, space_information: Any, configurations: ConfigurationSpace) -> None:
         super().__init__(space_information)
         self._configurations = configurations
 
@@ -156,28 +158,28 @@ class Ways(ob.MotionValidator):  # type: ignore[misc]
         x0, x1 = (self._configurations.read(state) for state in (begin, end))
         try:
             return x0 is not None and x1 is not None and self._configurations.joined(x0, x1)
-        except StoppedError:
+        except CancelledError:
             return False
 
 
 def _base(problem: Problem, steering: Steering) -> Array:
     """Return the state near the start in which the machine can stay, ignoring what may be."""
-    x = np.where(ignorable(problem), 0.0, steering.ways.straightened(problem.start))
-    settled = settle(problem, x)
+    x = np.where(cyclic_coordinates(problem), 0.0, steering.ways.straightened(problem.start))
+    settled = nearest_equilibrium(problem, x)
     return x if settled is None else settled[0]
 
 
 def _free(problem: Problem, steering: Steering, base: Array) -> list[int]:
     """Return the coordinates that rest leaves free: not a rope's sway, not a wheel's rotation."""
     found = []
-    for i in np.flatnonzero(~ignorable(problem))[: problem.model.nq].tolist():
+    for i in np.flatnonzero(~cyclic_coordinates(problem))[: problem.model.nq].tolist():
         shifted = base.copy()
         lower, upper = problem.sampling_bounds[i]
         inward = 1.0 if base[i] < (lower + upper) / 2 else -1.0
-        shifted[i] += inward * SHIFT * problem.scales[i]
-        settled = settle(problem, steering.ways.straightened(shifted))
+        shifted[i] += inward * REST_SHIFT * problem.scales[i]
+        settled = nearest_equilibrium(problem, steering.ways.straightened(shifted))
         if i < problem.model.nq and settled is not None:
-            kept = abs(settled[0][i] - shifted[i]) < SHIFT * problem.scales[i] / 2
+            kept = abs(settled[0][i] - shifted[i]) < REST_SHIFT * problem.scales[i] / 2
             found += [i] if kept else []
     return found
 

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.problem import Problem
-from kinolab.search.ompl.goal_errors import Nearness
-from kinolab.search.ompl.goal_region import INSIDE
+from kinolab.search.ompl.goal_errors import GoalErrors
+from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION
 from kinolab.search.ompl.goal_samples import GoalSamples
-from kinolab.simulation import Rollouts
+from kinolab.simulation import CandidateRollouts
 
 Array: TypeAlias = NDArray[np.float64]
 
-HORIZON = 50  # steps that are looked ahead at most
+LOOKAHEAD_STEPS = 50  # steps that are looked ahead at most
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,15 +32,15 @@ class Guidance:
     """How motions are guided.
 
     Attributes:
-        inputs_tried: How many inputs are compared at most before one is held.
+        control_samples: How many inputs are compared at most before one is held.
         goal_bias: Probability of growing to the goal from a state near it.
     """
 
-    inputs_tried: int = 32
+    control_samples: int = 32
     goal_bias: float = 0.5
 
 
-class Guide:
+class ControlGuide:
     """Chooses the input of every motion by where it would lead, obstacles apart.
 
     Far from the goal the first input is held that breaks no limit for long, OMPL's own before all
@@ -53,7 +53,7 @@ class Guide:
         guidance: How motions are guided.
         min_steps: Propagation steps of a motion at least.
         max_steps: Propagation steps of a motion at most.
-        zoom: What counts as near the goal, in its tolerances.
+        goal_region_scale: What counts as near the goal, in its tolerances.
         seed: Of the inputs that are compared.
     """
 
@@ -65,15 +65,18 @@ class Guide:
         *,
         min_steps: int,
         max_steps: int,
-        zoom: float,
+        goal_region_scale: float,
         seed: int,
     ) -> None:
-        horizon = min(max_steps, HORIZON)
-        self._rollouts = Rollouts(problem, guidance.inputs_tried, horizon)
+        horizon = min(max_steps, LOOKAHEAD_STEPS)
+        self._rollouts = CandidateRollouts(problem, guidance.control_samples, horizon)
         self._shortest, self._horizon, self._longest = min(min_steps, horizon), horizon, max_steps
         # Points and axes of bodies would need the poses of every state that is compared.
         self._goal_bias = 0.0 if problem.goal.needs_frames else guidance.goal_bias
-        self._near, self._inside = Nearness(problem, zoom), Nearness(problem, INSIDE)
+        self._near, self._inside = (
+            GoalErrors(problem, goal_region_scale),
+            GoalErrors(problem, TOLERANCE_FRACTION),
+        )
         self._problem, self._samples = problem, samples
         self._low, self._high = problem.bounds.T
         lowest, highest = problem.model.control_bounds.T
@@ -106,7 +109,7 @@ class Guide:
             self._here, self._stopped = [], before
             return
         self._here, self._left, self._steps = after, self._left - 1, self._steps + 1
-        if self._steps >= self._shortest and self._inside.shares(after):
+        if self._steps >= self._shortest and self._inside.fractions(after):
             self._left = 0
 
     def counted(self, state: list[float]) -> list[float]:
@@ -130,7 +133,7 @@ class Guide:
         inputs = self._rollouts.inputs
         inputs[0] = drawn
         inputs[1:] = self._generator.uniform(*self._input_limits, size=inputs[1:].shape)
-        if self._generator.uniform() < self._goal_bias and self._near.shares(start):
+        if self._generator.uniform() < self._goal_bias and self._near.fractions(start):
             k, steps = self._nearest_to_goal(start)
         else:
             k, steps = self._lasting(start), self._longest

@@ -14,18 +14,18 @@ from ompl import util as ou
 
 from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph
-from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.simulation.resimulated_goal import TrueEnds
 
-MOST = 3000  # states that are copied out of OMPL, at 40 us each
-GROWTH = 1.5  # of the length of a round over the one before
+MAX_COPIED_STATES = 3000  # states that are copied out of OMPL, at 40 us each
+RESTART_FACTOR = 1.5  # of the length of a round over the one before
 
 
 def search(
-    bridge: Bridge,
-    begin: Callable[[Bridge], Any],
-    again: Callable[[Bridge, Any], Any],
+    setup: OmplSetup,
+    begin: Callable[[OmplSetup], Any],
+    again: Callable[[OmplSetup, Any], Any],
     seed: int,
     budget: Budget,
     restart_after: int = 0,
@@ -36,7 +36,7 @@ def search(
     repeatable.
 
     Args:
-        bridge: What to plan.
+        setup: What to plan.
         begin: Returns a planner that is ready to solve.
         again: Returns one that has no tree, given one that has solved.
         seed: Of the random numbers.
@@ -47,11 +47,11 @@ def search(
     Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
     trees, AAAI 2008.
     """
-    problem, definition = bridge.problem, bridge.problem_definition
+    problem, definition = setup.problem, setup.problem_definition
     ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
-    planner = begin(bridge)
+    planner = begin(setup)
     budget.restart()  # code for this machine was compiled and loaded until here
-    rounds = _Rounds(budget, restart_after, lambda: _graph(bridge, planner))
+    rounds = _Rounds(budget, restart_after, lambda: _graph(setup, planner))
     condition = ob.PlannerTerminationCondition(rounds.ended)
     nearest, truth = _Path(math.inf, [], []), TrueEnds(problem)
     while not rounds.all_over:
@@ -59,7 +59,7 @@ def search(
         planner.solve(condition)
         path = _path(definition)
         if definition.hasExactSolution():
-            path = _with_last_step(path, bridge)
+            path = _with_last_step(path, setup)
             difference = budget.breaking(partial(truth.excess, _rows(problem, path)[1]))
             if difference is None:
                 rounds.all_over, nearest = True, path  # the user does not wait for the truth
@@ -72,23 +72,23 @@ def search(
             nearest = path
         definition.clearSolutionPaths()
         if rounds.over:
-            bridge.forget()
-            planner = again(bridge, planner)
+            setup.forget()
+            planner = again(setup, planner)
             rounds.begin_next()
         elif budget.iterations == begun:
             rounds.all_over = True  # OMPL refuses the start, which is free but for its margins
     t, u = _rows(problem, nearest)
-    statistics = {f"rejected_by_{cause}": float(n) for cause, n in bridge.rejections.counts.items()}
+    statistics = {f"rejected_by_{cause}": float(n) for cause, n in setup.rejections.counts.items()}
     statistics |= {**truth.statistics, "restarts": float(rounds.restarts)}
-    shares = bridge.rejections.shares()
-    graph = None if rounds.all_over else _graph(bridge, planner)  # it takes more time than is left
+    shares = setup.rejections.shares()
+    graph = None if rounds.all_over else _graph(setup, planner)  # it takes more time than is left
     outcome = _outcome(rounds, len(u))
     return SearchResult(outcome, t, u, budget.iterations, statistics, shares, graph)
 
 
-def _graph(bridge: Bridge, planner: Any) -> SearchGraph:
+def _graph(setup: OmplSetup, planner: Any) -> SearchGraph:
     """Copy a planner's tree out of OMPL."""
-    data = ob.PlannerData(bridge.problem_definition.getSpaceInformation())
+    data = ob.PlannerData(setup.problem_definition.getSpaceInformation())
     planner.getPlannerData(data)
     size = data.numVertices()
     parents = np.full(size, -1)
@@ -96,9 +96,9 @@ def _graph(bridge: Bridge, planner: Any) -> SearchGraph:
         parents[list(data.getEdges(k))] = k
 
     def states(kept: Any) -> Any:
-        return np.array([bridge.read(data.getVertex(int(k)).getState()) for k in kept])
+        return np.array([setup.read(data.getVertex(int(k)).getState()) for k in kept])
 
-    return SearchGraph.of_tree(states, parents, most=MOST)
+    return SearchGraph.of_tree(states, parents, most=MAX_COPIED_STATES)
 
 
 class _Rounds:
@@ -125,7 +125,7 @@ class _Rounds:
 
     def begin_next(self) -> None:
         """Begin a longer round."""
-        self._length *= GROWTH
+        self._length *= RESTART_FACTOR
         self._end = self._budget.iterations + self._length
         self.over, self.restarts = False, self.restarts + 1
 
@@ -168,10 +168,10 @@ def _path(definition: Any) -> _Path:
     return _Path(definition.getSolutionDifference(), list(path.getControlDurations()), controls)
 
 
-def _with_last_step(path: _Path, bridge: Bridge) -> _Path:
+def _with_last_step(path: _Path, setup: OmplSetup) -> _Path:
     """Append the motion into the goal, where one was found from the end of OMPL's path."""
-    inputs = bridge.last_step.inputs if bridge.last_step else []
-    steps = [bridge.problem.step] * len(inputs)
+    inputs = setup.last_step.inputs if setup.last_step else []
+    steps = [setup.problem.step] * len(inputs)
     return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
 
 

@@ -13,14 +13,14 @@ from ompl import util as ou
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from kinolab.cancel import Stop, look
-from kinolab.search.ompl.configuration_space import Configurations, Ways
+from kinolab.cancel import CancellationToken, raise_if_cancelled
+from kinolab.search.ompl.configuration_space import ConfigurationSpace, PathValidator
 from kinolab.search.ompl.control_search import ompl_seed
 from kinolab.search.planner import Budget
 
 Array: TypeAlias = NDArray[np.float64]
 
-TINY = 1e-12  # what SciPy takes for an edge of no length
+MIN_EDGE_LENGTH = 1e-12  # what SciPy takes for an edge of no length
 
 
 class GeometricRoadmap:
@@ -39,12 +39,17 @@ class GeometricRoadmap:
     """
 
     def __init__(
-        self, configurations: Configurations, start: Array, goal: Array, seed: int, neighbours: int
+        self,
+        configurations: ConfigurationSpace,
+        start: Array,
+        goal: Array,
+        seed: int,
+        neighbours: int,
     ) -> None:
         self._configurations = configurations
         information = ob.SpaceInformation(configurations.space)
         information.setStateValidityChecker(configurations.is_valid)
-        information.setMotionValidator(Ways(information, configurations))
+        information.setMotionValidator(PathValidator(information, configurations))
         information.setup()
         definition = ob.ProblemDefinition(information)
         begin, end = configurations.space.allocState(), configurations.space.allocState()
@@ -76,8 +81,8 @@ class GeometricRoadmap:
             StoppedError: If looking for it took too long.
         """
         graph = self._graph()
-        way = graph.way_to(graph.goal) if graph.goal in graph.distances else []
-        return self._states(graph, way) or None
+        path = graph.way_to(graph.goal) if graph.goal in graph.distances else []
+        return self._states(graph, path) or None
 
     def approach(self, distance: Callable[[Array], float]) -> list[Array]:
         """Return states at rest from the start to the nearest one that the roadmap leads to.
@@ -91,17 +96,17 @@ class GeometricRoadmap:
         graph = self._graph()
         apart = dict[int, float]()
         for k in graph.distances:
-            look(self._configurations.stop)
+            raise_if_cancelled(self._configurations.stop)
             x = self._configurations.read(graph.state(k))
             apart |= {} if x is None else {k: distance(x)}
-        way = graph.way_to(min(apart, key=lambda k: apart[k])) if apart else []
-        return self._states(graph, way)
+        path = graph.way_to(min(apart, key=lambda k: apart[k])) if apart else []
+        return self._states(graph, path)
 
     def _graph(self) -> _Graph:
         return _Graph(self._information, self._planner, self._configurations.stop)
 
-    def _states(self, graph: _Graph, way: list[int]) -> list[Array]:
-        states = (self._configurations.read(graph.state(k)) for k in way)
+    def _states(self, graph: _Graph, path: list[int]) -> list[Array]:
+        states = (self._configurations.read(graph.state(k)) for k in path)
         return [x for x in states if x is not None]
 
 
@@ -118,14 +123,14 @@ class _Graph:
         goal: Number of the goal; -1 where it is not part of the roadmap.
     """
 
-    def __init__(self, information: Any, planner: Any, stop: Stop) -> None:
+    def __init__(self, information: Any, planner: Any, stop: CancellationToken) -> None:
         self._data = ob.PlannerData(information)
         planner.getPlannerData(self._data)
         self._begin = self._data.getStartIndex(0) if self._data.numStartVertices() else -1
         self.goal = self._data.getGoalIndex(0) if self._data.numGoalVertices() else -1
         edges, lengths = list[tuple[int, int]](), list[float]()
         for a in range(self._data.numVertices()):
-            look(stop)
+            raise_if_cancelled(stop)
             new = [(a, b) for b in self._data.getEdges(a)]
             lengths += [information.distance(self.state(a), self.state(b)) for _, b in new]
             edges += new
@@ -138,7 +143,9 @@ class _Graph:
             return {}, []
         rows = np.array(edges, dtype=np.int64).reshape(-1, 2)
         size = self._data.numVertices()
-        table = csr_array((np.maximum(lengths, TINY), (rows[:, 0], rows[:, 1])), (size, size))
+        table = csr_array(
+            (np.maximum(lengths, MIN_EDGE_LENGTH), (rows[:, 0], rows[:, 1])), (size, size)
+        )
         found, before = dijkstra(
             table, directed=False, indices=self._begin, return_predecessors=True
         )
@@ -151,7 +158,7 @@ class _Graph:
 
     def way_to(self, vertex: int) -> list[int]:
         """Return the configurations from the start to one that is reached."""
-        way = [vertex]
-        while way[-1] != self._begin:
-            way.append(int(self._before[way[-1]]))
-        return way[::-1]
+        path = [vertex]
+        while path[-1] != self._begin:
+            path.append(int(self._before[path[-1]]))
+        return path[::-1]

@@ -11,7 +11,7 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.problem import Problem
 
 
-class Nearness:
+class GoalErrors:
     """The deviations of a state from the goal as shares of its tolerances.
 
     Args:
@@ -32,7 +32,7 @@ class Nearness:
         self._attitudes = [(a.index, a.target, a.tolerance) for a in goal.attitudes]
         self.size = len(self._box) + len(self._attitudes) + goal.needs_frames
 
-    def shares(self, values: Sequence[float]) -> list[float] | None:
+    def fractions(self, values: Sequence[float]) -> list[float] | None:
         """Return one number per tolerance; None where one of them is out of reach.
 
         Those of lengths, angles and rates are signed. All points and axes count as one.
@@ -42,19 +42,19 @@ class Nearness:
             deviation = values[index] - target
             if circular:
                 deviation = wrapped(deviation)
-            share = deviation / tolerance
-            if not -self._reach <= share <= self._reach:
+            fraction = deviation / tolerance
+            if not -self._reach <= fraction <= self._reach:
                 return None
-            found.append(share)
+            found.append(fraction)
         for first, target, tolerance in self._attitudes:
             along = sum(a * b for a, b in zip(values[first : first + 4], target, strict=True))
-            share = 2 * math.acos(min(1.0, abs(along))) / tolerance
-            if not share <= self._reach:
+            fraction = 2 * math.acos(min(1.0, abs(along))) / tolerance
+            if not fraction <= self._reach:
                 return None
-            found.append(share)
+            found.append(fraction)
         if self._problem.goal.needs_frames:
-            share = self._problem.goal_excess(np.array(values))
-            if not share <= self._reach:
+            fraction = self._problem.goal_excess(np.array(values))
+            if not fraction <= self._reach:
                 return None
-            found.append(share)
+            found.append(fraction)
         return found

@@ -9,10 +9,11 @@ from ompl import base as ob
 
 from kinolab.problem import Problem
 from kinolab.search.ompl.goal_samples import GoalSamples
-from kinolab.search.ompl.spaces import States
-from kinolab.steering.steered_goal_connection import LastStep
+from kinolab.search.ompl.spaces import StateCodec
+from kinolab.steering.steered_goal_connection import SteeredGoalConnection
 
-INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
+# share of the goal's tolerance that counts, so that rounding cannot miss it
+TOLERANCE_FRACTION = 0.999
 
 
 class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
@@ -24,21 +25,21 @@ class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
     def __init__(
         self,
         problem: Problem,
-        states: States,
+        states: StateCodec,
         space_information: Any,
         samples: GoalSamples,
-        last_step: LastStep | None,
+        last_step: SteeredGoalConnection | None,
     ) -> None:
         super().__init__(space_information)
         self._problem, self._states, self._samples = problem, states, samples
         self._last_step = last_step
-        self.setThreshold(INSIDE)
+        self.setThreshold(TOLERANCE_FRACTION)
 
     def distanceGoal(self, state: Any) -> float:
         """Return how far outside the goal a state is."""
         values = self._states.read(state)
         excess = self._problem.goal_excess(np.array(values))
-        led = self._last_step and self._last_step.leads_in(values, excess)
+        led = self._last_step and self._last_step.connect(values, excess)
         return 0.0 if led else excess
 
     def sampleGoal(self, state: Any) -> None:

@@ -10,14 +10,14 @@ from kinolab.problem import Problem
 class GoalSamples:
     """States around the goal, whose tolerances are stretched for each of them.
 
-    The factor is random, log-uniform between 1 and ``zoom``.
+    The factor is random, log-uniform between 1 and ``goal_region_scale``.
 
     Source: LaValle, Kuffner, Rapidly-exploring random trees: progress and prospects, WAFR 2000,
     where the region shrinks with the tree's distance (RRT-GoalZoom).
     """
 
-    def __init__(self, problem: Problem, zoom: float = 1.0, seed: int = 0) -> None:
-        self._problem, self._zoom = problem, zoom
+    def __init__(self, problem: Problem, goal_region_scale: float = 1.0, seed: int = 0) -> None:
+        self._problem, self._zoom = problem, goal_region_scale
         self._generator = np.random.default_rng(seed)
 
     def draw(self) -> list[float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinolab.search.ompl.guided_planner import AbstractGuidedPlanner
-from kinolab.search.ompl.projection import Grid
+from kinolab.search.ompl.projection import CellDivision
 from kinolab.search.planner import setting
 
 
@@ -18,6 +18,6 @@ class AbstractGridPlanner(AbstractGuidedPlanner):
         False, meaning="Whether angles are divided too, where there are fewer than three lengths."
     )
 
-    def grid(self) -> Grid:
+    def grid(self) -> CellDivision:
         """Return how the default projection divides a configuration."""
-        return Grid(cells=self.cells, angles=self.angles)
+        return CellDivision(cells=self.cells, angles=self.angles)

@@ -10,7 +10,7 @@ from typing import Any
 from ompl import base as ob
 from ompl import control as oc
 
-from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.simulation.reference import resimulate
 
@@ -19,15 +19,15 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
     """Runs wherever OMPL expects a control planner, on the problem that a bridge was made of.
 
     Args:
-        bridge: The problem in OMPL's terms; its problem definition is used unless another is set.
+        setup: The problem in OMPL's terms; its problem definition is used unless another is set.
         planner: What searches.
         seed: Of its random numbers.
     """
 
-    def __init__(self, bridge: Bridge, planner: AbstractPlanner, seed: int = 1) -> None:
-        super().__init__(bridge.space_information, planner.name)
-        self._bridge, self._planner, self._seed = bridge, planner, seed
-        self.setProblemDefinition(bridge.problem_definition)
+    def __init__(self, setup: OmplSetup, planner: AbstractPlanner, seed: int = 1) -> None:
+        super().__init__(setup.space_information, planner.name)
+        self._bridge, self._planner, self._seed = setup, planner, seed
+        self.setProblemDefinition(setup.problem_definition)
 
     def setup(self) -> None:
         """Do nothing: a search sets itself up."""
@@ -49,15 +49,15 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
 
     def _add(self, result: SearchResult) -> None:
         """Write a motion as a path of OMPL's, one row per propagation step."""
-        bridge, problem = self._bridge, self._bridge.problem
+        setup, problem = self._bridge, self._bridge.problem
         motion, path = (
             resimulate(problem, result.t, result.u),
-            oc.PathControl(bridge.space_information),
+            oc.PathControl(setup.space_information),
         )
-        state = bridge.space.allocState()
-        control = bridge.space_information.getControlSpace().allocControl()
+        state = setup.space.allocState()
+        control = setup.space_information.getControlSpace().allocControl()
         for k, x in enumerate(motion.x):
-            bridge.write(state, x.tolist())
+            setup.write(state, x.tolist())
             if k == 0:
                 path.append(state)
                 continue

@@ -9,14 +9,14 @@ from typing import Any
 from ompl import base as ob
 
 from kinolab.problem import Problem
-from kinolab.problem.metric import CELLS_AROUND_GOAL, projected
-from kinolab.search.ompl.control_guidance import Guide
-from kinolab.search.ompl.goal_errors import Nearness
+from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
+from kinolab.search.ompl.control_guidance import ControlGuide
+from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.spaces import Layout
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class CellDivision:
     """How a configuration is divided into cells.
 
     Attributes:
@@ -28,11 +28,12 @@ class Grid:
     angles: bool = True
 
 
-class Projection(ob.ProjectionEvaluator):  # type: ignore[misc]
+class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
     """A state as the cell that it lies in, all of edge 1.
 
-    Far from the goal these are cells of the first coordinates. Within ``zoom`` times the goal's
-    tolerances they are cells of everything that the goal names, rates included, and half as wide
+    Far from the goal these are cells of the first coordinates. Within ``goal_region_scale`` times
+    the goal's tolerances they are cells of everything that the goal names, rates included, and half
+    as wide
     at half the distance: all that is on the way in has a cell of its own.
     The space keeps this object, so that it must not refer to the space.
     """
@@ -41,17 +42,17 @@ class Projection(ob.ProjectionEvaluator):  # type: ignore[misc]
         self,
         problem: Problem,
         space: Any,
-        grid: Grid,
-        zoom: float = 1.0,
-        guide: Guide | None = None,
+        grid: CellDivision,
+        goal_region_scale: float = 1.0,
+        guide: ControlGuide | None = None,
     ) -> None:
         super().__init__(space)
-        self._layout, self._guide, self._zoom = Layout(problem), guide, zoom
-        entries = projected(problem, angles=grid.angles)
+        self._layout, self._guide, self._zoom = Layout(problem), guide, goal_region_scale
+        entries = projected_coordinates(problem, angles=grid.angles)
         lower, upper = problem.sampling_bounds[entries].T
         sizes = (upper - lower) / grid.cells
         self._far = list(zip(entries, lower.tolist(), sizes.tolist(), strict=True))
-        self._near = Nearness(problem, zoom) if zoom > 1.0 else None
+        self._near = GoalErrors(problem, goal_region_scale) if goal_region_scale > 1.0 else None
         named = self._near.size if self._near else 0
         self._across = max(2, round(CELLS_AROUND_GOAL ** (1 / max(1, named))))
         self._dimension = max(len(entries), 1 + named)
@@ -79,9 +80,10 @@ class Projection(ob.ProjectionEvaluator):  # type: ignore[misc]
         return tuple(map(math.floor, self._coordinates(values)))
 
     def _coordinates(self, values: list[float]) -> list[float]:
-        shares = self._near.shares(values) if self._near else None
+        shares = self._near.fractions(values) if self._near else None
         if not shares:
             return [(values[entry] - lower) / size for entry, lower, size in self._far]
         level = math.floor(math.log2(self._zoom / max(1.0, *map(abs, shares))))
         per_tolerance = self._across / 2 * 2**level / self._zoom
-        return [-0.5 - level, *(per_tolerance * share for share in shares)]  # first below zero
+        # first below zero
+        return [-0.5 - level, *(per_tolerance * fraction for fraction in shares)]

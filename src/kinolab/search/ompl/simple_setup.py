@@ -11,26 +11,26 @@ from ompl import control as oc
 from ompl import util as ou
 
 from kinolab.problem import Problem
-from kinolab.search.ompl.control_guidance import Guidance, Guide
+from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
 from kinolab.search.ompl.goal_region import GoalRegion
 from kinolab.search.ompl.goal_samples import GoalSamples
-from kinolab.search.ompl.projection import Grid, Projection
-from kinolab.search.ompl.spaces import States, control_space
-from kinolab.search.ompl.state_propagator import Propagation
-from kinolab.steering.steered_goal_connection import LastStep
+from kinolab.search.ompl.projection import CellDivision, CellProjection
+from kinolab.search.ompl.spaces import StateCodec, control_space
+from kinolab.search.ompl.state_propagator import StatePropagator
+from kinolab.steering.steered_goal_connection import SteeredGoalConnection
 
 ou.setLogLevel(ou.LogLevel.LOG_NONE)
 
 
-class Bridge:
+class OmplSetup:
     """A problem in OMPL's terms.
 
     Args:
         problem: What to plan.
         min_steps: Propagation steps for which an input is held at least.
         max_steps: Propagation steps for which an input is held at most.
-        goal_zoom: Factor on the goal's tolerances, up to which samples of the goal are drawn, the
-            default projection is finer, and motions are guided to the goal.
+        goal_region_scale: Factor on the goal's tolerances, up to which samples of the goal are
+            drawn, the default projection is finer, and motions are guided to the goal.
         seed: Of samples of the goal, and of inputs that guide motions.
         grid: Of the default projection.
         guidance: How motions are guided; None leaves it to OMPL.
@@ -56,20 +56,22 @@ class Bridge:
         *,
         min_steps: int = 1,
         max_steps: int = 20,
-        goal_zoom: float = 1.0,
+        goal_region_scale: float = 1.0,
         seed: int = 0,
-        grid: Grid | None = None,
+        grid: CellDivision | None = None,
         guidance: Guidance | None = None,
-        last_step: LastStep | None = None,
+        last_step: SteeredGoalConnection | None = None,
         given_up: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.problem, self.states, self.last_step = problem, States(problem), last_step
-        samples = GoalSamples(problem, goal_zoom, seed)
+        self.problem, self.states, self.last_step = problem, StateCodec(problem), last_step
+        samples = GoalSamples(problem, goal_region_scale, seed)
         self.seed, self.guide = seed, None
         if guidance:
             held = {"min_steps": min_steps, "max_steps": max_steps}
-            self.guide = Guide(problem, samples, guidance, zoom=goal_zoom, seed=seed, **held)
-        propagation = Propagation(problem, self.states, self.guide, given_up)
+            self.guide = ControlGuide(
+                problem, samples, guidance, goal_region_scale=goal_region_scale, seed=seed, **held
+            )
+        propagation = StatePropagator(problem, self.states, self.guide, given_up)
         self.forget = propagation.forget
         self.space = self.states.space
         self.rejections = propagation.rejections
@@ -80,7 +82,9 @@ class Bridge:
         information.setMinMaxControlDuration(min_steps, max_steps)
         information.setup()
         self.space_information = information
-        self.projection = Projection(problem, self.space, grid or Grid(), goal_zoom, self.guide)
+        self.projection = CellProjection(
+            problem, self.space, grid or CellDivision(), goal_region_scale, self.guide
+        )
         self.projection.set_cells()
         self.space.registerDefaultProjection(self.projection)
         self.problem_definition = ob.ProblemDefinition(information)

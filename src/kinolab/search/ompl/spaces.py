@@ -16,7 +16,7 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.problem import Problem
 
 
-class Kind(Enum):
+class SpaceKind(Enum):
     """What a subspace is."""
 
     LINE = auto()
@@ -28,7 +28,7 @@ class Kind(Enum):
 class Part:
     """A subspace, and the entries of the state that live in it."""
 
-    kind: Kind
+    kind: SpaceKind
     entries: tuple[int, ...]
 
 
@@ -50,9 +50,9 @@ class Layout:
         values: list[float] = self._start.copy()
         for k, part in enumerate(self._parts):
             substate, first = state[k], part.entries[0]
-            if part.kind is Kind.CIRCLE:
+            if part.kind is SpaceKind.CIRCLE:
                 values[first] = substate.value
-            elif part.kind is Kind.ATTITUDE:
+            elif part.kind is SpaceKind.ATTITUDE:
                 values[first : first + 4] = substate.x, substate.y, substate.z, substate.w
             else:
                 for i, entry in enumerate(part.entries):
@@ -60,7 +60,7 @@ class Layout:
         return values
 
 
-class States(Layout):
+class StateCodec(Layout):
     """The compound state space of a problem, and the way into and out of its states.
 
     Attributes:
@@ -71,8 +71,8 @@ class States(Layout):
     def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
         super().__init__(problem, entries)
         self._order = [entry for part in self._parts for entry in part.entries]
-        self._circles = [p.entries[0] for p in self._parts if p.kind is Kind.CIRCLE]
-        self._attitudes = [p.entries[0] for p in self._parts if p.kind is Kind.ATTITUDE]
+        self._circles = [p.entries[0] for p in self._parts if p.kind is SpaceKind.CIRCLE]
+        self._attitudes = [p.entries[0] for p in self._parts if p.kind is SpaceKind.ATTITUDE]
         self.space = ob.CompoundStateSpace()
         for part in self._parts:
             self.space.addSubspace(_subspace(problem, part), _weight(problem, part))
@@ -94,7 +94,7 @@ class States(Layout):
         self.space.copyFromReals(state, [whole[entry] for entry in self._order])
 
 
-def control_space(problem: Problem, states: States) -> Any:
+def control_space(problem: Problem, states: StateCodec) -> Any:
     """Return the box of inputs within their limits."""
     bounds = ob.RealVectorBounds(problem.model.nu)
     for i, (lower, upper) in enumerate(problem.model.control_bounds):
@@ -109,10 +109,14 @@ def _parts(problem: Problem, chosen: Sequence[int]) -> list[Part]:
     """Group neighbouring entries of the state: circles alone, lines by equal weight."""
     owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
 
-    def key(i: int) -> tuple[Kind, object]:
+    def key(i: int) -> tuple[SpaceKind, object]:
         if i in owner:
-            return Kind.ATTITUDE, owner[i]
-        return (Kind.CIRCLE, i) if problem.circular[i] else (Kind.LINE, float(problem.weights[i]))
+            return SpaceKind.ATTITUDE, owner[i]
+        return (
+            (SpaceKind.CIRCLE, i)
+            if problem.circular[i]
+            else (SpaceKind.LINE, float(problem.weights[i]))
+        )
 
     groups = groupby(chosen, key)
     return [Part(kind, tuple(entries)) for (kind, _), entries in groups]
@@ -124,13 +128,13 @@ def _weight(problem: Problem, part: Part) -> float:
     OMPL's distance of two attitudes is half of the angle between them.
     """
     weight = float(problem.weights[part.entries[0]])
-    return 2 * weight if part.kind is Kind.ATTITUDE else weight
+    return 2 * weight if part.kind is SpaceKind.ATTITUDE else weight
 
 
 def _subspace(problem: Problem, part: Part) -> Any:
-    if part.kind is Kind.CIRCLE:
+    if part.kind is SpaceKind.CIRCLE:
         return ob.SO2StateSpace()
-    if part.kind is Kind.ATTITUDE:
+    if part.kind is SpaceKind.ATTITUDE:
         return ob.SO3StateSpace()
     bounds = ob.RealVectorBounds(len(part.entries))
     for k, entry in enumerate(part.entries):

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 from kinolab.problem import Problem
-from kinolab.search.ompl.control_guidance import Guide
-from kinolab.search.ompl.spaces import States
+from kinolab.search.ompl.control_guidance import ControlGuide
+from kinolab.search.ompl.spaces import StateCodec
 from kinolab.simulation import Propagator
 
 
-class Propagation:
+class StatePropagator:
     """A propagator between OMPL's states; OMPL asks for a step first, then whether it was free.
 
     Args:
@@ -25,7 +25,11 @@ class Propagation:
     """
 
     def __init__(
-        self, problem: Problem, states: States, guide: Guide | None, given_up: Callable[[], bool]
+        self,
+        problem: Problem,
+        states: StateCodec,
+        guide: ControlGuide | None,
+        given_up: Callable[[], bool],
     ) -> None:
         self._states, self._guide, self._propagator = states, guide, Propagator(problem)
         self._inputs = range(problem.model.nu)

@@ -8,7 +8,7 @@ from typing import Any
 
 from kinolab.problem import Problem
 from kinolab.search.ompl.control_search import search
-from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import Budget, SearchResult
 from kinolab.search.tree_search import AbstractTreeSearch
 
@@ -18,32 +18,32 @@ class AbstractTreePlanner(AbstractTreeSearch):
     """A control planner of OMPL that grows a tree from the start."""
 
     @abstractmethod
-    def make(self, bridge: Bridge) -> Any:
+    def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
 
-    def bridge(self, problem: Problem, seed: int, budget: Budget) -> Bridge:  # noqa: ARG002
+    def ompl_setup(self, problem: Problem, seed: int, budget: Budget) -> OmplSetup:  # noqa: ARG002
         """Return the problem in OMPL's terms; the seed is for what OMPL does not draw."""
-        return Bridge(
+        return OmplSetup(
             problem,
             min_steps=self.min_steps,
             max_steps=self.max_steps,
-            goal_zoom=self.goal_zoom,
+            goal_region_scale=self.goal_region_scale,
             given_up=lambda: budget.interrupted,
         )
 
-    def begin(self, bridge: Bridge) -> Any:
+    def begin(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner, ready to solve."""
-        planner = self.make(bridge)
-        planner.setProblemDefinition(bridge.problem_definition)
+        planner = self.make(setup)
+        planner.setProblemDefinition(setup.problem_definition)
         planner.setup()
         return planner
 
-    def again(self, bridge: Bridge, planner: Any) -> Any:  # noqa: ARG002
+    def again(self, setup: OmplSetup, planner: Any) -> Any:  # noqa: ARG002
         """Return a planner without a tree, given one that has solved."""
         planner.clear()
         return planner
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region."""
-        bridge = self.bridge(problem, seed, budget)
-        return search(bridge, self.begin, self.again, seed, budget, self.restart_after)
+        setup = self.ompl_setup(problem, seed, budget)
+        return search(setup, self.begin, self.again, seed, budget, self.restart_after)

@@ -12,7 +12,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Straight:
+class StraightLinePotential:
     """The distance to a goal, rounded off beside it: a cone that ends in a paraboloid.
 
     Attributes:

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.search.potential.leading_bodies import Carrier, carriers, sample_states
+from kinolab.search.potential.leading_bodies import LeadingBody, leading_bodies, sample_states
 
 Array: TypeAlias = NDArray[np.float64]
 
-SLENDER = 1.2  # length over width from which a body's two ends are led apart
-TURNS = 1.0  # [rad] that its axis turns by where it is free to turn
-KNOWN = 1e-6  # [m] by which a point of the goal may differ and still be the same one
-SAMPLES = 12
+SLENDERNESS = 1.2  # length over width from which a body's two ends are led apart
+FREE_TURN = 1.0  # [rad] that its axis turns by where it is free to turn
+POINT_TOLERANCE = 1e-6  # [m] by which a point of the goal may differ and still be the same one
+RANDOM_STATES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class ControlPoint:
         name: For reports.
     """
 
-    carrier: Carrier
+    carrier: LeadingBody
     at: Array
     goal: Array
     name: str
@@ -49,11 +49,11 @@ def control_points(problem: Problem) -> list[ControlPoint]:
     a pivot, leads nowhere.
     """
     generator = np.random.default_rng(0)
-    goals = np.array([problem.sample_goal(generator, spread=0.0) for _ in range(SAMPLES)])
+    goals = np.array([problem.sample_goal(generator, spread=0.0) for _ in range(RANDOM_STATES)])
     goals = problem.model.project(goals)
-    leaders = carriers(problem)
+    leaders = leading_bodies(problem)
     named = [_of_point(problem, leaders, k) for k in range(len(problem.goal.points))]
-    frames = problem.frames(sample_states(problem, SAMPLES))
+    frames = problem.frames(sample_states(problem, RANDOM_STATES))
     points = (p for c in leaders for p in _points_of(problem, c, goals))
     moved = (p for p in points if not _known(place(p.at, frames[:, p.carrier.body])))
     return [*named, *moved]
@@ -66,16 +66,16 @@ def place(at: Array, poses: Array) -> Array:
     return where
 
 
-def _of_point(problem: Problem, leaders: list[Carrier], k: int) -> ControlPoint:
+def _of_point(problem: Problem, leaders: list[LeadingBody], k: int) -> ControlPoint:
     target = problem.goal.points[k]
     owner = next((c for c in leaders if c.body == target.body), None)
     zero = np.zeros(3)
-    carrier = owner or Carrier(target.body, (), zero, zero)
+    carrier = owner or LeadingBody(target.body, (), zero, zero)
     name = f"{problem.bodies[target.body].name}"
     return ControlPoint(carrier, np.array(target.at), np.array(target.position), name)
 
 
-def _points_of(problem: Problem, carrier: Carrier, goals: Array) -> Iterator[ControlPoint]:
+def _points_of(problem: Problem, carrier: LeadingBody, goals: Array) -> Iterator[ControlPoint]:
     poses = problem.frames(goals)[:, carrier.body]
     name = problem.bodies[carrier.body].name
     ends = _ends(problem, carrier)
@@ -91,18 +91,18 @@ def _points_of(problem: Problem, carrier: Carrier, goals: Array) -> Iterator[Con
 
 
 def _known(places: Array) -> bool:
-    return bool(np.ptp(places, axis=0).max() < KNOWN)
+    return bool(np.ptp(places, axis=0).max() < POINT_TOLERANCE)
 
 
-def _ends(problem: Problem, carrier: Carrier) -> dict[str, Array]:
+def _ends(problem: Problem, carrier: LeadingBody) -> dict[str, Array]:
     """Return the front and back end of a slender body that is free to turn, in its frame."""
     along = int(carrier.reach.argmax())
     width = float(np.sort(carrier.reach)[1])
-    if carrier.reach[along] < SLENDER * width:
+    if carrier.reach[along] < SLENDERNESS * width:
         return {}
-    axes = problem.frames(sample_states(problem, SAMPLES))[:, carrier.body].reshape(-1, 3, 4)
+    axes = problem.frames(sample_states(problem, RANDOM_STATES))[:, carrier.body].reshape(-1, 3, 4)
     axes = axes[:, :, along]
-    if np.arccos(np.clip(axes @ axes.T, -1.0, 1.0)).max() < TURNS:
+    if np.arccos(np.clip(axes @ axes.T, -1.0, 1.0)).max() < FREE_TURN:
         return {}
     step = np.zeros(3)
     # A ball of the body's width fits around an end, unless that leaves no lever to turn with.

@@ -8,18 +8,18 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import StoppedError, look
+from kinolab.cancel import CancelledError, raise_if_cancelled
 from kinolab.search.planner import Budget
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.lookahead import Lookahead
-from kinolab.search.potential.partial_motion import Trail
+from kinolab.search.potential.partial_motion import PartialMotion
 from kinolab.simulation import Propagator
-from kinolab.steering import Arrival
+from kinolab.steering import GoalConnection
 
 Array: TypeAlias = NDArray[np.float64]
 
-PROGRESS = 0.01  # [m] by which the potential must fall within the patience
-EVERY = 4  # steps between two looks for the last motion into the goal
+MIN_PROGRESS = 0.01  # [m] by which the potential must fall within the patience
+GOAL_CONNECTION_PERIOD = 4  # steps between two looks for the last motion into the goal
 
 
 class Ending(Enum):
@@ -46,7 +46,7 @@ class Descent:
         self,
         field: Field,
         lookahead: Lookahead,
-        arrival: Arrival,
+        arrival: GoalConnection,
         propagator: Propagator,
         near: float,
         patience: int,
@@ -55,7 +55,9 @@ class Descent:
         self._propagator, self._near, self._patience = propagator, near, patience
         self._problem = field.problem
 
-    def follow(self, trail: Trail, generator: np.random.Generator, budget: Budget) -> Ending:
+    def follow(
+        self, trail: PartialMotion, generator: np.random.Generator, budget: Budget
+    ) -> Ending:
         """Go on from the end of a trail, and add what was gone."""
         u = self._idle()
         lowest, waited, count = self._height(trail.end), 0, 0
@@ -63,14 +65,14 @@ class Descent:
             if budget.spent():
                 return Ending.BUDGET
             height = self._height(trail.end)
-            if height < lowest - PROGRESS:
+            if height < lowest - MIN_PROGRESS:
                 lowest, waited = height, 0
-            if height < self._near and count % EVERY == 0 and self._arrive(trail):
+            if height < self._near and count % GOAL_CONNECTION_PERIOD == 0 and self._arrive(trail):
                 return Ending.GOAL
             count, waited = count + 1, waited + 1
             try:
                 chosen = self._choose(trail.end, u, generator, budget)
-            except StoppedError:
+            except CancelledError:
                 budget.take_back()
                 return Ending.BUDGET
             if chosen is None or waited > self._patience:
@@ -86,7 +88,7 @@ class Descent:
     def _height(self, x: Array) -> float:
         return float(self._field.potential(x[None])[0])
 
-    def _arrive(self, trail: Trail) -> bool:
+    def _arrive(self, trail: PartialMotion) -> bool:
         motion = self._arrival.inputs(trail.end)
         for u, x in motion or ():
             trail.add(u, x)
@@ -105,7 +107,7 @@ class Descent:
         """
         longest, best = 0, None
         for proposal in self._lookahead.proposals(x, u, generator):
-            look(lambda: budget.late)
+            raise_if_cancelled(lambda: budget.late)
             free, first = self._free_steps(x, proposal.u)
             if free > longest and first is not None:
                 longest, best = free, (proposal.u, first)

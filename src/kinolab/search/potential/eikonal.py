@@ -21,16 +21,16 @@ from kinolab.numerics.jit_cache import sealed_caches
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-BLOCKED = 1e-3  # speed in blocked cells, as a share of that in the open
-SLOWEST = 0.2  # the same beside an obstacle
-SWEEPS = 6  # over the grid before it is seen whether anything still changes
-MOST_SWEEPS = 256
-SETTLED = 1e-9  # share of a value by which sweeping may still lower it
-CONE = 2.0  # cells around the goal in which the way is straight
+BLOCKED_SPEED = 1e-3  # speed in blocked cells, as a share of that in the open
+MIN_SPEED = 0.2  # the same beside an obstacle
+MIN_SWEEPS = 6  # over the grid before it is seen whether anything still changes
+MAX_SWEEPS = 256
+CONVERGENCE_TOLERANCE = 1e-9  # share of a value by which sweeping may still lower it
+STRAIGHT_CELLS = 2.0  # cells around the goal in which the way is straight
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class WorkspaceGrid:
     """Equal cells along some axes of the world.
 
     Attributes:
@@ -57,7 +57,7 @@ class Grid:
         return tuple(int(entry) for entry in nearest)
 
 
-def cropped(grid: Grid, free: Mask, goal: Array) -> tuple[Grid, Mask]:
+def cropped(grid: WorkspaceGrid, free: Mask, goal: Array) -> tuple[WorkspaceGrid, Mask]:
     """Return the part of a grid that holds all free cells and the goal, with a cell around it."""
     found = np.argwhere(free)
     corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
@@ -65,11 +65,11 @@ def cropped(grid: Grid, free: Mask, goal: Array) -> tuple[Grid, Mask]:
     first = np.maximum(lowest.min(axis=0) - 1, 0)
     last = np.minimum(highest.max(axis=0) + 2, grid.shape)
     part = free[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
-    return Grid(grid.axes, grid.origin + grid.size * first, grid.size, part.shape), part
+    return WorkspaceGrid(grid.axes, grid.origin + grid.size * first, grid.size, part.shape), part
 
 
 @dataclass(frozen=True, eq=False)
-class Navigation:
+class NavigationFunction:
     """The length of the way to a goal, in [m] of open space, for points of the world.
 
     Attributes:
@@ -79,7 +79,7 @@ class Navigation:
         slowness: Beside the goal: 1 in the open, more where room is short.
     """
 
-    grid: Grid
+    grid: WorkspaceGrid
     values: Array
     goal: Array
     slowness: float
@@ -96,13 +96,13 @@ class Navigation:
         gradient[:, axes] = slope / grid.size
         return self._near_goal(points, value, gradient)
 
-    def _interpolate(self, corner: NDArray[Any], share: Array) -> tuple[Array, Array]:
+    def _interpolate(self, corner: NDArray[Any], fraction: Array) -> tuple[Array, Array]:
         """Interpolate between the corners of cells; slopes are per cell."""
-        count, dims = share.shape
+        count, dims = fraction.shape
         value, slope = np.zeros(count), np.zeros((count, dims))
         for bits in np.ndindex(*(2,) * dims):
             up = np.array(bits)
-            factors = np.where(up, share, 1.0 - share)
+            factors = np.where(up, fraction, 1.0 - fraction)
             at = self.values[tuple((corner + up).T)]
             value += at * factors.prod(axis=1)
             for k in range(dims):
@@ -117,13 +117,15 @@ class Navigation:
         away[:, axes] = (points - self.goal)[:, axes]
         distance = np.linalg.norm(away, axis=1)
         straight = self.slowness * distance
-        near = (distance < CONE * self.grid.size) & (straight < value)
+        near = (distance < STRAIGHT_CELLS * self.grid.size) & (straight < value)
         far = np.where(distance > 0, distance, 1.0)
         value = np.where(near, straight, value)
         return value, np.where(near[:, None], self.slowness * away / far[:, None], gradient)
 
 
-def navigation(free: Mask, grid: Grid, goal: Array, berth: float) -> Navigation:
+def navigation_function(
+    free: Mask, grid: WorkspaceGrid, goal: Array, clearance_cost_radius: float
+) -> NavigationFunction:
     """Solve for the way to a goal through free cells.
 
     Args:
@@ -131,21 +133,21 @@ def navigation(free: Mask, grid: Grid, goal: Array, berth: float) -> Navigation:
         grid: The cells.
         goal: Point of the world at a corner of cells, shape (3,): between corners the solver fails
             where the speed jumps.
-        berth: Distance from blocked cells in [m] below which a way counts as longer, up to five
-            times, so that ways keep to the middle; 0 for shortest ways.
+        clearance_cost_radius: Distance from blocked cells in [m] below which a way counts as
+            longer, up to five times, so that ways keep to the middle; 0 for shortest ways.
     """
-    speed = _speed(free, grid, berth)
+    speed = _speed(free, grid, clearance_cost_radius)
     corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size)
     values = grid.size * _sweep(speed, corner, _corners_of(free))
-    return Navigation(grid, values, goal, float(1.0 / speed[grid.cell_of(goal)]))
+    return NavigationFunction(grid, values, goal, float(1.0 / speed[grid.cell_of(goal)]))
 
 
-def _speed(free: Mask, grid: Grid, berth: float) -> Array:
-    if berth <= 0:
-        return np.where(free, 1.0, BLOCKED)
+def _speed(free: Mask, grid: WorkspaceGrid, clearance_cost_radius: float) -> Array:
+    if clearance_cost_radius <= 0:
+        return np.where(free, 1.0, BLOCKED_SPEED)
     walled = np.pad(free, 1, constant_values=False)
-    room = distance_transform_edt(walled, sampling=grid.size)[(slice(1, -1),) * free.ndim]
-    return np.where(free, np.clip(room / berth, SLOWEST, 1.0), BLOCKED)
+    clearance = distance_transform_edt(walled, sampling=grid.size)[(slice(1, -1),) * free.ndim]
+    return np.where(free, np.clip(clearance / clearance_cost_radius, MIN_SPEED, 1.0), BLOCKED_SPEED)
 
 
 def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
@@ -153,12 +155,12 @@ def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
 
     Mazes need as many sweeps as their ways have turns.
     """
-    sweeps = SWEEPS
+    sweeps = MIN_SWEEPS
     values = shortest(speed, source, sweeps)
-    while sweeps < MOST_SWEEPS:
+    while sweeps < MAX_SWEEPS:
         sweeps *= 2
         before, values = values, shortest(speed, source, sweeps)
-        if (before - values <= SETTLED * values)[counts].all():
+        if (before - values <= CONVERGENCE_TOLERANCE * values)[counts].all():
             break
     return values
 

@@ -19,7 +19,7 @@ PointPotential: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True, eq=False)
-class Pull:
+class AttractivePotential:
     """A control point with its potential and how much it counts."""
 
     point: ControlPoint
@@ -51,7 +51,9 @@ class Field:
         repulsion: What keeps off obstacles.
     """
 
-    def __init__(self, problem: Problem, pulls: Sequence[Pull], repulsion: Repulsion) -> None:
+    def __init__(
+        self, problem: Problem, pulls: Sequence[AttractivePotential], repulsion: Repulsion
+    ) -> None:
         self.problem, self.pulls, self.repulsion = problem, tuple(pulls), repulsion
         self._gaps = GapFinder(problem.bodies, problem.world, repulsion.reach)
         self._near = problem.checker(margin=repulsion.reach) if repulsion.gain > 0 else None

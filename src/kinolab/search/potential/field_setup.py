@@ -9,28 +9,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.search.potential.attraction import Straight
+from kinolab.search.potential.attraction import StraightLinePotential
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
-from kinolab.search.potential.eikonal import Navigation, cropped, navigation
-from kinolab.search.potential.field import Field, PointPotential, Pull
-from kinolab.search.potential.interruptible import unless_stopped
+from kinolab.search.potential.eikonal import NavigationFunction, cropped, navigation_function
+from kinolab.search.potential.field import AttractivePotential, Field, PointPotential
+from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.repulsion import Repulsion
 from kinolab.search.potential.workspace import grid_of, is_open, open_cells
 from kinolab.simulation import Propagator
 
 Array: TypeAlias = NDArray[np.float64]
 
-FOLLOWS = 0.3  # weight of the end of a body that follows, against 1 for the one that leads
-CELL = 0.7  # of half the body's width: edge of a cell where the user gives none
+FOLLOWER_WEIGHT = 0.3  # weight of the end of a body that follows, against 1 for the one that leads
+CELL_FRACTION = 0.7  # of half the body's width: edge of a cell where the user gives none
 HALVINGS = 3  # of a cell's edge, where the start is cut off from the goal
-SHRINKS = 0.9  # share of its edge below which a smaller cell may open a gap
-FINEST = 200.0  # cells along a workspace, where the user gives no edge
+MIN_SHRINKAGE = 0.9  # share of its edge below which a smaller cell may open a gap
+MAX_CELLS_PER_SIDE = 200.0  # cells along a workspace, where the user gives no edge
 
 
 def plain_field(problem: Problem, repulsion: Repulsion) -> Field:
     """Return the field that knows the way to the goal only as the crow flies."""
     points = control_points(problem)
-    return Field(problem, _weighed(problem, points, [Straight(p.goal) for p in points]), repulsion)
+    return Field(
+        problem,
+        _weighed(problem, points, [StraightLinePotential(p.goal) for p in points]),
+        repulsion,
+    )
 
 
 def navigation_field(
@@ -38,8 +42,8 @@ def navigation_field(
     repulsion: Repulsion,
     *,
     resolution: float,
-    memory: float,
-    berth: float,
+    grid_memory: float,
+    clearance_cost_radius: float,
     stop: Callable[[], bool],
 ) -> Field | None:
     """Return the field of navigation functions; None where ``stop`` said to end.
@@ -48,8 +52,8 @@ def navigation_field(
         propagator: Judges where the machine of its problem can be.
         repulsion: Besides.
         resolution: Edge of a cell in [m]; 0 to take it from the body's width.
-        memory: For the cells of one point, in [MB].
-        berth: See ``navigation``.
+        grid_memory: For the cells of one point, in [MB].
+        clearance_cost_radius: See ``navigation_function``.
         stop: Asked now and then.
     """
     problem = propagator.problem
@@ -57,10 +61,10 @@ def navigation_field(
     found: list[PointPotential] = []
     for point in points:
         edge = resolution or _edge(problem, point)
-        way = _navigation(propagator, point, edge, memory, berth, stop)
-        if way is None:
+        path = _navigation(propagator, point, edge, grid_memory, clearance_cost_radius, stop)
+        if path is None:
             return None
-        found.append(way)
+        found.append(path)
     return Field(problem, _weighed(problem, points, found), repulsion)
 
 
@@ -68,34 +72,40 @@ def _navigation(
     propagator: Propagator,
     point: ControlPoint,
     edge: float,
-    memory: float,
-    berth: float,
+    grid_memory: float,
+    clearance_cost_radius: float,
     stop: Callable[[], bool],
-) -> Navigation | None:
+) -> NavigationFunction | None:
     """Return the way to a point's goal; cells are halved while they cut the start off."""
     problem = propagator.problem
-    grid = grid_of(problem, point, edge, memory)
+    grid = grid_of(problem, point, edge, grid_memory)
     free = open_cells(propagator, point, grid, stop)
     for _ in range(HALVINGS):
-        finer = grid_of(problem, point, grid.size / 2, memory)
-        if free is None or is_open(problem, point, grid, free) or finer.size > SHRINKS * grid.size:
+        finer = grid_of(problem, point, grid.size / 2, grid_memory)
+        if (
+            free is None
+            or is_open(problem, point, grid, free)
+            or finer.size > MIN_SHRINKAGE * grid.size
+        ):
             break
         grid, free = finer, open_cells(propagator, point, finer, stop)
     if free is None:
         return None
     part, cells = cropped(grid, free, point.goal)
-    return unless_stopped(lambda: navigation(cells, part, point.goal, berth), stop)
+    return run_unless_cancelled(
+        lambda: navigation_function(cells, part, point.goal, clearance_cost_radius), stop
+    )
 
 
 def _edge(problem: Problem, point: ControlPoint) -> float:
     spans = [high - low for low, high in problem.world.bounds.values()]
-    finest = max(spans, default=1.0) / FINEST
-    return max(CELL * float(np.sort(point.carrier.reach)[1]), finest, 1e-3)
+    finest = max(spans, default=1.0) / MAX_CELLS_PER_SIDE
+    return max(CELL_FRACTION * float(np.sort(point.carrier.reach)[1]), finest, 1e-3)
 
 
 def _weighed(
     problem: Problem, points: list[ControlPoint], potentials: list[PointPotential]
-) -> list[Pull]:
+) -> list[AttractivePotential]:
     """Let the end of a body that must go farther lead: the machine then arrives that way round.
 
     Pulled equally at both ends a body that cannot move sideways would find no reason to turn.
@@ -109,5 +119,5 @@ def _weighed(
     for k, (point, potential) in enumerate(zip(points, potentials, strict=True)):
         rivals = [j for j, other in enumerate(points) if other.carrier is point.carrier]
         leads = k == max(rivals, key=lambda j: heights[j])
-        pulls.append(Pull(point, potential, 1.0 if leads else FOLLOWS))
+        pulls.append(AttractivePotential(point, potential, 1.0 if leads else FOLLOWER_WEIGHT))
     return pulls

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.world.geometry import BodyGeometry, Kind, placement, sizes
+from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -26,11 +26,11 @@ def _depth(shape: Shape, at: Array) -> float:
     own = placement(shape)
     p = np.abs(own[:, :3].T @ (at - own[:, 3]))
     across = float(np.hypot(p[0], p[1]))
-    if kind is Kind.BOX:
+    if kind is ShapeKind.BOX:
         depth = float((half - p).min())
-    elif kind is Kind.SPHERE:
+    elif kind is ShapeKind.SPHERE:
         depth = half[0] - float(np.linalg.norm(p))
-    elif kind is Kind.CYLINDER:
+    elif kind is ShapeKind.CYLINDER:
         depth = min(half[0] - across, half[2] - p[2])
     else:
         depth = half[0] - float(np.hypot(across, max(p[2] - half[2], 0.0)))

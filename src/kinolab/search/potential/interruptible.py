@@ -8,10 +8,10 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-GLANCE = 0.05  # [s] between two looks at whether to stop
+CANCELLATION_PERIOD = 0.05  # [s] between two looks at whether to stop
 
 
-def unless_stopped(work: Callable[[], T], stop: Callable[[], bool]) -> T | None:
+def run_unless_cancelled(work: Callable[[], T], stop: Callable[[], bool]) -> T | None:
     """Return what ``work`` returns, or None as soon as ``stop`` says to end.
 
     Python handles signals in its main thread, and only between two of its own instructions; so
@@ -29,7 +29,7 @@ def unless_stopped(work: Callable[[], T], stop: Callable[[], bool]) -> T | None:
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     while thread.is_alive():
-        thread.join(GLANCE)
+        thread.join(CANCELLATION_PERIOD)
         if thread.is_alive() and stop():
             return None
     if failures:

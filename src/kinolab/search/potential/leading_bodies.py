@@ -15,12 +15,12 @@ from kinolab.world import BodyGeometry, triangles
 
 Array: TypeAlias = NDArray[np.float64]
 
-SAMPLES = 24  # configurations at which the machine is looked at
-MOVES = 1e-6  # [m] that a point moves by where it moves at all
+RANDOM_STATES = 24  # configurations at which the machine is looked at
+MIN_MOTION = 1e-6  # [m] that a point moves by where it moves at all
 
 
 @dataclass(frozen=True, eq=False)
-class Carrier:
+class LeadingBody:
     """A body that others follow, or that follows no other.
 
     Attributes:
@@ -36,20 +36,20 @@ class Carrier:
     reach: Array
 
 
-def carriers(problem: Problem) -> list[Carrier]:
+def leading_bodies(problem: Problem) -> list[LeadingBody]:
     """Return the bodies that lead: no other body's lengths contain all of theirs.
 
     A crane's load leads its trolley and its bridge. Of bodies moved by the same lengths the
     first that the system names leads. Where no length moves any body, as in an arm, all lead.
     """
-    states = sample_states(problem, SAMPLES)
+    states = sample_states(problem, RANDOM_STATES)
     found = [
-        Carrier(k, _lengths_of(problem, k, states[:3]), *_extent(body))
+        LeadingBody(k, _lengths_of(problem, k, states[:3]), *_extent(body))
         for k, body in enumerate(problem.bodies)
         if body.shapes
     ]
     found.sort(key=lambda c: -len(c.lengths))  # keeps the system's order
-    kept: list[Carrier] = []
+    kept: list[LeadingBody] = []
     for carrier in found:
         if not any(set(carrier.lengths) <= set(other.lengths) for other in kept if other.lengths):
             kept.append(carrier)
@@ -83,7 +83,7 @@ def _lengths_of(problem: Problem, body: int, states: Array) -> tuple[int, ...]:
         moved = states.copy()
         moved[:, entry] += 1.0
         shift = (problem.frames(moved) - problem.frames(states))[:, body]
-        if np.abs(shift[:, [3, 7, 11]]).max() > MOVES:
+        if np.abs(shift[:, [3, 7, 11]]).max() > MIN_MOTION:
             found.append(entry)
     return tuple(found)
 

@@ -14,17 +14,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import Stop, look, never
+from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.errors import KinolabError
 from kinolab.numerics.bounded_lsq import bounded_least_squares
 from kinolab.search.potential.field import Field
-from kinolab.search.potential.pullback import Projection, independent_entries
-from kinolab.simulation import HeldInputs
+from kinolab.search.potential.pullback import InputProjection, independent_entries
+from kinolab.simulation import ZeroOrderHold
 
 Array: TypeAlias = NDArray[np.float64]
 
-STRIDES = (0.3, 1.0, 3.0)  # [m] that the control points are asked to go within the horizon
-NUDGE = 0.05  # of an input's range, to see what it changes
+STEP_LENGTHS = (0.3, 1.0, 3.0)  # [m] that the control points are asked to go within the horizon
+FD_STEP = 0.05  # of an input's range, to see what it changes
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +47,16 @@ class Lookahead:
     """
 
     def __init__(
-        self, field: Field, projection: Projection, steps: int, draws: int, stop: Stop = never
+        self,
+        field: Field,
+        projection: InputProjection,
+        steps: int,
+        draws: int,
+        stop: CancellationToken = never_cancelled,
     ) -> None:
         self._field, self._projection, self._stop = field, projection, stop
         self.steps, self._draws = steps, draws
-        self._rollout = HeldInputs(field.problem)
+        self._rollout = ZeroOrderHold(field.problem)
         self._lower, self._upper = field.problem.model.control_bounds.T
 
     def proposals(self, x: Array, u: Array, generator: np.random.Generator) -> list[Proposal]:
@@ -64,7 +69,7 @@ class Lookahead:
         """
         found, ends = [], []
         for proposed in self._ideas(x, u, generator):
-            look(self._stop)
+            raise_if_cancelled(self._stop)
             end = self._rollout.end(x, proposed, self.steps)
             if end is not None:
                 found.append(proposed)
@@ -93,11 +98,11 @@ class Lookahead:
     def _by_linear_response(self, x: Array, u: Array) -> Iterator[Array]:
         """Yield inputs that bring the control points down the field, and some that brake."""
         base = self._rollout.end(x, u, self.steps)
-        nudges = np.where(u > (self._lower + self._upper) / 2, -NUDGE, NUDGE)
+        nudges = np.where(u > (self._lower + self._upper) / 2, -FD_STEP, FD_STEP)
         nudges *= self._upper - self._lower
         ends = []
         for step in np.diag(nudges):
-            look(self._stop)
+            raise_if_cancelled(self._stop)
             ends.append(self._rollout.end(x, u + step, self.steps))
         if base is None or any(end is None for end in ends):
             return
@@ -105,10 +110,10 @@ class Lookahead:
         bounds = self._lower - u, self._upper - u
         points = self._field.points(np.vstack([states, x]))
         response = ((points[1:-1] - points[0]).reshape(len(u), -1) / nudges[:, None]).T
-        way = self._way_down(points[-1])
+        path = self._way_down(points[-1])
         weights = np.repeat(np.sqrt([pull.weight for pull in self._field.pulls]), 3)
-        for stride in STRIDES if len(way) else ():
-            short = points[-1] + stride * way - points[0]
+        for stride in STEP_LENGTHS if len(path) else ():
+            short = points[-1] + stride * path - points[0]
             target = weights * short.reshape(-1)
             yield u + bounded_least_squares(weights[:, None] * response, target, *bounds)
         entries = independent_entries(self._field.problem.model)

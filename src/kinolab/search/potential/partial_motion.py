@@ -12,7 +12,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(eq=False)
-class Trail:
+class PartialMotion:
     """States and the inputs between them, from the start.
 
     Attributes:
@@ -28,9 +28,9 @@ class Trail:
         """The state it leads to."""
         return self.states[-1]
 
-    def until(self, count: int) -> Trail:
+    def until(self, count: int) -> PartialMotion:
         """Return the part of it that has ``count`` inputs."""
-        return Trail(self.states[: count + 1], self.inputs[:count])
+        return PartialMotion(self.states[: count + 1], self.inputs[:count])
 
     def add(self, u: Array, x: Array) -> None:
         """Go on with inputs that lead to a state."""

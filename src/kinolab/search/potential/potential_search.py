@@ -15,15 +15,15 @@ from kinolab.search.potential.descent import Descent, Ending
 from kinolab.search.potential.eikonal import shortest
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.field_setup import navigation_field, plain_field
-from kinolab.search.potential.interruptible import unless_stopped
+from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.lookahead import Lookahead
-from kinolab.search.potential.partial_motion import Trail
-from kinolab.search.potential.pullback import Projection
-from kinolab.search.potential.random_walk_escapes import Escapes
+from kinolab.search.potential.partial_motion import PartialMotion
+from kinolab.search.potential.pullback import InputProjection
+from kinolab.search.potential.random_walk_escapes import RandomWalkEscapes
 from kinolab.search.potential.repulsion import Repulsion
 from kinolab.simulation import Propagator
 from kinolab.simulation.resimulated_goal import TrueEnds
-from kinolab.steering import Arrival
+from kinolab.steering import GoalConnection
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -33,38 +33,42 @@ class FieldSettings:
     """What the search needs to know; the planner says what each one means."""
 
     navigation: bool
-    escapes: int
-    pull: float
+    random_walk_escapes: int
+    attractive_gain: float
     damping: float
-    repulsion: float
-    influence: float
+    repulsive_gain: float
+    influence_distance: float
     horizon: float
-    draws: int
+    control_samples: int
     resolution: float
-    memory: float
-    berth: float
-    near: float
-    patience: float
+    grid_memory: float
+    clearance_cost_radius: float
+    goal_connection_distance: float
+    stall_time: float
 
 
 def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) -> SearchResult:
     """Search for a motion into the goal down a potential field."""
     propagator = Propagator(problem)
     if settings.navigation:
-        unless_stopped(_load_solver, lambda: budget.interrupted)
+        run_unless_cancelled(_load_solver, lambda: budget.interrupted)
     budget.restart()
     field = _field(propagator, settings, budget)
     if field is None:
-        return _result(problem, Trail([problem.start]), Ending.BUDGET, budget, propagator, {})
-    projection = Projection(problem.model, settings.pull, settings.damping)
+        return _result(
+            problem, PartialMotion([problem.start]), Ending.BUDGET, budget, propagator, {}
+        )
+    projection = InputProjection(problem.model, settings.attractive_gain, settings.damping)
     descent = _descent(field, projection, settings, propagator, budget)
 
     truth = TrueEnds(problem)
 
-    def reaches(trail: Trail) -> bool:
+    def reaches(trail: PartialMotion) -> bool:
         return truth.excess(_rows(problem, trail)[1]) <= 1.0
 
-    escapes = Escapes(field, descent, projection, propagator, settings.escapes, reaches)
+    escapes = RandomWalkEscapes(
+        field, descent, projection, propagator, settings.random_walk_escapes, reaches
+    )
     ending, trail = escapes.search(problem, np.random.default_rng(seed), budget)
     statistics = {"potential_at_start": float(field.potential(problem.start[None])[0])}
     statistics |= {"minima": float(len(escapes.minima)), "escapes": float(escapes.made)}
@@ -81,45 +85,47 @@ def _load_solver() -> None:
 
 
 def _field(propagator: Propagator, settings: FieldSettings, budget: Budget) -> Field | None:
-    repulsion = Repulsion(settings.repulsion, settings.influence)
+    repulsion = Repulsion(settings.repulsive_gain, settings.influence_distance)
     if not settings.navigation:
         return plain_field(propagator.problem, repulsion)
     return navigation_field(
         propagator,
         repulsion,
         resolution=settings.resolution,
-        memory=settings.memory,
-        berth=settings.berth,
+        grid_memory=settings.grid_memory,
+        clearance_cost_radius=settings.clearance_cost_radius,
         stop=lambda: budget.over,
     )
 
 
 def _descent(
     field: Field,
-    projection: Projection,
+    projection: InputProjection,
     settings: FieldSettings,
     propagator: Propagator,
     budget: Budget,
 ) -> Descent:
     problem = field.problem
     steps = _steps(settings.horizon, problem)
-    lookahead = Lookahead(field, projection, steps, settings.draws, lambda: budget.late)
-    arrival = Arrival(problem, steps, propagator, lambda: budget.over)
-    patience = _steps(settings.patience, problem)
-    return Descent(field, lookahead, arrival, propagator, settings.near, patience)
+    lookahead = Lookahead(field, projection, steps, settings.control_samples, lambda: budget.late)
+    arrival = GoalConnection(problem, steps, propagator, lambda: budget.over)
+    patience = _steps(settings.stall_time, problem)
+    return Descent(
+        field, lookahead, arrival, propagator, settings.goal_connection_distance, patience
+    )
 
 
 def _steps(duration: float, problem: Problem) -> int:
     return max(1, round(min(duration / problem.step, 10_000.0)))
 
 
-def _rows(problem: Problem, trail: Trail) -> tuple[Array, Array]:
+def _rows(problem: Problem, trail: PartialMotion) -> tuple[Array, Array]:
     u = np.array(trail.inputs, dtype=float).reshape(-1, problem.model.nu)
     t: Array = problem.step * np.arange(len(u) + 1.0)
     return t, u
 
 
-def _where(problem: Problem, escapes: Escapes) -> dict[str, float]:
+def _where(problem: Problem, escapes: RandomWalkEscapes) -> dict[str, float]:
     """Return where the lowest minimum is, by the names of the configuration."""
     lowest = min(escapes.minima, key=lambda minimum: minimum.height)
     names = problem.model.state_names[: problem.model.nq]
@@ -129,7 +135,7 @@ def _where(problem: Problem, escapes: Escapes) -> dict[str, float]:
 
 def _result(
     problem: Problem,
-    trail: Trail,
+    trail: PartialMotion,
     ending: Ending,
     budget: Budget,
     propagator: Propagator,

@@ -20,7 +20,7 @@ from kinolab.search.potential.field import PointForce
 
 Array: TypeAlias = NDArray[np.float64]
 
-NUDGE = 1e-5  # along a velocity; central differences are then exact to about 1e-10 m per m/s
+FD_STEP = 1e-5  # along a velocity; central differences are then exact to about 1e-10 m per m/s
 
 
 def independent_entries(model: Model) -> slice:
@@ -56,10 +56,10 @@ def point_jacobians(model: Model, x: Array, points: Sequence[tuple[int, Array]])
     """
     columns = velocity_columns(model, x)[0]
     nudged = np.tile(x, (2 * columns.shape[1], 1))
-    nudged[0::2, : model.nq] += NUDGE * columns.T
-    nudged[1::2, : model.nq] -= NUDGE * columns.T
+    nudged[0::2, : model.nq] += FD_STEP * columns.T
+    nudged[1::2, : model.nq] -= FD_STEP * columns.T
     poses = model.frames(np.vstack([nudged, x])).reshape(len(nudged) + 1, -1, 3, 4)
-    slopes = (poses[0:-1:2] - poses[1:-1:2]) / (2 * NUDGE)
+    slopes = (poses[0:-1:2] - poses[1:-1:2]) / (2 * FD_STEP)
     found = np.zeros((len(points), 3, columns.shape[1]))
     for k, (body, at) in enumerate(points):
         here = poses[-1, body]
@@ -87,7 +87,7 @@ def reduced_mass(model: Model, x: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Projection:
+class InputProjection:
     """Chooses the inputs under which the machine moves most nearly as a force asks.
 
     Attributes:

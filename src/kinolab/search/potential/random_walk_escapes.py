@@ -18,21 +18,22 @@ from kinolab.problem import Problem
 from kinolab.search.planner import Budget
 from kinolab.search.potential.descent import Descent, Ending
 from kinolab.search.potential.field import Field
-from kinolab.search.potential.partial_motion import Trail
-from kinolab.search.potential.pullback import Projection
+from kinolab.search.potential.partial_motion import PartialMotion
+from kinolab.search.potential.pullback import InputProjection
 from kinolab.simulation import Propagator
 
 Array: TypeAlias = NDArray[np.float64]
 
-TRIES = 8  # random motions that begin at the lowest minimum before the search goes back
+# random motions that begin at the lowest minimum before the search goes back
+ESCAPES_PER_MINIMUM = 8
 SHORTEST, LONGEST = 4.0, 60.0  # [s] that a random motion lasts, short and long ones alike
-HELD = 2.0  # [s] for which it goes one way, in the mean
-REFUSED = 20  # draws in a row that lead nowhere, after which it ends
-LOWER = 0.05  # [m] by which a minimum is lower that counts as progress
+MEAN_HOLD_TIME = 2.0  # [s] for which it goes one way, in the mean
+MAX_REJECTIONS = 20  # draws in a row that lead nowhere, after which it ends
+MIN_IMPROVEMENT = 0.05  # [m] by which a minimum is lower that counts as progress
 
 
 @dataclass(eq=False)
-class Minimum:
+class LocalMinimum:
     """A place where a descent ended.
 
     Attributes:
@@ -40,11 +41,11 @@ class Minimum:
         height: Of the potential there, in [m].
     """
 
-    trail: Trail
+    trail: PartialMotion
     height: float
 
 
-class Escapes:
+class RandomWalkEscapes:
     """The search over minima.
 
     Args:
@@ -64,21 +65,21 @@ class Escapes:
         self,
         field: Field,
         descent: Descent,
-        projection: Projection,
+        projection: InputProjection,
         propagator: Propagator,
         most: int,
-        reached: Callable[[Trail], bool],
+        reached: Callable[[PartialMotion], bool],
     ) -> None:
         self._field, self._descent, self._propagator, self._most = field, descent, propagator, most
         self._projection, self._reached = projection, reached
-        self.minima: list[Minimum] = []
+        self.minima: list[LocalMinimum] = []
         self.made = self._since_progress = 0
 
     def search(
         self, problem: Problem, generator: np.random.Generator, budget: Budget
-    ) -> tuple[Ending, Trail]:
+    ) -> tuple[Ending, PartialMotion]:
         """Return how the search ended, and the trail to the goal or to the nearest approach."""
-        trail = Trail([problem.start])
+        trail = PartialMotion([problem.start])
         nearest = trail.until(0)
         while True:
             ending = self._descend(trail, generator, budget)
@@ -92,7 +93,9 @@ class Escapes:
             if not self._wander(problem, trail, generator, budget):
                 return Ending.BUDGET, _nearest(problem, trail, nearest)
 
-    def _descend(self, trail: Trail, generator: np.random.Generator, budget: Budget) -> Ending:
+    def _descend(
+        self, trail: PartialMotion, generator: np.random.Generator, budget: Budget
+    ) -> Ending:
         """Go down; a goal that is missed in truth counts as a minimum."""
         ending = self._descent.follow(trail, generator, budget)
         if ending is Ending.GOAL and not self._reached(trail):
@@ -101,35 +104,35 @@ class Escapes:
             self._note(trail)
         return ending
 
-    def _note(self, trail: Trail) -> None:
+    def _note(self, trail: PartialMotion) -> None:
         height = float(self._field.potential(trail.end[None])[0])
-        if all(height < minimum.height - LOWER for minimum in self.minima):
+        if all(height < minimum.height - MIN_IMPROVEMENT for minimum in self.minima):
             self._since_progress = 0
-        self.minima.append(Minimum(trail, height))
+        self.minima.append(LocalMinimum(trail, height))
 
-    def _origin(self, generator: np.random.Generator) -> Trail:
+    def _origin(self, generator: np.random.Generator) -> PartialMotion:
         """Return a trail from whose end a random motion begins.
 
         That is the lowest minimum until it was tried too often, then a place on the way to any of
         them, so that the search goes back as far as it must.
         """
         self._since_progress += 1
-        if self._since_progress <= TRIES:
+        if self._since_progress <= ESCAPES_PER_MINIMUM:
             trail = min(self.minima, key=lambda minimum: minimum.height).trail
             return trail.until(len(trail.inputs))
         trail = self.minima[int(generator.integers(len(self.minima)))].trail
         return trail.until(int(generator.integers(len(trail.inputs) + 1)))
 
     def _wander(
-        self, problem: Problem, trail: Trail, generator: np.random.Generator, budget: Budget
+        self, problem: Problem, trail: PartialMotion, generator: np.random.Generator, budget: Budget
     ) -> bool:
         """Add a random motion of random duration to a trail; False where the budget is spent."""
         h, refused = problem.step, 0
         duration = SHORTEST * (LONGEST / SHORTEST) ** generator.random()
         left = 1 + int(duration / h)
-        while left > 0 and refused < REFUSED:
+        while left > 0 and refused < MAX_REJECTIONS:
             drive = self._drive(problem, generator)
-            for _ in range(min(left, 1 + int(generator.exponential(HELD) / h))):
+            for _ in range(min(left, 1 + int(generator.exponential(MEAN_HOLD_TIME) / h))):
                 if budget.spent():
                     return False
                 u = drive(trail.end)
@@ -162,7 +165,7 @@ class Escapes:
         return pushed
 
 
-def _nearest(problem: Problem, trail: Trail, best: Trail) -> Trail:
+def _nearest(problem: Problem, trail: PartialMotion, best: PartialMotion) -> PartialMotion:
     """Return the part of a trail that ends nearest to the goal, if that is nearer than the best."""
     distances = [problem.goal_distance(x) for x in trail.states]
     k = int(np.argmin(distances))

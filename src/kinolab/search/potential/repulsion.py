@@ -13,7 +13,7 @@ import numpy as np
 from kinolab.world.collision.closest_points import Gap
 from kinolab.world.geometry import Array
 
-CLOSEST = 1e-4  # [m]; nearer than this the push grows no more, so that it stays a number
+MIN_DISTANCE = 1e-4  # [m]; nearer than this the push grows no more, so that it stays a number
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,14 @@ class Repulsion:
             return math.inf
         if distance >= self.reach:
             return 0.0
-        return 0.5 * self.gain * (1 / max(distance, CLOSEST) - 1 / self.reach) ** 2
+        return 0.5 * self.gain * (1 / max(distance, MIN_DISTANCE) - 1 / self.reach) ** 2
 
     def force(self, gap: Gap) -> Array:
         """Return the push on the body at its nearest point, away from the obstacle, shape (3,).
 
         Its length is gain (1/d - 1/reach) / d^2; it is 0 at contact, where no direction is known.
         """
-        d = max(gap.distance, CLOSEST)
+        d = max(gap.distance, MIN_DISTANCE)
         if not 0 < gap.distance < self.reach:
             return np.zeros(3)
         away = (gap.on_body - gap.on_obstacle) / gap.distance

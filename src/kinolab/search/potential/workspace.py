@@ -17,7 +17,7 @@ from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.quaternions import random_attitude
 from kinolab.problem import Problem
 from kinolab.search.potential.control_points import ControlPoint, place
-from kinolab.search.potential.eikonal import Grid
+from kinolab.search.potential.eikonal import WorkspaceGrid
 from kinolab.search.potential.inscribed_ball import inscribed_radius
 from kinolab.search.potential.leading_bodies import sample_states
 from kinolab.simulation import Propagator
@@ -26,28 +26,30 @@ from kinolab.world import BodyGeometry, CollisionChecker
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-ATTITUDES = 16  # in which the machine is brought to a cell
-SAMPLES = 32  # configurations from which the workspace of a point is measured
-MOVES = 1e-6  # [m] by which a point moves along an axis of its workspace
+RANDOM_ATTITUDES = 16  # in which the machine is brought to a cell
+RANDOM_STATES = 32  # configurations from which the workspace of a point is measured
+MIN_MOTION = 1e-6  # [m] by which a point moves along an axis of its workspace
 ROUNDING = 1e-9  # [m]
 BYTES_PER_CELL = 64  # occupancy, speeds and values, with what the solver keeps beside them
-SMALLEST = 1e-3  # [m] radius of a ball that stands for a point
-PATIENCE = 16  # cells between two looks at the clock
+MIN_RADIUS = 1e-3  # [m] radius of a ball that stands for a point
+CELLS_PER_CANCELLATION_CHECK = 16  # cells between two looks at the clock
 
 
-def grid_of(problem: Problem, point: ControlPoint, resolution: float, memory: float) -> Grid:
+def grid_of(
+    problem: Problem, point: ControlPoint, resolution: float, grid_memory: float
+) -> WorkspaceGrid:
     """Return the cells of a point's workspace; the goal is a corner of some of them.
 
     Args:
         problem: Gives the limits.
         point: The control point.
         resolution: Edge of a cell in [m]; longer where memory is short.
-        memory: That all cells may take, in [MB].
+        grid_memory: That all cells may take, in [MB].
     """
     low, high = _extent(problem, point)
-    axes = tuple(int(k) for k in np.flatnonzero(high - low > MOVES))
+    axes = tuple(int(k) for k in np.flatnonzero(high - low > MIN_MOTION))
     low, high, goal = (values[list(axes)] for values in (low, high, point.goal))
-    most = max(memory * 1e6 / BYTES_PER_CELL, 2.0 ** len(axes))
+    most = max(grid_memory * 1e6 / BYTES_PER_CELL, 2.0 ** len(axes))
     size = resolution
     while True:
         below, above = (
@@ -56,28 +58,28 @@ def grid_of(problem: Problem, point: ControlPoint, resolution: float, memory: fl
         if np.prod(below + above) <= most:
             break
         size *= 1.05
-    return Grid(axes, goal - size * below, size, tuple(int(n) for n in below + above))
+    return WorkspaceGrid(axes, goal - size * below, size, tuple(int(n) for n in below + above))
 
 
 def _extent(problem: Problem, point: ControlPoint) -> tuple[Array, Array]:
     """Return the lowest and highest place of a point, shape (3,), as far as samples tell."""
-    states = sample_states(problem, SAMPLES)
+    states = sample_states(problem, RANDOM_STATES)
     for k, entry in enumerate(point.carrier.lengths):
         for half, value in zip((0, 1), problem.sampling_bounds[entry], strict=True):
             # Both ends of every length, together with both ends of all others.
-            states[(np.arange(SAMPLES) >> k) % 2 == half, entry] = value
+            states[(np.arange(RANDOM_STATES) >> k) % 2 == half, entry] = value
     places = place(point.at, problem.frames(states)[:, point.carrier.body])
     places = np.vstack([places, point.goal, _at(problem, point, problem.start)])
     low, high = places.min(axis=0), places.max(axis=0)
     for axis, (lower, upper) in problem.world.bounds.items():
         k = "xyz".index(axis)
-        if high[k] - low[k] > MOVES:
+        if high[k] - low[k] > MIN_MOTION:
             low[k], high[k] = max(low[k], lower), min(high[k], upper)
     return low, high
 
 
 def open_cells(
-    propagator: Propagator, point: ControlPoint, grid: Grid, stop: Callable[[], bool]
+    propagator: Propagator, point: ControlPoint, grid: WorkspaceGrid, stop: Callable[[], bool]
 ) -> Mask | None:
     """Return which cells the point can be brought to from its goal, of the grid's shape.
 
@@ -95,7 +97,7 @@ def open_cells(
                 continue
             seen[neighbour] = True
             judged += 1
-            if judged % PATIENCE == 0 and stop():
+            if judged % CELLS_PER_CANCELLATION_CHECK == 0 and stop():
                 return None
             if is_free(grid.centre(neighbour)):
                 free[neighbour] = True
@@ -103,14 +105,14 @@ def open_cells(
     return free
 
 
-def is_open(problem: Problem, point: ControlPoint, grid: Grid, free: Mask) -> bool:
+def is_open(problem: Problem, point: ControlPoint, grid: WorkspaceGrid, free: Mask) -> bool:
     """Say whether the start is in an open cell or beside one."""
     cell = grid.cell_of(_at(problem, point, problem.start))
     around = tuple(slice(max(k - 1, 0), k + 2) for k in cell)
     return bool(free[around].any())
 
 
-def around_goal(grid: Grid, goal: Array) -> list[tuple[int, ...]]:
+def around_goal(grid: WorkspaceGrid, goal: Array) -> list[tuple[int, ...]]:
     """Return the cells that have the goal as a corner."""
     upper = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
     cells = (tuple(int(i) for i in upper - step) for step in np.ndindex(*(2,) * len(upper)))
@@ -125,7 +127,9 @@ def _neighbours(cell: tuple[int, ...], shape: tuple[int, ...]) -> Iterator[tuple
             yield (*cell[:k], cell[k] + 1, *cell[k + 1 :])
 
 
-def _judge(propagator: Propagator, point: ControlPoint, grid: Grid) -> Callable[[Array], bool]:
+def _judge(
+    propagator: Propagator, point: ControlPoint, grid: WorkspaceGrid
+) -> Callable[[Array], bool]:
     """Return the question whether the point may be at a place (axes,) of the grid."""
     problem = propagator.problem
     states = _attitudes(problem)
@@ -162,22 +166,26 @@ def _attitudes(problem: Problem) -> Array:
     Angles that do not turn all the way round (a sway, a steering) stay where the start has them.
     """
     generator = np.random.default_rng(0)
-    states = np.tile(problem.start, (ATTITUDES + 2, 1))
+    states = np.tile(problem.start, (RANDOM_ATTITUDES + 2, 1))
     states[:, problem.model.nq :] = 0.0
     turning = np.flatnonzero(problem.circular)
     goal = problem.sample_goal(generator, spread=0.0)
     turned = np.flatnonzero(problem.space.turns)
     states[1, turned] = goal[turned]
-    for k in range(ATTITUDES):
+    for k in range(RANDOM_ATTITUDES):
         for j, entry in enumerate(turning):
             # Even for one angle, spread like a lattice for several.
-            states[k + 2, entry] = 2 * np.pi * ((k * (1 + 7 * j)) % ATTITUDES) / ATTITUDES - np.pi
+            states[k + 2, entry] = (
+                2 * np.pi * ((k * (1 + 7 * j)) % RANDOM_ATTITUDES) / RANDOM_ATTITUDES - np.pi
+            )
         for own in problem.space.quaternions:
             states[k + 2, own] = random_attitude(generator)
     return problem.model.project(states if turned.size else states[:1])
 
 
-def _carried(problem: Problem, point: ControlPoint, grid: Grid, states: Array) -> Array | None:
+def _carried(
+    problem: Problem, point: ControlPoint, grid: WorkspaceGrid, states: Array
+) -> Array | None:
     """Return how lengths change with the point's place, shape (lengths, axes), if they carry it.
 
     None where the lengths do not move the point along every axis of the grid, or not straight.
@@ -191,17 +199,17 @@ def _carried(problem: Problem, point: ControlPoint, grid: Grid, states: Array) -
         moved[2 * k, entry] += 1.0
         moved[2 * k + 1, entry] += 2.0
     shift = place(point.at, problem.frames(moved)[:, body]) - base
-    straight = np.allclose(2 * shift[0::2], shift[1::2], atol=MOVES)
+    straight = np.allclose(2 * shift[0::2], shift[1::2], atol=MIN_MOTION)
     slopes = shift[0::2][:, axes].T  # (axes, lengths)
     if not straight or np.linalg.matrix_rank(slopes, tol=1e-6) < len(axes):
         return None
     return np.asarray(np.linalg.pinv(slopes), dtype=float)
 
 
-def _ball(problem: Problem, point: ControlPoint, grid: Grid) -> Callable[[Array], bool]:
+def _ball(problem: Problem, point: ControlPoint, grid: WorkspaceGrid) -> Callable[[Array], bool]:
     """Judge the largest ball about the point that fits the body, in place of the machine."""
     body = problem.bodies[point.carrier.body]
-    radius = max(inscribed_radius(body, point.at), SMALLEST)
+    radius = max(inscribed_radius(body, point.at), MIN_RADIUS)
     ball = BodyGeometry("ball", (Sphere(radius),), body.touches_ground)
     checker = CollisionChecker([ball], problem.world)
     where, axes = point.goal.copy(), list(grid.axes)

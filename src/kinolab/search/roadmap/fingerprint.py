@@ -8,7 +8,7 @@ import numpy as np
 
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
-from kinolab.steering import ignorable
+from kinolab.steering import cyclic_coordinates
 
 
 def fingerprints(problem: Problem) -> dict[str, str]:
@@ -29,7 +29,7 @@ def fingerprints(problem: Problem) -> dict[str, str]:
             ).encode()
         ),
         # Motions end anywhere in what is ignorable, which a goal may not be content with.
-        "relevance of coordinates": _hash(ignorable(problem).tobytes()),
+        "relevance of coordinates": _hash(cyclic_coordinates(problem).tobytes()),
     }
 
 

@@ -7,15 +7,15 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import Stop, look, never
+from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator
-from kinolab.steering import Steering, ignorable, settle
+from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 
 Array: TypeAlias = NDArray[np.float64]
 
-TRIES = 400  # draws before there is no milestone to be had
-PATIENCE = 50  # draws without an equilibrium before a moving state will do
+MAX_DRAWS = 400  # draws before there is no milestone to be had
+MAX_DRAWS_AT_REST = 50  # draws without an equilibrium before a moving state will do
 
 
 class Sampler:
@@ -35,7 +35,7 @@ class Sampler:
         steering: Steering,
         judge: Propagator,
         seed: int | tuple[int, ...],
-        stop: Stop = never,
+        stop: CancellationToken = never_cancelled,
     ) -> None:
         self._problem, self._steering, self._judge = problem, steering, judge
         self._stop = stop
@@ -43,11 +43,11 @@ class Sampler:
 
     def draw(self) -> Array | None:
         """Return a free state, shape (nx,); None where none was found."""
-        for k in range(TRIES):
-            look(self._stop)
+        for k in range(MAX_DRAWS):
+            raise_if_cancelled(self._stop)
             x = self._problem.sample(self._generator)
             rested = self._at_rest(x)
-            state = x if rested is None and k >= PATIENCE else rested
+            state = x if rested is None and k >= MAX_DRAWS_AT_REST else rested
             if state is not None and self._judge.is_free(state.tolist()):
                 return state
         return None
@@ -56,7 +56,7 @@ class Sampler:
         """Return free states within the goal, at rest where they can be; its middle comes first."""
         found = []
         for k in range(count):
-            look(self._stop)
+            raise_if_cancelled(self._stop)
             x = self._problem.sample_goal(self._generator, 1.0 if k else 1e-9)
             found += [s for s in (self._at_rest(x), x) if s is not None and self._ends_well(s)][:1]
         return found
@@ -67,6 +67,6 @@ class Sampler:
 
     def _at_rest(self, x: Array) -> Array | None:
         """Return the equilibrium near a state, without what does not matter, if there is one."""
-        x = np.where(ignorable(self._problem), 0.0, x)
-        settled = settle(self._problem, self._steering.ways.straightened(x))
+        x = np.where(cyclic_coordinates(self._problem), 0.0, x)
+        settled = nearest_equilibrium(self._problem, self._steering.ways.straightened(x))
         return None if settled is None else settled[0]

@@ -57,10 +57,10 @@ class Roadmap:
         lengths, before = dijkstra(self._steps(), indices=begin, return_predecessors=True)
         if not np.isfinite(lengths[end]):
             return None
-        way = [end]
-        while way[-1] != begin:
-            way.append(int(before[way[-1]]))
-        pairs = zip(way[:0:-1], way[-2::-1], strict=True)
+        path = [end]
+        while path[-1] != begin:
+            path.append(int(before[path[-1]]))
+        pairs = zip(path[:0:-1], path[-2::-1], strict=True)
         return np.vstack([self.motions[pair] for pair in pairs])
 
     def reached(self, begin: int) -> list[int]:

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import StoppedError, look
+from kinolab.cancel import CancelledError, raise_if_cancelled
 from kinolab.problem import Problem
 from kinolab.search.planner import Budget
 from kinolab.search.roadmap.milestones import Sampler
@@ -18,11 +18,11 @@ from kinolab.steering import Maneuver, Steering
 
 Array: TypeAlias = NDArray[np.float64]
 
-GLANCE = 16  # steps of a motion between two looks at whether to stop
-ENOUGH = 2  # motions that join a start or a goal to the roadmap
+STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
+ENOUGH_CONNECTIONS = 2  # motions that join a start or a goal to the roadmap
 
 
-class Explorer:
+class RoadmapBuilder:
     """A roadmap of one problem's machine and world, with what is needed to grow and to ask it.
 
     Args:
@@ -40,11 +40,13 @@ class Explorer:
     ) -> None:
         self._problem, self._neighbours = problem, neighbours
         self.roadmap = Roadmap() if roadmap is None else roadmap
-        self._steering = Steering(problem, self._late)
+        self._steering = Steering(problem, self._cancelled)
         self._judge = Propagator(problem)
         self.rejections = self._judge.rejections
         known = len(self.roadmap.milestones)  # which were drawn, and are not to be drawn again
-        self._sampler = Sampler(problem, self._steering, self._judge, (seed, known), self._late)
+        self._sampler = Sampler(
+            problem, self._steering, self._judge, (seed, known), self._cancelled
+        )
         self._budget: Budget | None = None  # of what is being done
         self._start = problem.start  # of the last question
         self._left: dict[int, Array] = {}  # motions from there, by milestone
@@ -54,7 +56,7 @@ class Explorer:
         self._budget = budget
         try:
             return self._sampler.near_goal(count)
-        except StoppedError:
+        except CancelledError:
             return []
 
     def grow(self, budget: Budget) -> int | None:
@@ -65,7 +67,7 @@ class Explorer:
         self._budget = budget
         try:
             state = self._sampler.draw()
-        except StoppedError:
+        except CancelledError:
             return None
         if state is None:
             return None
@@ -74,7 +76,7 @@ class Explorer:
             self._join(self.roadmap, number, other, budget)
         return number
 
-    def answer(self, start: Array, goals: list[Array], budget: Budget) -> Array | None:
+    def query(self, start: Array, goals: list[Array], budget: Budget) -> Array | None:
         """Return inputs that lead from a start to one of some goals, shape (steps, nu).
 
         The roadmap stays as it is. None where it does not lead there, or the budget is spent.
@@ -128,7 +130,7 @@ class Explorer:
         for other in self._nearest(roadmap.milestones[number], 3 * self._neighbours, size=size):
             pair = (number, other) if leaving else (other, number)
             done += self._steer(roadmap, *pair, budget)
-            if done >= ENOUGH or budget.over:
+            if done >= ENOUGH_CONNECTIONS or budget.over:
                 break
         return done
 
@@ -144,28 +146,28 @@ class Explorer:
         self._budget = budget
         begin, end = roadmap.milestones[a], roadmap.milestones[b]
         try:
-            for motion in self._steering.steer(begin, end, self._looks_free):
+            for motion in self._steering.steer(begin, end, self._passes_coarse_check):
                 if self._is_free(motion):
                     roadmap.connect(a, b, motion.u)
                     return True
-        except StoppedError:
+        except CancelledError:
             budget.take_back()
         return False
 
-    def _late(self) -> bool:
+    def _cancelled(self) -> bool:
         return self._budget is not None and self._budget.late
 
-    def _looks_free(self, states: Array) -> bool:
+    def _passes_coarse_check(self, states: Array) -> bool:
         """Look at some states of a way for which there is no motion yet."""
-        look(self._late)
+        raise_if_cancelled(self._cancelled)
         return all(self._judge.admits(x) for x in states.tolist())
 
     def _is_free(self, motion: Maneuver) -> bool:
         """Check a motion step by step against limits, requirements and obstacles."""
         step, states, inputs = self._problem.step, motion.x.tolist(), motion.u.tolist()
         for k, (x, u) in enumerate(zip(states, inputs, strict=False)):
-            if k % GLANCE == 0:
-                look(self._late)
+            if k % STEPS_PER_CANCELLATION_CHECK == 0:
+                raise_if_cancelled(self._cancelled)
             if not self._judge.step(x, u, step)[1]:
                 return False
         return True

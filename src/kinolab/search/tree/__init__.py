@@ -6,9 +6,9 @@ compiled once and kept on disk, whatever is planned for. Nothing is allocated pe
 
 from kinolab.search.tree.compiled_planner import (
     AbstractCompiledPlanner,
-    AbstractGrowth,
-    Aside,
-    Search,
+    AbstractTreeExtension,
+    SearchState,
+    SubSearch,
 )
 
-__all__ = ["AbstractCompiledPlanner", "AbstractGrowth", "Aside", "Search"]
+__all__ = ["AbstractCompiledPlanner", "AbstractTreeExtension", "SearchState", "SubSearch"]

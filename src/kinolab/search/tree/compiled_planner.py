@@ -15,60 +15,67 @@ from kinolab.numerics.rng import State, generator
 from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph
 from kinolab.search.planner import Budget, Outcome, SearchResult, setting, with_default
-from kinolab.search.tree.problem_arrays import Question, question_of
-from kinolab.search.tree.rejection_sources import culprits
+from kinolab.search.tree.problem_arrays import ProblemArrays, gather_problem
+from kinolab.search.tree.rejection_sources import rejection_sources
 from kinolab.search.tree.tree import (
+    ALL_STEPS,
     COLLISION,
     EQUATIONS,
     FULL,
     LIMIT,
     REACHED,
-    TRIED,
     Tree,
-    rows_to,
+    controls_to,
 )
 from kinolab.search.tree_search import AbstractTreeSearch
-from kinolab.simulation.collision_context import Looks, Ways, looks_at, ways_of
+from kinolab.simulation.collision_context import (
+    CollisionContext,
+    CollisionScratch,
+    collision_context,
+    collision_scratch,
+)
 from kinolab.simulation.machine import Machine, machine_of
 from kinolab.simulation.resimulated_goal import TrueEnds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kinolab.steering.steered_goal_connection import LastStep
+    from kinolab.steering.steered_goal_connection import SteeredGoalConnection
 
-PIECE = 0.005  # [s] of a search between two looks at the clock
-FIRST = 64  # iterations of the first piece
-MOST = 2048  # iterations of a piece: some milliseconds, and where they get slow still little
-GROWTH = 1.5  # of the length of a round over the one before
-MISSES = 10  # motions into the goal that the truth refuses, after which a new tree begins
-ANY = 2**62  # steps: more than any motion has
+SLICE_SECONDS = 0.005  # [s] of a search between two looks at the clock
+FIRST_SLICE_ITERATIONS = 64  # iterations of the first piece
+# iterations of a piece: some milliseconds, and where they get slow still little
+MAX_SLICE_ITERATIONS = 2048
+RESTART_FACTOR = 1.5  # of the length of a round over the one before
+# motions into the goal that the truth refuses, after which a new tree begins
+MAX_RESIMULATION_FAILURES = 10
+UNBOUNDED_STEPS = 2**62  # steps: more than any motion has
 
 
-class Search(NamedTuple):
+class SearchState(NamedTuple):
     """Everything that a compiled loop works on."""
 
     machine: Machine
-    question: Question
-    ways: Ways
-    looks: Looks
+    problem: ProblemArrays
+    collision: CollisionContext
+    scratch: CollisionScratch
     random: State
 
 
-def search_of(problem: Problem, zoom: float, seed: int) -> Search:
+def search_state(problem: Problem, goal_region_scale: float, seed: int) -> SearchState:
     """Gather everything for one search; searches in threads of their own share nothing written."""
     poses, ends = np.zeros((len(problem.bodies), 12)), np.zeros((len(problem.cables), 6))
-    ways = ways_of(problem)
-    return Search(
+    context = collision_context(problem)
+    return SearchState(
         machine_of(problem),
-        question_of(problem, zoom, seed),
-        ways,
-        looks_at(problem, ways, poses, ends),
+        gather_problem(problem, goal_region_scale, seed),
+        context,
+        collision_scratch(problem, context, poses, ends),
         generator(seed),
     )
 
 
-class AbstractGrowth(ABC):
+class AbstractTreeExtension(ABC):
     """A tree that grows in compiled code.
 
     Attributes:
@@ -98,7 +105,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
 
     in_threads: ClassVar[bool] = True
 
-    inputs_tried: int = setting(
+    control_samples: int = setting(
         1, 1, 1000, meaning="How many inputs are compared before one is held."
     )
     max_nodes: int = setting(
@@ -109,7 +116,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         meaning="How many states are kept at most; then a new tree begins.",
     )
     restart_after: int = with_default(0, AbstractTreeSearch, "restart_after")
-    last_step_every: int = setting(
+    goal_connection_period: int = setting(
         20_000,
         0,
         1_000_000_000,
@@ -118,44 +125,47 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     )
 
     @abstractmethod
-    def growth(self, problem: Problem, search: Search) -> AbstractGrowth:
+    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:
         """Return what grows a tree."""
 
-    def asides(self, problem: Problem, seed: int, budget: Budget) -> Sequence[Aside]:  # noqa: ARG002
+    def sub_searches(self, problem: Problem, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
         """Return other searches that have their turn now and then while the tree grows."""
         return ()
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region, and on while it improves."""
-        tree = self.growth(problem, search_of(problem, self.goal_zoom, seed))
+        tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
         tree.begin()
         tree.grow(0)
         budget.restart()  # code was compiled and loaded until here
         nearest, u, solved = math.inf, np.zeros((0, problem.model.nu)), False
         length = left = float(self.restart_after or math.inf)
-        truth, restarts, pieces = TrueEnds(problem), 0, Pieces(budget)
-        asides = Asides(
-            [Arrivals(problem, self, seed, budget), *self.asides(problem, seed, budget)]
+        truth, restarts, slices = TrueEnds(problem), 0, TimeSlices(budget)
+        interleaved = InterleavedSearches(
+            [
+                GoalConnections(problem, self, seed, budget),
+                *self.sub_searches(problem, seed, budget),
+            ]
         )
         own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
-        improvement = Improvement(problem, budget)
-        while not improvement.over and (iterations := pieces.next(min(left, asides.due))):
+        improvement = IncumbentImprovement(problem, budget)
+        while not improvement.over and (iterations := slices.next(min(left, interleaved.due))):
             ended, made = tree.grow(iterations)
-            pieces.done(made)
+            slices.done(made)
             budget.show(lambda: explored(tree.nodes))
             left -= made
-            found = asides.after(made, tree)
+            found = interleaved.advance(made, tree)
             if ended == REACHED:
-                found = rows_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+                found = controls_to(tree.nodes, int(tree.nodes.size[0]) - 1)
             if found is not None and improvement.wants(len(found)):
                 if own_map or truth.excess(found) <= 1.0:
                     solved, u = True, found
                     improvement.found(len(u), tree)
                 else:
-                    left = left if truth.refused % MISSES else 0.0
+                    left = left if truth.refused % MAX_RESIMULATION_FAILURES else 0.0
             elif ended == FULL or left <= 0:
                 nearest, u = (nearest, u) if solved else nearer(tree, nearest, u)
-                length *= GROWTH
+                length *= RESTART_FACTOR
                 left, restarts = length, restarts + 1
                 tree.begin()
         if not solved:
@@ -164,10 +174,12 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         outcome = result(problem, budget, u, tree.nodes, statistics, solved=solved)
         if solved or budget.interrupted:
             return outcome
-        return replace(outcome, rejections=culprits(problem, tree.nodes, self.max_steps, budget))
+        return replace(
+            outcome, rejections=rejection_sources(problem, tree.nodes, self.max_steps, budget)
+        )
 
 
-class Improvement:
+class IncumbentImprovement:
     """How long a search goes on after its first motion into the goal, for shorter ones.
 
     Args:
@@ -182,7 +194,7 @@ class Improvement:
         own = budget.improve
         self._seconds = problem.scenario.planner.improve if own is None else own
         self._step, self._clock = problem.step, budget.clock
-        self._until, self._steps, self._pointless = math.inf, ANY, False
+        self._until, self._steps, self._pointless = math.inf, UNBOUNDED_STEPS, False
         self.statistics: dict[str, float] = {}
 
     @property
@@ -194,7 +206,7 @@ class Improvement:
         """Say whether a motion of so many steps is shorter than all before."""
         return steps < self._steps
 
-    def found(self, steps: int, tree: AbstractGrowth) -> None:
+    def found(self, steps: int, tree: AbstractTreeExtension) -> None:
         """Take a motion of so many steps, and have a tree look for shorter ones."""
         if self.statistics:
             self.statistics["improvements"] += 1.0
@@ -205,7 +217,7 @@ class Improvement:
         self._pointless = self.over or not tree.shorten(steps)
 
 
-class Aside(Protocol):
+class SubSearch(Protocol):
     """A search beside the tree.
 
     Attributes:
@@ -214,14 +226,14 @@ class Aside(Protocol):
 
     due: float
 
-    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Return inputs from the start into the goal, where a turn was due and found some."""
 
 
-class Asides:
+class InterleavedSearches:
     """Several searches beside a tree."""
 
-    def __init__(self, members: Sequence[Aside]) -> None:
+    def __init__(self, members: Sequence[SubSearch]) -> None:
         self._members = members
 
     @property
@@ -229,13 +241,13 @@ class Asides:
         """Iterations of the tree until the next turn of any."""
         return min(member.due for member in self._members)
 
-    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Return what any of them found; each one counts all iterations."""
-        found = [member.after(iterations, tree) for member in self._members]
+        found = [member.advance(iterations, tree) for member in self._members]
         return next((inputs for inputs in found if inputs is not None), None)
 
 
-class Arrivals:
+class GoalConnections:
     """Steers some of a tree's states into the goal, where growth alone would have to hit it.
 
     Args:
@@ -251,20 +263,20 @@ class Arrivals:
     def __init__(
         self, problem: Problem, planner: AbstractCompiledPlanner, seed: int, budget: Budget
     ) -> None:
-        self._problem, self._zoom, self._budget = problem, planner.goal_zoom, budget
-        self._every = self.due = planner.last_step_every or math.inf
+        self._problem, self._zoom, self._budget = problem, planner.goal_region_scale, budget
+        self._every = self.due = planner.goal_connection_period or math.inf
         self._generator = np.random.default_rng(seed)
 
     @cached_property
-    def _last_step(self) -> LastStep:
+    def _last_step(self) -> SteeredGoalConnection:
         with self._budget.preparing():
             from kinolab.steering.steered_goal_connection import (
-                LastStep,  # brings SciPy's optimisers
+                SteeredGoalConnection,  # brings SciPy's optimisers
             )
 
-            return LastStep(self._problem, 1, self._zoom, lambda: self._budget.over)
+            return SteeredGoalConnection(self._problem, 1, self._zoom, lambda: self._budget.over)
 
-    def after(self, iterations: int, tree: AbstractGrowth) -> Array | None:
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Return inputs from the start into the goal, where an attempt was due and found some."""
         self.due -= iterations
         if self.due > 0:
@@ -272,12 +284,12 @@ class Arrivals:
         self.due = self._every
         node = int(self._generator.integers(tree.nodes.size[0]))
         x = tree.nodes.x[node]
-        if not self._last_step.leads_in(x.tolist(), self._problem.goal_excess(x)):
+        if not self._last_step.connect(x.tolist(), self._problem.goal_excess(x)):
             return None
-        return np.concatenate([rows_to(tree.nodes, node), self._last_step.inputs])
+        return np.concatenate([controls_to(tree.nodes, node), self._last_step.inputs])
 
 
-class Pieces:
+class TimeSlices:
     """How many iterations to make before the next look at the clock.
 
     Args:
@@ -285,7 +297,7 @@ class Pieces:
     """
 
     def __init__(self, budget: Budget) -> None:
-        self._budget, self._size, self._begun = budget, FIRST, 0.0
+        self._budget, self._size, self._begun = budget, FIRST_SLICE_ITERATIONS, 0.0
 
     def next(self, most: float = math.inf) -> int:
         """Return how many iterations may be made now; 0 when the search must end."""
@@ -299,9 +311,9 @@ class Pieces:
         """Count iterations made, and fit the next piece to the time they took."""
         self._budget.spend(iterations)
         took = max(self._budget.clock() - self._begun, 1e-6)
-        fitting = iterations * PIECE / took
+        fitting = iterations * SLICE_SECONDS / took
         # Slowly upward: the first iterations of a tree are far quicker than those that follow.
-        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, MOST))
+        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, MAX_SLICE_ITERATIONS))
 
 
 def rows(problem: Problem, u: Array) -> tuple[Array, Array]:
@@ -309,10 +321,10 @@ def rows(problem: Problem, u: Array) -> tuple[Array, Array]:
     return problem.step * np.arange(len(u) + 1.0), u
 
 
-def nearer(tree: AbstractGrowth, nearest: float, u: Array) -> tuple[float, Array]:
+def nearer(tree: AbstractTreeExtension, nearest: float, u: Array) -> tuple[float, Array]:
     """Return the motion of a tree that ends nearest to the goal, if it is nearer than another."""
     if tree.best[1] < nearest:
-        return float(tree.best[1]), rows_to(tree.nodes, int(tree.best[0]))
+        return float(tree.best[1]), controls_to(tree.nodes, int(tree.best[0]))
     return nearest, u
 
 
@@ -331,8 +343,8 @@ def result(
         outcome = Outcome.APPROXIMATE if len(u) else Outcome.NOT_FOUND
         outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
     named = {"limit": LIMIT, "collision": COLLISION, "equations": EQUATIONS}
-    counts = {f"rejected_by_{cause}": float(nodes.tally[k]) for cause, k in named.items()}
-    counts |= {"propagations": float(nodes.tally[TRIED]), "nodes": float(nodes.size[0])}
+    counts = {f"rejected_by_{cause}": float(nodes.rejections[k]) for cause, k in named.items()}
+    counts |= {"propagations": float(nodes.rejections[ALL_STEPS]), "nodes": float(nodes.size[0])}
     times, inputs = rows(problem, u)
     return SearchResult(
         outcome, times, inputs, budget.iterations, counts | statistics, graph=explored(nodes)

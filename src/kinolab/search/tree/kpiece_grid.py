@@ -21,25 +21,26 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.numerics.rng import uniform
 from kinolab.problem import Problem
-from kinolab.problem.metric import CELLS_AROUND_GOAL, projected
-from kinolab.search.tree.problem_arrays import Question, share_of
+from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
+from kinolab.search.tree.problem_arrays import ProblemArrays, normalized_error
 
 EMPTY = -1
 BLOCK = 64  # cells whose most important one is known
-NEARBY = 2.0  # steps of a lead: what is near the goal behind a wall is not
-AGE = 0.3  # probability that an older state of a cell is chosen instead of a younger one
+NEAR_GOAL_STEPS = 2.0  # steps of a lead: what is near the goal behind a wall is not
+# probability that an older state of a cell is chosen instead of a younger one
+OLDER_STATE_PROBABILITY = 0.3
 GOOD, BAD = 0.9, 0.45  # factors on the importance of a cell from which growth came to something
 FIRST, NEXT = -3750763034362895579, 1099511628211  # FNV-1a, 64 bits
 
 
-class Cells(NamedTuple):
+class KpieceGrid(NamedTuple):
     """Cells that hold nodes, for compiled code."""
 
     entry: Integers  # (k,) entries of the state that are divided
     lower: Array  # (k,)
     per_unit: Array  # (k,) cells per unit
     around: Array  # (k,) cells until the first one comes again; infinite on a line
-    zoom: float  # what counts as near the goal, in its tolerances
+    goal_region_scale: float  # what counts as near the goal, in its tolerances
     across: float  # cells over all of the goal's tolerances, at the finest
     table: NDArray[np.int32]  # (places,) cells by the hash of their key, EMPTY where there is none
     key: Integers  # (capacity,) of cells
@@ -53,26 +54,28 @@ class Cells(NamedTuple):
     size: Integers  # (1,) of cells
 
 
-def cells(problem: Problem, question: Question, capacity: int, zoom: float, across: int) -> Cells:
+def kpiece_grid(
+    problem: Problem, arrays: ProblemArrays, capacity: int, goal_region_scale: float, across: int
+) -> KpieceGrid:
     """Return no cells, with room for as many nodes.
 
     Args:
         problem: Whose machine.
-        question: Of the same problem.
+        arrays: Of the same problem.
         capacity: Nodes, and cells, at most.
-        zoom: What counts as near the goal, in its tolerances.
+        goal_region_scale: What counts as near the goal, in its tolerances.
         across: Cells along each coordinate that is divided.
     """
-    entries = projected(problem)
+    entries = projected_coordinates(problem)
     lower, upper = problem.sampling_bounds[entries].T
-    named = len(question.goal.entry)
+    named = len(arrays.goal.entry)
     places = 1 << max(4, (2 * capacity).bit_length())
-    return Cells(
+    return KpieceGrid(
         entry=np.array(entries, dtype=np.int64),
         lower=np.ascontiguousarray(lower),
         per_unit=across / (upper - lower),
         around=np.where(problem.circular[entries], float(across), np.inf),
-        zoom=float(zoom) if named else 0.0,
+        goal_region_scale=float(goal_region_scale) if named else 0.0,
         across=float(max(2, round(CELLS_AROUND_GOAL ** (1 / max(1, named))))),
         table=np.full(places, EMPTY, np.int32),
         key=np.zeros(capacity, np.int64),
@@ -103,20 +106,20 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
     """
     farthest = 0.0
     for k in range(goal.entry.shape[0]):
-        farthest = max(farthest, abs(share_of(goal, k, x)))
+        farthest = max(farthest, abs(normalized_error(goal, k, x)))
     key = FIRST
-    if farthest >= cells.zoom or steps > NEARBY:
+    if farthest >= cells.goal_region_scale or steps > NEAR_GOAL_STEPS:
         for k in range(cells.entry.shape[0]):
             place = math.floor((x[cells.entry[k]] - cells.lower[k]) * cells.per_unit[k])
             if cells.around[k] != math.inf:
                 place -= cells.around[k] * math.floor(place / cells.around[k])
             key = (key ^ int(place)) * NEXT
         return key
-    level = math.floor(math.log2(cells.zoom / max(1.0, farthest)))
-    per_tolerance = 0.5 * cells.across * 2.0**level / cells.zoom
+    level = math.floor(math.log2(cells.goal_region_scale / max(1.0, farthest)))
+    per_tolerance = 0.5 * cells.across * 2.0**level / cells.goal_region_scale
     key = (key ^ int(-1 - level)) * NEXT
     for k in range(goal.entry.shape[0]):
-        key = (key ^ math.floor(share_of(goal, k, x) * per_tolerance)) * NEXT
+        key = (key ^ math.floor(normalized_error(goal, k, x) * per_tolerance)) * NEXT
     return key
 
 
@@ -175,7 +178,7 @@ def choose(cells, random):  # type: ignore[no-untyped-def]
             found, most = cell, cells.importance[cell]
     cells.chosen[found] += 1
     node = cells.newest[found]
-    while cells.older[node] != EMPTY and uniform(random) < AGE:
+    while cells.older[node] != EMPTY and uniform(random) < OLDER_STATE_PROBABILITY:
         node = cells.older[node]
     return found, np.int64(node)
 

@@ -10,14 +10,14 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.problem import Problem
-from kinolab.simulation.collision_context import place_at
-from kinolab.simulation.compiled_step import SAMPLES
+from kinolab.simulation.collision_context import place_machine
+from kinolab.simulation.compiled_step import REQUIREMENT_SAMPLES
 from kinolab.simulation.machine import advance, call_under
-from kinolab.simulation.propagator import INSTANT, TURN
-from kinolab.simulation.safety_factor import CAUTION
+from kinolab.simulation.propagator import CONE_RESOLUTION, FD_STEP
+from kinolab.simulation.safety_factor import SAFETY_FACTOR
 
 
-class Limits(NamedTuple):
+class LimitArrays(NamedTuple):
     """Limits of a problem, and scratch memory, for compiled code."""
 
     lower: Array  # (nx,) of the state
@@ -37,12 +37,12 @@ class Limits(NamedTuple):
     axes: Array  # (cones, 3) scratch
 
 
-def limits_of(problem: Problem) -> Limits:
+def limit_arrays(problem: Problem) -> LimitArrays:
     """Gather a problem's limits."""
     model, cones = problem.model, problem.keep_outs
     rates = problem.rate_bounds if np.isfinite(problem.rate_bounds).any() else np.zeros((0, 2))
     requirements = len(problem.system.requirements)
-    return Limits(
+    return LimitArrays(
         lower=np.ascontiguousarray(problem.bounds[:, 0]),
         upper=np.ascontiguousarray(problem.bounds[:, 1]),
         rate_lower=np.ascontiguousarray(rates[:, 0]),
@@ -71,14 +71,14 @@ def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def step_keeps_limits(machine, limits, x, u, after, h, looks):  # type: ignore[no-untyped-def]
+def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
     """Say whether the step from x to ``after`` under u in h [s] passes no limit."""
     return (
         keeps_limits(limits, after)
         and turns_within(machine, limits, x, u, after, h)
         and keeps_rates(machine, limits, after)
-        and keeps_requirements(machine, limits, x, u, h, looks)
-        and keeps_out(machine, limits, x, u, after, h, looks)
+        and keeps_requirements(machine, limits, x, u, h, scratch)
+        and keeps_out(machine, limits, x, u, after, h, scratch)
     )
 
 
@@ -95,7 +95,7 @@ def turns_within(machine, limits, x, u, after, h):  # type: ignore[no-untyped-de
     call_under(machine.f, after.ctypes.data, u.ctypes.data, p, last.ctypes.data)
     for i in range(x.shape[0]):
         if first[i] * last[i] < 0.0:
-            over = CAUTION * 0.5 * h * min(abs(first[i]), abs(last[i]))
+            over = SAFETY_FACTOR * 0.5 * h * min(abs(first[i]), abs(last[i]))
             low, high = min(x[i], after[i]) - over, max(x[i], after[i]) + over
             if low < limits.lower[i] or high > limits.upper[i]:
                 return False
@@ -118,7 +118,7 @@ def keeps_rates(machine, limits, x):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def keeps_requirements(machine, limits, x, u, h, looks):  # type: ignore[no-untyped-def]
+def keeps_requirements(machine, limits, x, u, h, scratch):  # type: ignore[no-untyped-def]
     """Check what the machine demands along a step under the inputs held, its beginning included.
 
     What inputs decide, such as the force of a constraint, jumps where they do.
@@ -126,10 +126,10 @@ def keeps_requirements(machine, limits, x, u, h, looks):  # type: ignore[no-unty
     if limits.requirements == 0:
         return True
     at, under, p = x.ctypes.data, u.ctypes.data, machine.p.ctypes.data
-    for k in range(SAMPLES + 1):
+    for k in range(REQUIREMENT_SAMPLES + 1):
         if k > 0:
-            advance(machine, x, u, h * k / SAMPLES, looks.x)
-            at = looks.x.ctypes.data
+            advance(machine, x, u, h * k / REQUIREMENT_SAMPLES, scratch.x)
+            at = scratch.x.ctypes.data
         call_under(machine.requirements, at, under, p, limits.margins.ctypes.data)
         for i in range(limits.requirements):
             if not limits.margins[i] >= 0.0:
@@ -138,7 +138,7 @@ def keeps_requirements(machine, limits, x, u, h, looks):  # type: ignore[no-unty
 
 
 @kernel
-def keeps_out(machine, limits, x, u, after, h, looks):  # type: ignore[no-untyped-def]
+def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
     """Check forbidden cones so often along a step that no axis turns far in between.
 
     The slopes at its ends are those that ``turns_within`` has left.
@@ -146,23 +146,23 @@ def keeps_out(machine, limits, x, u, after, h, looks):  # type: ignore[no-untype
     if limits.body.shape[0] == 0:
         return True
     fastest = max(
-        turning(machine, limits, x, limits.slope[0], looks),
-        turning(machine, limits, after, limits.slope[1], looks),
+        turning(machine, limits, x, limits.slope[0], scratch),
+        turning(machine, limits, after, limits.slope[1], scratch),
     )
-    count = max(1.0, math.ceil(CAUTION * fastest * h / TURN))
+    count = max(1.0, math.ceil(SAFETY_FACTOR * fastest * h / CONE_RESOLUTION))
     if not count < 1e6:  # NaN included
         return False
     for k in range(1, int(count) + 1):
         advance(machine, x, u, h * k / count, limits.beside)
-        if not outside_cones(machine, limits, limits.beside, looks):
+        if not outside_cones(machine, limits, limits.beside, scratch):
             return False
     return True
 
 
 @kernel
-def outside_cones(machine, limits, x, looks):  # type: ignore[no-untyped-def]
+def outside_cones(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
     """Say whether all axes are outside of their cones at a state."""
-    point_axes(machine, limits, x, looks)
+    point_axes(machine, limits, x, scratch)
     for c in range(limits.body.shape[0]):
         square = 0.0
         for i in range(3):
@@ -174,11 +174,11 @@ def outside_cones(machine, limits, x, looks):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def point_axes(machine, limits, x, looks):  # type: ignore[no-untyped-def]
+def point_axes(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
     """Write the axes in the world at a state to ``limits.axes``."""
-    place_at(machine, x, looks)
+    place_machine(machine, x, scratch)
     for c in range(limits.body.shape[0]):
-        pose = looks.poses[limits.body[c]]
+        pose = scratch.poses[limits.body[c]]
         for i in range(3):
             limits.axes[c, i] = (
                 pose[4 * i] * limits.axis[c, 0]
@@ -188,14 +188,14 @@ def point_axes(machine, limits, x, looks):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def turning(machine, limits, x, slope, looks):  # type: ignore[no-untyped-def]
+def turning(machine, limits, x, slope, scratch):  # type: ignore[no-untyped-def]
     """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
-    point_axes(machine, limits, x, looks)
+    point_axes(machine, limits, x, scratch)
     before, fastest = limits.axes, 0.0
-    place_beside(limits.beside, x, slope)
-    place_at(machine, limits.beside, looks)
+    neighbouring_state(limits.beside, x, slope)
+    place_machine(machine, limits.beside, scratch)
     for c in range(limits.body.shape[0]):
-        pose, square = looks.poses[limits.body[c]], 0.0
+        pose, square = scratch.poses[limits.body[c]], 0.0
         for i in range(3):
             turned = (
                 pose[4 * i] * limits.axis[c, 0]
@@ -203,12 +203,12 @@ def turning(machine, limits, x, slope, looks):  # type: ignore[no-untyped-def]
                 + pose[4 * i + 2] * limits.axis[c, 2]
             )
             square += (turned - before[c, i]) ** 2
-        fastest = max(fastest, math.sqrt(square) / INSTANT)
+        fastest = max(fastest, math.sqrt(square) / FD_STEP)
     return fastest
 
 
 @kernel
-def place_beside(beside, x, slope):  # type: ignore[no-untyped-def]
+def neighbouring_state(beside, x, slope):  # type: ignore[no-untyped-def]
     """Write the state an instant later."""
     for i in range(x.shape[0]):
-        beside[i] = x[i] + INSTANT * slope[i]
+        beside[i] = x[i] + FD_STEP * slope[i]

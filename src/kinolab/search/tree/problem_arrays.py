@@ -13,17 +13,17 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.numerics.rng import attitude, below, uniform
 from kinolab.problem import Problem
-from kinolab.search.tree.limits import Limits, limits_of
-from kinolab.simulation.collision_context import place_at
+from kinolab.search.tree.limits import LimitArrays, limit_arrays
+from kinolab.simulation.collision_context import place_machine
 
-POOL = 4096  # states around the goal that are drawn beforehand
-ENDS = 256  # states in the goal
+GOAL_SAMPLES = 4096  # states around the goal that are drawn beforehand
+GOAL_STATES = 256  # states in the goal
 
 LARGEST, SUM, EUCLIDEAN = range(3)
 NORMS = {"max": LARGEST, "sum": SUM, "euclidean": EUCLIDEAN}
 
 
-class Goal(NamedTuple):
+class GoalArrays(NamedTuple):
     """Targets and tolerances; angles are judged the short way."""
 
     entry: Integers  # (named,) entries of the state
@@ -44,54 +44,54 @@ class Goal(NamedTuple):
     norm: int  # what counts of all shares: LARGEST, SUM or EUCLIDEAN
 
 
-class Question(NamedTuple):
+class ProblemArrays(NamedTuple):
     """What a search needs to know of a problem."""
 
     start: Array  # (nx,)
-    limits: Limits
-    lowest: Array  # (nx,) finite limits, within which states are drawn
-    highest: Array  # (nx,)
+    limits: LimitArrays
+    lower: Array  # (nx,) finite limits, within which states are drawn
+    upper: Array  # (nx,)
     attitudes: Integers  # (attitudes,) where quaternions begin in the state
     input_lower: Array  # (nu,)
     input_upper: Array  # (nu,)
     entry: Integers  # (d,) entries of the state that the metric counts
     weight: Array  # (d,)
     circular: NDArray[np.bool_]  # (d,)
-    goal: Goal
-    pool: Array  # (states, nx) around the goal
-    ends: Array  # (states, nx) in the goal
+    goal: GoalArrays
+    goal_samples: Array  # (states, nx) around the goal
+    goal_states: Array  # (states, nx) in the goal
     step: float  # of propagation, in [s]
 
 
-def question_of(problem: Problem, zoom: float, seed: int) -> Question:
-    """Gather what a search needs; samples of the goal reach ``zoom`` times its tolerances."""
+def gather_problem(problem: Problem, goal_region_scale: float, seed: int) -> ProblemArrays:
+    """Gather what a search needs; goal samples reach ``goal_region_scale`` tolerances."""
     model, random = problem.model, np.random.default_rng(seed)
     entry = np.flatnonzero(problem.weights > 0)
-    spreads = zoom ** random.uniform(size=POOL)
-    return Question(
+    spreads = goal_region_scale ** random.uniform(size=GOAL_SAMPLES)
+    return ProblemArrays(
         start=np.clip(problem.start, *problem.bounds.T),
-        limits=limits_of(problem),
-        lowest=_row(problem.sampling_bounds[:, 0]),
-        highest=_row(problem.sampling_bounds[:, 1]),
+        limits=limit_arrays(problem),
+        lower=_row(problem.sampling_bounds[:, 0]),
+        upper=_row(problem.sampling_bounds[:, 1]),
         attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
         input_lower=_row(model.control_bounds[:, 0]),
         input_upper=_row(model.control_bounds[:, 1]),
         entry=entry.astype(np.int64),
         weight=_row(problem.weights[entry]),
         circular=np.ascontiguousarray(problem.circular[entry]),
-        goal=goal_of(problem),
-        pool=problem.sample_goals(random, spreads),
-        ends=problem.sample_goals(random, np.ones(ENDS)),
+        goal=gather_goal(problem),
+        goal_samples=problem.sample_goals(random, spreads),
+        goal_states=problem.sample_goals(random, np.ones(GOAL_STATES)),
         step=problem.step,
     )
 
 
-def period_of(question: Question) -> Array:
+def metric_periods(arrays: ProblemArrays) -> Array:
     """Return after how much each scaled coordinate comes round."""
-    return np.where(question.circular, 2 * np.pi * question.weight, np.inf)
+    return np.where(arrays.circular, 2 * np.pi * arrays.weight, np.inf)
 
 
-def goal_of(problem: Problem) -> Goal:
+def gather_goal(problem: Problem) -> GoalArrays:
     """Return a problem's goal as arrays."""
     goal = problem.goal
 
@@ -104,7 +104,7 @@ def goal_of(problem: Problem) -> Goal:
     def whole(things: Any, name: str) -> Integers:
         return np.array([getattr(thing, name) for thing in things], dtype=np.int64)
 
-    return Goal(
+    return GoalArrays(
         entry=np.array(goal.indices, dtype=np.int64),
         target=_row(goal.targets),
         tolerance=_row(goal.tolerances),
@@ -128,101 +128,101 @@ def _row(values: Array) -> Array:
     return np.ascontiguousarray(values, dtype=float)
 
 
-short_way = kernel(wrapped)
+wrapped_angle = kernel(wrapped)
 
 
 @kernel
-def scaled(question, x, out):  # type: ignore[no-untyped-def]
+def metric_coordinates(arrays, x, out):  # type: ignore[no-untyped-def]
     """Write the coordinates (d,) that the metric counts, scaled, angles wrapped."""
-    for i in range(question.entry.shape[0]):
-        value = x[question.entry[i]]
-        if question.circular[i]:
-            value = short_way(value)
-        out[i] = question.weight[i] * value
+    for i in range(arrays.entry.shape[0]):
+        value = x[arrays.entry[i]]
+        if arrays.circular[i]:
+            value = wrapped_angle(value)
+        out[i] = arrays.weight[i] * value
 
 
 @kernel
-def draw_state(question, random, bias, x):  # type: ignore[no-untyped-def]
+def sample_state(arrays, random, bias, x):  # type: ignore[no-untyped-def]
     """Draw a state: with probability ``bias`` around the goal, else anywhere."""
     if uniform(random) < bias:
-        row = question.pool[below(random, question.pool.shape[0])]
+        row = arrays.goal_samples[below(random, arrays.goal_samples.shape[0])]
         for i in range(x.shape[0]):
             x[i] = row[i]
     else:
-        draw_anywhere(question, random, x)
+        sample_uniform(arrays, random, x)
 
 
 @kernel
-def draw_anywhere(question, random, x):  # type: ignore[no-untyped-def]
+def sample_uniform(arrays, random, x):  # type: ignore[no-untyped-def]
     """Draw a state, all alike."""
     for i in range(x.shape[0]):
-        low, high = question.lowest[i], question.highest[i]
+        low, high = arrays.lower[i], arrays.upper[i]
         x[i] = low + uniform(random) * (high - low)
-    for k in range(question.attitudes.shape[0]):
-        first = question.attitudes[k]
+    for k in range(arrays.attitudes.shape[0]):
+        first = arrays.attitudes[k]
         attitude(random, x[first : first + 4])
 
 
 @kernel
-def draw_input(question, random, u):  # type: ignore[no-untyped-def]
+def sample_control(arrays, random, u):  # type: ignore[no-untyped-def]
     """Draw an input, all alike."""
     for i in range(u.shape[0]):
-        low, high = question.input_lower[i], question.input_upper[i]
+        low, high = arrays.input_lower[i], arrays.input_upper[i]
         u[i] = low + uniform(random) * (high - low)
 
 
 @kernel
-def share_of(goal, k, x):  # type: ignore[no-untyped-def]
+def normalized_error(goal, k, x):  # type: ignore[no-untyped-def]
     """Return how far a named entry is from its target, as a share of its tolerance."""
     gap = x[goal.entry[k]] - goal.target[k]
-    return (short_way(gap) if goal.circular[k] else gap) / goal.tolerance[k]
+    return (wrapped_angle(gap) if goal.circular[k] else gap) / goal.tolerance[k]
 
 
 @kernel
-def excess(search, x, enough):  # type: ignore[no-untyped-def]
-    """Return how far outside the goal a state is, in tolerances, as ``Goal.excess``.
+def goal_violation(search, x, enough):  # type: ignore[no-untyped-def]
+    """Return how far outside the goal a state is, in tolerances, as ``GoalArrays.goal_violation``.
 
     Once it is known to be more than ``enough``, the rest is not looked at.
     """
-    goal, far = search.question.goal, 0.0
+    goal, far = search.problem.goal, 0.0
     for k in range(goal.entry.shape[0]):
-        far = farther(goal, far, abs(share_of(goal, k, x)))
+        far = larger_violation(goal, far, abs(normalized_error(goal, k, x)))
         if not far <= enough:  # NaN included
             return far
     for k in range(goal.attitude.shape[0]):
         first, along = goal.attitude[k], 0.0
         for i in range(4):
             along += goal.quaternion[k, i] * x[first + i]
-        far = farther(goal, far, 2.0 * math.acos(min(1.0, abs(along))) / goal.turn[k])
+        far = larger_violation(goal, far, 2.0 * math.acos(min(1.0, abs(along))) / goal.turn[k])
     if (goal.point_body.shape[0] == 0 and goal.axis_body.shape[0] == 0) or not far <= enough:
         return far
-    place_at(search.machine, x, search.looks)
-    return excess_of_bodies(goal, search.looks, far)
+    place_machine(search.machine, x, search.scratch)
+    return body_goal_violation(goal, search.scratch, far)
 
 
 @kernel
-def farther(goal, far, share):  # type: ignore[no-untyped-def]
+def larger_violation(goal, far, error):  # type: ignore[no-untyped-def]
     """Return how far outside the goal a state is, one more share counted; NaN stays NaN."""
     if goal.norm == EUCLIDEAN:
-        return math.sqrt(far * far + share * share)
+        return math.sqrt(far * far + error * error)
     if goal.norm == SUM:
-        return far + abs(share)
-    return far if share <= far or math.isnan(far) else share
+        return far + abs(error)
+    return far if error <= far or math.isnan(far) else error
 
 
 @kernel
-def excess_of_bodies(goal, looks, far):  # type: ignore[no-untyped-def]
-    """Count the shares of points and axes at poses; see ``Goal.excess``."""
+def body_goal_violation(goal, scratch, far):  # type: ignore[no-untyped-def]
+    """Count the shares of points and axes at poses; see ``GoalArrays.goal_violation``."""
     for k in range(goal.point_body.shape[0]):
-        pose, square = looks.poses[goal.point_body[k]], 0.0
+        pose, square = scratch.poses[goal.point_body[k]], 0.0
         for i in range(3):
             gap = pose[4 * i + 3] - goal.point_target[k, i]
             for j in range(3):
                 gap += pose[4 * i + j] * goal.point_at[k, j]
             square += gap * gap
-        far = farther(goal, far, math.sqrt(square) / goal.point_tolerance[k])
+        far = larger_violation(goal, far, math.sqrt(square) / goal.point_tolerance[k])
     for k in range(goal.axis_body.shape[0]):
-        pose, square = looks.poses[goal.axis_body[k]], 0.0
+        pose, square = scratch.poses[goal.axis_body[k]], 0.0
         for i in range(3):
             turned = 0.0
             for j in range(3):
@@ -231,5 +231,5 @@ def excess_of_bodies(goal, looks, far):  # type: ignore[no-untyped-def]
             square += gap * gap
         # The chord is sharp where the cosine is not.
         angle = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(square)))
-        far = farther(goal, far, angle / goal.axis_tolerance[k])
+        far = larger_violation(goal, far, angle / goal.axis_tolerance[k])
     return far

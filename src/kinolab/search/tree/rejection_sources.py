@@ -13,11 +13,11 @@ from kinolab.search.planner import Budget
 from kinolab.search.tree.tree import Tree
 from kinolab.simulation import Propagator
 
-MOTIONS = 100  # that are made
-LONGEST = 0.02  # [s] that they may take after the search's time
+MAX_MOTIONS = 100  # that are made
+MAX_SECONDS = 0.02  # [s] that they may take after the search's time
 
 
-def culprits(
+def rejection_sources(
     problem: Problem, nodes: Tree, max_steps: int, budget: Budget
 ) -> dict[str, dict[str, float]]:
     """Return by cause and culprit the share of what is refused, as ``Rejections.shares``.
@@ -31,8 +31,8 @@ def culprits(
     with budget.preparing():
         generator, judge = np.random.default_rng(0), Propagator(problem)
     lower, upper = problem.model.control_bounds.T
-    for node in generator.integers(nodes.size[0], size=MOTIONS):
-        if budget.elapsed > budget.time_limit + LONGEST:
+    for node in generator.integers(nodes.size[0], size=MAX_MOTIONS):
+        if budget.elapsed > budget.time_limit + MAX_SECONDS:
             break
         x, u = nodes.x[node].tolist(), generator.uniform(lower, upper).tolist()
         for _ in range(generator.integers(max_steps) + 1):

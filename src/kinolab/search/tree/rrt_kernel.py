@@ -12,15 +12,27 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import nearest
 from kinolab.numerics.rng import below, uniform
-from kinolab.search.tree.problem_arrays import draw_input, draw_state, excess, scaled
-from kinolab.search.tree.tree import FULL, GROWING, INSIDE, REACHED, insert, step_is_free
-from kinolab.simulation.collision_context import fastest_at
+from kinolab.search.tree.problem_arrays import (
+    goal_violation,
+    metric_coordinates,
+    sample_control,
+    sample_state,
+)
+from kinolab.search.tree.tree import (
+    FULL,
+    GROWING,
+    REACHED,
+    TOLERANCE_FRACTION,
+    insert,
+    step_is_free,
+)
+from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.machine import advance
 
 
 @kernel
 def grow(  # type: ignore[no-untyped-def]
-    search, tree, best, iterations, goal_bias, tried, min_steps, max_steps,
+    search, tree, best, iterations, goal_bias, control_samples, min_steps, max_steps,
 ):  # fmt: skip
     """Grow a tree by some iterations.
 
@@ -30,37 +42,37 @@ def grow(  # type: ignore[no-untyped-def]
         best: The node nearest to the goal, and its excess (2,); written.
         iterations: How many at most.
         goal_bias: Probability of growing to the goal.
-        tried: Inputs of which that one is held which leads nearest.
+        control_samples: Inputs of which that one is held which leads nearest.
         min_steps, max_steps: For how many steps an input is held.
 
     Returns:
         How it ended, and how many iterations were made.
     """
     target, point = tree.target, tree.aim
-    question, random = search.question, search.random
+    arrays, random = search.problem, search.random
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
-        draw_state(question, random, goal_bias, target)
-        scaled(question, target, point)
+        sample_state(arrays, random, goal_bias, target)
+        metric_coordinates(arrays, target, point)
         parent, _ = nearest(tree.forest, point, 0, math.inf)
         if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
             continue
-        longest = held_for(search, tree, parent, min_steps, max_steps, tried)
-        made, share, spare = move(search, tree, parent, min_steps, longest, best[1])
+        longest = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+        made, violation, known_clearance = extend(search, tree, parent, min_steps, longest, best[1])
         if made < min_steps:
             tree.failures[parent] += 1
             continue
-        node = insert(search, tree, tree.now, tree.held, parent, made, spare)
-        if share < best[1]:
-            best[0], best[1] = node, share
-        if share <= INSIDE:
+        node = insert(search, tree, tree.now, tree.held, parent, made, known_clearance)
+        if violation < best[1]:
+            best[0], best[1] = node, violation
+        if violation <= TOLERANCE_FRACTION:
             return REACHED, done + 1
     return GROWING, iterations
 
 
 @kernel
-def move(search, tree, parent, min_steps, longest, least):  # type: ignore[no-untyped-def]
+def extend(search, tree, parent, min_steps, longest, least):  # type: ignore[no-untyped-def]
     """Hold ``tree.held`` from a node until something stops it or the goal is reached.
 
     Args:
@@ -76,29 +88,29 @@ def move(search, tree, parent, min_steps, longest, least):  # type: ignore[no-un
     now, after = tree.now, tree.after
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
-    made, share, spare = 0, math.inf, np.float64(tree.spare[parent])
-    speed = fastest_at(search.machine, now, tree.held, search.looks)
-    while made < longest and share > INSIDE:
-        room, speed = step_is_free(search, tree, now, tree.held, after, spare, speed)
-        if room < 0.0:
+    made, violation, known_clearance = 0, math.inf, np.float64(tree.clearance[parent])
+    speed = speed_bound(search.machine, now, tree.held, search.scratch)
+    while made < longest and violation > TOLERANCE_FRACTION:
+        clearance, speed = step_is_free(search, tree, now, tree.held, after, known_clearance, speed)
+        if clearance < 0.0:
             break
-        made, spare = made + 1, room
+        made, known_clearance = made + 1, clearance
         for i in range(now.shape[0]):
             now[i] = after[i]
         if made >= min_steps:
-            share = excess(search, now, max(least, INSIDE))
-    return made, share, spare
+            violation = goal_violation(search, now, max(least, TOLERANCE_FRACTION))
+    return made, violation, known_clearance
 
 
 @kernel
-def held_for(search, tree, parent, min_steps, max_steps, tried):  # type: ignore[no-untyped-def]
+def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
     """Write the input to hold from a node to ``tree.held``; return for how many steps."""
     least, longest, drawn, random = math.inf, 0, tree.drawn, search.random
-    for k in range(tried):
-        draw_input(search.question, random, drawn)
+    for k in range(control_samples):
+        sample_control(search.problem, random, drawn)
         steps, gap = min_steps + below(random, max_steps - min_steps + 1), 0.0
-        if tried > 1:
-            gap = led_to(search, tree, parent, drawn, steps, tree.aim)
+        if control_samples > 1:
+            gap = extend_toward(search, tree, parent, drawn, steps, tree.aim)
         if k == 0 or gap < least:
             least, longest = gap, steps
             for i in range(drawn.shape[0]):
@@ -107,17 +119,17 @@ def held_for(search, tree, parent, min_steps, max_steps, tried):  # type: ignore
 
 
 @kernel
-def led_to(search, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
+def extend_toward(search, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
     """Return the squared distance from a target to where an input leads, obstacles apart."""
-    now, after, machine, question = tree.now, tree.after, search.machine, search.question
+    now, after, machine, arrays = tree.now, tree.after, search.machine, search.problem
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
     for _ in range(steps):
-        if advance(machine, now, u, question.step, after) != 0:
+        if advance(machine, now, u, arrays.step, after) != 0:
             return math.inf
         for i in range(now.shape[0]):
             now[i] = after[i]
-    scaled(question, now, tree.point)
+    metric_coordinates(arrays, now, tree.point)
     total, period = 0.0, tree.forest.period
     for i in range(period.shape[0]):
         gap = abs(tree.point[i] - point[i])

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import uniform
-from kinolab.search.tree.problem_arrays import draw_state, scaled
-from kinolab.search.tree.rrt_kernel import held_for, move
-from kinolab.search.tree.tree import FULL, GROWING, INSIDE, REACHED, insert_node
+from kinolab.search.tree.problem_arrays import metric_coordinates, sample_state
+from kinolab.search.tree.rrt_kernel import extend, propagate
+from kinolab.search.tree.tree import FULL, GROWING, REACHED, TOLERANCE_FRACTION, insert_node
 from kinolab.search.tree.witnesses import NOBODY, represent, select, sweep, witness_at
 
 
 @kernel
 def grow_sparsely(  # type: ignore[no-untyped-def]
     search, tree, witnesses, best, iterations, most,
-    selection_radius, pruning_radius, goal_bias, tried, min_steps, max_steps,
+    selection_radius, pruning_radius, goal_bias, control_samples, min_steps, max_steps,
 ):  # fmt: skip
     """Grow a tree by some iterations.
 
@@ -31,38 +31,38 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
         selection_radius: How far around a sample the cheapest node is taken.
         pruning_radius: Around a witness there is only one node to grow from.
         goal_bias: Probability of growing to the goal.
-        tried: Inputs of which that one is held which leads nearest.
+        control_samples: Inputs of which that one is held which leads nearest.
         min_steps, max_steps: For how many steps an input is held.
 
     Returns:
         How it ended, and how many iterations were made.
     """
-    question, random = search.question, search.random
+    arrays, random = search.problem, search.random
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0] and not sweep(tree, witnesses, best, most):
             return FULL, done
-        draw_state(question, random, goal_bias, tree.target)
-        scaled(question, tree.target, tree.aim)
+        sample_state(arrays, random, goal_bias, tree.target)
+        metric_coordinates(arrays, tree.target, tree.aim)
         parent = select(witnesses, tree.aim, selection_radius)
         if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
             continue
-        longest = held_for(search, tree, parent, min_steps, max_steps, tried)
+        longest = propagate(search, tree, parent, min_steps, max_steps, control_samples)
         longest = min(longest, most - 1 - tree.cost[parent])
-        made, share, spare = move(search, tree, parent, min_steps, longest, best[1])
+        made, violation, known_clearance = extend(search, tree, parent, min_steps, longest, best[1])
         if made < min_steps:
             tree.failures[parent] += 1
             continue
-        inside, cost = share <= INSIDE, tree.cost[parent] + made
-        scaled(question, tree.now, tree.point)
+        inside, cost = violation <= TOLERANCE_FRACTION, tree.cost[parent] + made
+        metric_coordinates(arrays, tree.now, tree.point)
         witness = witness_at(witnesses, tree.point, pruning_radius)
         cheaper = cost + 1 < most and (witness == NOBODY or cost < witnesses.cost[witness])
-        if not (cheaper or inside or share < best[1]):
+        if not (cheaper or inside or violation < best[1]):
             continue
-        node = insert_node(tree, tree.now, tree.held, parent, made, spare)
+        node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
         if cheaper:
             represent(witnesses, witness, node, cost, tree.point)
-        if share < best[1]:
-            best[0], best[1] = node, share
+        if violation < best[1]:
+            best[0], best[1] = node, violation
         if inside:
             return REACHED, done + 1
     return GROWING, iterations

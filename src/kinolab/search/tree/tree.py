@@ -8,18 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Array, Forest, Integers, add, clear, forest
+from kinolab.numerics.kd_forest import Array, Integers, KdForest, add, clear, kd_forest
 from kinolab.search.tree.limits import step_keeps_limits
-from kinolab.search.tree.problem_arrays import Question, period_of, scaled
-from kinolab.simulation.collision_context import free_on_the_way
+from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
+from kinolab.simulation.collision_context import is_motion_free
 from kinolab.simulation.machine import advance
 
 GROWING, REACHED, FULL = 0, 1, 2  # how growth ends: it could go on, is in the goal, or has no room
-INSIDE = 0.999  # share of the goal's tolerance that counts, so that rounding cannot miss it
-LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # why steps are refused, as ``Tree.tally`` counts them
-TRIED = 3  # where all steps are counted
+# share of the goal's tolerance that counts, so that rounding cannot miss it
+TOLERANCE_FRACTION = 0.999
+LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # why steps are refused, as ``Tree.rejections`` counts them
+ALL_STEPS = 3  # where all steps are counted
 NONE = np.int64(-1)  # the parent of the start; no literal, for which all would be compiled anew
-ROUNDED = 1.0 - 1e-6  # so that single precision does not add any room
+ROUNDING_FACTOR = 1.0 - 1e-6  # so that single precision does not add any room
 
 
 class Tree(NamedTuple):
@@ -30,11 +31,11 @@ class Tree(NamedTuple):
     parent: NDArray[np.int32]  # (capacity,) -1 for the start
     steps: NDArray[np.int32]  # (capacity,) for which the input was held
     cost: Integers  # (capacity,) steps from the start
-    spare: NDArray[np.float32]  # (capacity,) room in [m], as far as it is known
+    clearance: NDArray[np.float32]  # (capacity,) room in [m], as far as it is known
     failures: NDArray[np.int32]  # (capacity,) motions from there that came to nothing
     size: Integers  # (1,)
-    tally: Integers  # (4,) steps: refused, by cause, and all
-    forest: Forest
+    rejections: Integers  # (4,) steps: refused, by cause, and all
+    forest: KdForest
     point: Array  # (d,) scratch
     now: Array  # (nx,) scratch
     after: Array  # (nx,) scratch
@@ -44,32 +45,32 @@ class Tree(NamedTuple):
     aim: Array  # (d,) scratch
 
 
-def tree(question: Question, capacity: int, neighbours: bool = True) -> Tree:
+def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
     """Return a tree without nodes that has room for so many; the nearest of them can be found."""
-    nx, nu = len(question.start), len(question.input_lower)
+    nx, nu = len(arrays.start), len(arrays.input_lower)
     return Tree(
         x=np.zeros((capacity, nx)),
         u=np.zeros((capacity, nu)),
         parent=np.zeros(capacity, np.int32),
         steps=np.zeros(capacity, np.int32),
         cost=np.zeros(capacity, np.int64),
-        spare=np.zeros(capacity, np.float32),
+        clearance=np.zeros(capacity, np.float32),
         failures=np.zeros(capacity, np.int32),
         size=np.zeros(1, np.int64),
-        tally=np.zeros(4, np.int64),
-        forest=forest(capacity if neighbours else 1, period_of(question)),
-        point=np.zeros(len(question.entry)),
+        rejections=np.zeros(4, np.int64),
+        forest=kd_forest(capacity if neighbours else 1, metric_periods(arrays)),
+        point=np.zeros(len(arrays.entry)),
         now=np.zeros(nx),
         after=np.zeros(nx),
         held=np.zeros(nu),
         target=np.zeros(nx),
         drawn=np.zeros(nu),
-        aim=np.zeros(len(question.entry)),
+        aim=np.zeros(len(arrays.entry)),
     )
 
 
 @kernel
-def insert_node(tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
+def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
     """Add a node that is no neighbour of any; return its number."""
     node = tree.size[0]
     for i in range(x.shape[0]):
@@ -78,41 +79,43 @@ def insert_node(tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-de
         tree.u[node, i] = u[i]
     tree.parent[node], tree.steps[node] = parent, steps
     tree.cost[node] = steps + (tree.cost[parent] if parent >= 0 else 0)
-    tree.spare[node] = spare * ROUNDED
+    tree.clearance[node] = known_clearance * ROUNDING_FACTOR
     tree.failures[node] = 0
     tree.size[0] += 1
     return node
 
 
 @kernel
-def insert(search, tree, x, u, parent, steps, spare):  # type: ignore[no-untyped-def]
+def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
     """Add a node; return its number."""
-    node = insert_node(tree, x, u, parent, steps, spare)
-    scaled(search.question, x, tree.point)
+    node = insert_node(tree, x, u, parent, steps, known_clearance)
+    metric_coordinates(search.problem, x, tree.point)
     add(tree.forest, tree.point)
     return node
 
 
 @kernel
-def step_is_free(search, tree, x, u, after, spare, speed):  # type: ignore[no-untyped-def]
+def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ignore[no-untyped-def]
     """Make a step from x under u into ``after``, and count why it may not be made.
 
     Returns:
         Room at ``after`` in [m], negative where the step is refused; and the speed there, as
-        ``free_on_the_way``.
+        ``is_motion_free``.
     """
-    machine, looks, h = search.machine, search.looks, search.question.step
-    tree.tally[TRIED] += 1
+    machine, scratch, h = search.machine, search.scratch, search.problem.step
+    tree.rejections[ALL_STEPS] += 1
     if advance(machine, x, u, h, after) != 0:
-        tree.tally[EQUATIONS] += 1
+        tree.rejections[EQUATIONS] += 1
         return -1.0, 0.0
-    if not step_keeps_limits(machine, search.question.limits, x, u, after, h, looks):
-        tree.tally[LIMIT] += 1
+    if not step_keeps_limits(machine, search.problem.limits, x, u, after, h, scratch):
+        tree.rejections[LIMIT] += 1
         return -1.0, 0.0
-    spare, speed = free_on_the_way(machine, x, u, after, h, spare, speed, looks, search.ways)
-    if spare < 0.0:
-        tree.tally[COLLISION] += 1
-    return spare, speed
+    known_clearance, speed = is_motion_free(
+        machine, x, u, after, h, known_clearance, speed, scratch, search.collision
+    )
+    if known_clearance < 0.0:
+        tree.rejections[COLLISION] += 1
+    return known_clearance, speed
 
 
 @kernel
@@ -121,18 +124,18 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
     clear(tree.forest)
     tree.size[0] = 0
     tree.held[:] = 0.0
-    insert(search, tree, search.question.start, tree.held, NONE, np.int64(0), 0.0)
+    insert(search, tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
 
 
 @kernel
-def plant(search, tree):  # type: ignore[no-untyped-def]
+def begin_without_neighbours(search, tree):  # type: ignore[no-untyped-def]
     """Leave nothing but the start, which is returned, in a tree without neighbours."""
     tree.size[0] = 0
     tree.held[:] = 0.0
-    return insert_node(tree, search.question.start, tree.held, NONE, np.int64(0), 0.0)
+    return insert_node(tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
 
 
-def rows_to(tree: Tree, node: int) -> Array:
+def controls_to(tree: Tree, node: int) -> Array:
     """Return the inputs from the start to a node, one row per step, shape (steps, nu)."""
     held = []
     while tree.parent[node] >= 0:

@@ -17,30 +17,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Forest, Integers, add, clear, forest, nearest
-from kinolab.numerics.radius_query import cheapest
-from kinolab.search.tree.problem_arrays import Question, period_of, scaled
+from kinolab.numerics.kd_forest import Integers, KdForest, add, clear, kd_forest, nearest
+from kinolab.numerics.radius_query import cheapest_within
+from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 
 NOBODY = -1
 USELESS, OF_USE = -1, -2  # nodes, before those of use get new numbers
-FILLED = 0.875  # share of a tree that is too much to go on with
+MAX_FILL = 0.875  # share of a tree that is too much to go on with
 EXACT = np.float32(1.0)
-FARTHEST = 1.1  # by how much ``nearest`` may be off
+NEAREST_SLACK = 1.1  # by how much ``nearest`` may be off
 
 
 class Witnesses(NamedTuple):
     """Points and their representatives, for compiled code; a tree's start is the first."""
 
-    forest: Forest  # of witnesses
+    forest: KdForest  # of witnesses
     node: NDArray[np.int32]  # (capacity,) representatives, by witness
     cost: Integers  # (capacity,) of representatives, in steps
     place: NDArray[np.int32]  # (capacity,) scratch: where nodes go
 
 
-def witnesses(question: Question, capacity: int) -> Witnesses:
+def witnesses(arrays: ProblemArrays, capacity: int) -> Witnesses:
     """Return no witnesses, with room for those of so many nodes."""
     return Witnesses(
-        forest=forest(capacity, period_of(question)),
+        forest=kd_forest(capacity, metric_periods(arrays)),
         node=np.zeros(capacity, np.int32),
         cost=np.zeros(capacity, np.int64),
         place=np.zeros(capacity, np.int32),
@@ -69,8 +69,8 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
     A node is where its witness is, to the pruning radius.
     """
     found, square = nearest(witnesses.forest, point, NOBODY, math.inf)
-    if square <= (FARTHEST * radius) ** 2:
-        around = cheapest(witnesses.forest, witnesses.cost, point, radius * radius)
+    if square <= (NEAREST_SLACK * radius) ** 2:
+        around = cheapest_within(witnesses.forest, witnesses.cost, point, radius * radius)
         found = found if around == NOBODY else around
     return witnesses.node[found]
 
@@ -79,7 +79,7 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
 def begin_witnesses(search, tree, witnesses):  # type: ignore[no-untyped-def]
     """Leave no witness but the start, which is node 0."""
     clear(witnesses.forest)
-    scaled(search.question, search.question.start, tree.point)
+    metric_coordinates(search.problem, search.problem.start, tree.point)
     represent(witnesses, NOBODY, 0, 0, tree.point)
 
 
@@ -113,7 +113,7 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
     for witness in range(witnesses.forest.counts[0]):
         witnesses.node[witness] = place[witnesses.node[witness]]
     best[0] = place[int(best[0])]
-    return tree.size[0] <= FILLED * tree.x.shape[0]
+    return tree.size[0] <= MAX_FILL * tree.x.shape[0]
 
 
 @kernel
@@ -130,6 +130,6 @@ def pack(tree, place):  # type: ignore[no-untyped-def]
             tree.u[size, i] = tree.u[node, i]
         tree.parent[size] = place[tree.parent[node]] if node > 0 else -1
         tree.steps[size], tree.cost[size] = tree.steps[node], tree.cost[node]
-        tree.spare[size], tree.failures[size] = tree.spare[node], tree.failures[node]
+        tree.clearance[size], tree.failures[size] = tree.clearance[node], tree.failures[node]
         size += 1
     tree.size[0] = size

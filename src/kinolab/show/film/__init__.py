@@ -6,7 +6,7 @@ A ``Picture`` says what is drawn, ``render_frame`` draws it once, ``write_gif`` 
 from kinolab.show.film.film import make_film
 from kinolab.show.film.gif import gif_parts, write_gif
 from kinolab.show.film.mp4 import mp4
-from kinolab.show.film.picture import Cone, Ghost, GoalRegion, Picture
+from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import Camera, View, frame_scene
 from kinolab.show.film.snapshot import render_frame
 
@@ -14,7 +14,7 @@ __all__ = [
     "Camera",
     "Cone",
     "Ghost",
-    "GoalRegion",
+    "GoalMarker",
     "Picture",
     "View",
     "frame_scene",

@@ -11,12 +11,12 @@ from kinolab.problem import Problem
 from kinolab.show.film.film import make_film
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.mp4 import mp4
-from kinolab.show.film.picture import Cone, Ghost, GoalRegion, Picture
+from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import View
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import BodyGeometry, triangles
 
-LENGTH = 1.25  # of cones, in reaches of the machine
+CONE_LENGTH = 1.25  # of cones, in reaches of the machine
 
 
 def animate(problem: Problem, trajectory: Trajectory) -> bytes:
@@ -102,7 +102,7 @@ def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:
 
 def _cones(problem: Problem, poses: np.ndarray) -> Iterator[Cone]:
     """Yield what axes shall and must not point at, seen from where their bodies start."""
-    length = LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
+    length = CONE_LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
     for target in problem.goal.directions:
         apex = _place(poses[target.body])
         yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
@@ -124,11 +124,11 @@ def _place(pose: np.ndarray) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _goal(problem: Problem) -> GoalRegion | Ghost | None:
+def _goal(problem: Problem) -> GoalMarker | Ghost | None:
     """Return what marks the goal: a point's ball, or the machine where the goal is not free."""
     goal = problem.goal
     if goal.points:
-        return GoalRegion(goal.points[0].position, goal.points[0].tolerance)
+        return GoalMarker(goal.points[0].position, goal.points[0].tolerance)
     if goal.directions or not (goal.indices or goal.attitudes):
         return None  # cones mark directions; which attitude they leave open nobody knows yet
     x = problem.start.copy()
@@ -140,5 +140,5 @@ def _goal(problem: Problem) -> GoalRegion | Ghost | None:
     if set(names) == {"x", "y"}:
         radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
         px, py, pz = pose[0, 3::4]
-        return GoalRegion((float(px), float(py), float(pz)), float(radius))
+        return GoalMarker((float(px), float(py), float(pz)), float(radius))
     return Ghost(pose)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, grid, slab
 from kinolab.show.film.models.paint import Color, ball
-from kinolab.show.film.models.surface_mesh import Mesh, is_room, join, weld
-from kinolab.show.film.picture import Ghost, GoalRegion, Picture
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
+from kinolab.show.film.picture import Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid, Veil
 from kinolab.show.film.raster.rasterizer import GROUND
 from kinolab.show.film.raster.shading import Pen
@@ -26,7 +26,7 @@ GRID, PATH = (212, 212, 204), (58, 110, 165)
 WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
 START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
 INK = (38, 42, 50)
-CONE = 0.3  # opacity
+CONE_OPACITY = 0.3  # opacity
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
 
 
@@ -39,13 +39,13 @@ class Floor:
 
 
 def backdrop(
-    picture: Picture, machine: Sequence[Mesh], pen: Pen, floor: Floor | None
+    picture: Picture, machine: Sequence[SurfaceMesh], pen: Pen, floor: Floor | None
 ) -> list[Layer]:
     """Return all that stands still, in the order in which it is drawn."""
     layers: list[Layer] = []
     if floor is not None:
         layers += _floor(floor, pen)
-    if isinstance(picture.goal, GoalRegion):
+    if isinstance(picture.goal, GoalMarker):
         layers += _region(picture.goal, pen, floor)
     if picture.path is not None and len(picture.path) > 1:
         layers.append(_path(picture.path, pen, floor))
@@ -54,7 +54,7 @@ def backdrop(
         layers.append(_ghost(machine, picture.start, START, pen))
     if isinstance(picture.goal, Ghost):
         layers.append(_ghost(machine, picture.goal, GOAL, pen))
-    return layers + [_veil(cone_mesh(cone), CONE, pen) for cone in picture.cones]
+    return layers + [_veil(cone_mesh(cone), CONE_OPACITY, pen) for cone in picture.cones]
 
 
 def _floor(floor: Floor, pen: Pen) -> Iterator[Layer]:
@@ -64,7 +64,7 @@ def _floor(floor: Floor, pen: Pen) -> Iterator[Layer]:
     yield FloorPaint(pen.line(grid(floor.low, floor.high), GRID_WIDTH, GRID))
 
 
-def _region(goal: GoalRegion, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
+def _region(goal: GoalMarker, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
     if floor is None:
         sphere = ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
         yield _veil(sphere, 0.35, pen)
@@ -93,12 +93,12 @@ def _obstacles(picture: Picture, pen: Pen, floor: Floor | None) -> Iterator[Laye
         yield Shadows(pen.shadows(solids))
 
 
-def _ghost(machine: Sequence[Mesh], ghost: Ghost, color: Color, pen: Pen) -> Layer:
+def _ghost(machine: Sequence[SurfaceMesh], ghost: Ghost, color: Color, pen: Pen) -> Layer:
     poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
     placed = [mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)]
     return _veil(join(placed).painted(color), 0.45, pen)
 
 
-def _veil(mesh: Mesh, opacity: float, pen: Pen) -> Layer:
+def _veil(mesh: SurfaceMesh, opacity: float, pen: Pen) -> Layer:
     edge = 255.0 * 0.6 * mesh.colors[0]
     return Veil(pen.faces(mesh) + pen.edges(mesh, EDGE_WIDTH, edge), opacity)

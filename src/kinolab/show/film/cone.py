@@ -7,20 +7,20 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.show.film.models.surface_mesh import Mesh, weld
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Cone
 
 Array: TypeAlias = NDArray[np.float64]
 Color: TypeAlias = tuple[float, float, float]
 
 WANTED, FORBIDDEN = (0.10, 0.62, 0.38), (0.85, 0.20, 0.12)
-THINNEST = 0.02  # [rad] half angle below which a cone would not be seen
+MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would not be seen
 SEGMENTS = 48
 
 
-def cone_mesh(cone: Cone) -> Mesh:
+def cone_mesh(cone: Cone) -> SurfaceMesh:
     """The cone from its apex to a cap that is part of a ball, in its colour."""
-    half = float(np.clip(cone.half_angle, THINNEST, np.pi))
+    half = float(np.clip(cone.half_angle, MIN_HALF_ANGLE, np.pi))
     rings = np.linspace(0.0, half, 9)[1:]
     turn = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
     across = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)

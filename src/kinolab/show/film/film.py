@@ -9,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.show.film.inset import Magnifier, build_magnifier
+from kinolab.show.film.inset import Inset, build_inset
 from kinolab.show.film.models.rotor import whirled
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.scene import Stage, build_stage, pose_table
+from kinolab.show.film.scene import Scene, build_scene, pose_table
 from kinolab.show.film.text import lettered, time_stamp
 from kinolab.show.film.timing import Playback, interpolate_lines, interpolate_poses, schedule
 
@@ -33,12 +33,12 @@ class Film:
         magnifier: What shows the machine large in a corner, if anything does.
     """
 
-    stage: Stage
+    stage: Scene
     playback: Playback
     poses: Array
     lines: Array | None
     title: str
-    magnifier: Magnifier | None = None
+    magnifier: Inset | None = None
 
     def __len__(self) -> int:
         """The number of frames."""
@@ -89,12 +89,12 @@ def make_film(
     t, table = np.asarray(times, dtype=np.float64), pose_table(poses)
     _check(t, table, len(picture.bodies))
     playback = schedule(float(t[0]), float(t[-1]), fps, speed, video=video)
-    stage = build_stage(picture, table, size)
+    stage = build_scene(picture, table, size)
     if len(t) == 1:
         t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
     moved = interpolate_poses(t, table, playback.times)
     moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
-    magnifier = build_magnifier(picture, stage, moved, size) if magnify else None
+    magnifier = build_inset(picture, stage, moved, size) if magnify else None
     return Film(stage, playback, moved, _cables(picture, t, playback.times), title, magnifier)
 
 

@@ -22,7 +22,7 @@ Bytes: TypeAlias = NDArray[np.uint8]
 UNCHANGED = 255  # the index that lets the frame before shine through
 KEEP = 1  # GIF's disposal method: the next frame is drawn over this one
 LAST_DELAY = 100  # [1/100 s] for which the end is shown before the film starts again
-SAMPLED = 8  # frames from which the palette is chosen
+PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
 def write_gif(
@@ -59,7 +59,7 @@ def write_gif(
 
 def gif_parts(film: Film, size: tuple[int, int]) -> Iterator[bytes]:
     """Yield a film as the bytes of a GIF file, piece by piece; ``size`` in [pixel]."""
-    sampled = np.unique(np.linspace(0, len(film) - 1, SAMPLED).astype(int))
+    sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int))
     palette = shared_palette([film.frame(i) for i in sampled])
     yield _header(size, palette)
     yield from _blocks(film, palette)

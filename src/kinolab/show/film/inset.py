@@ -14,29 +14,29 @@ from numpy.typing import NDArray
 
 from kinolab.show.film.backdrop import PAPER, backdrop
 from kinolab.show.film.models.paint import paint_machine
-from kinolab.show.film.models.surface_mesh import Mesh
+from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
 from kinolab.show.film.raster.rasterizer import Box, Bytes, Facets, average, draw
 from kinolab.show.film.raster.shading import Pen
-from kinolab.show.film.scene import Stage, machine_facets, nearest_pixel, swept
+from kinolab.show.film.scene import Scene, machine_facets, nearest_pixel, swept
 from kinolab.show.film.text import heading, label
 
 Array: TypeAlias = NDArray[np.float64]
 
-TINY = 0.055  # of the picture's height: machines above it are seen well enough
-FILLED = 0.45  # of the enlarged part's height that the machine takes
-MOST = 12.0  # times
+SMALL_FRACTION = 0.055  # of the picture's height: machines above it are seen well enough
+FILL_FRACTION = 0.45  # of the enlarged part's height that the machine takes
+MAX_MAGNIFICATION = 12.0  # times
 SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that has room is taken
-WIDE = 4 / 3  # width for a height of one
-EDGE = 0.02  # of the picture's height that it stays away from the edge
-TAKEN = 0.02  # share of a corner that may show something else than paper
-SAMPLES = 2  # small pixels per pixel and axis
+ASPECT_RATIO = 4 / 3  # width for a height of one
+EDGE_MARGIN = 0.02  # of the picture's height that it stays away from the edge
+MAX_COVERED = 0.02  # share of a corner that may show something else than paper
+SUPERSAMPLING = 2  # small pixels per pixel and axis
 FRAME = (150, 156, 164)
 
 
 @dataclass(frozen=True, eq=False)
-class Magnifier:
+class Inset:
     """Puts the enlarged part into pictures.
 
     Args:
@@ -49,7 +49,7 @@ class Magnifier:
     """
 
     pen: Pen
-    machine: tuple[Mesh, ...]
+    machine: tuple[SurfaceMesh, ...]
     layers: Sequence[Layer]
     box: Box
     times: float
@@ -58,7 +58,7 @@ class Magnifier:
     def put(self, image: Bytes, poses: Array, lines: Array | None) -> None:
         """Draw it into a picture, with the machine at poses (nb, 12) and cables (nl, 2, 3)."""
         left, top, right, bottom = self.box
-        size = ((right - left) * SAMPLES, (bottom - top) * SAMPLES)
+        size = ((right - left) * SUPERSAMPLING, (bottom - top) * SUPERSAMPLING)
         column, row = (_middle(self.pen, poses) - np.array(size) / 2).round().astype(int).tolist()
         part = (column, row, column + size[0], row + size[1])
         canvas = drawn([layer.within(part) for layer in self.layers], size, PAPER)
@@ -66,14 +66,14 @@ class Magnifier:
         shift = np.array([column, row, 0.0])
         Shadows([corners - shift for corners in shadows]).on(canvas)
         draw(canvas, Facets(facets.corners - shift, facets.colors))
-        seen = label(average(canvas.color, SAMPLES), f"{self.times:.2g}x")
+        seen = label(average(canvas.color, SUPERSAMPLING), f"{self.times:.2g}x")
         image[top:bottom, left:right] = FRAME
         image[top + 1 : bottom - 1, left + 1 : right - 1] = seen[1:-1, 1:-1]
 
 
-def build_magnifier(
-    picture: Picture, stage: Stage, motion: Array, size: tuple[int, int]
-) -> Magnifier | None:
+def build_inset(
+    picture: Picture, stage: Scene, motion: Array, size: tuple[int, int]
+) -> Inset | None:
     """Return what enlarges the machine; None where it is large enough, or there is no room.
 
     Args:
@@ -83,23 +83,23 @@ def build_magnifier(
         size: Width and height of the picture in [pixel].
     """
     camera, height = stage.pen.camera, size[1]
-    ways = [swept(mesh, motion[:, i]) for i, mesh in enumerate(stage.machine) if len(mesh.faces)]
-    if not ways:
+    paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(stage.machine) if len(mesh.faces)]
+    if not paths:
         return None
-    places = np.concatenate([camera.project(way, size)[..., :2] for way in ways], axis=1)
+    places = np.concatenate([camera.project(path, size)[..., :2] for path in paths], axis=1)
     apparent = float(np.median(np.ptp(places, axis=1).max(axis=1)))
-    if not 0.0 < apparent < TINY * height:
+    if not 0.0 < apparent < SMALL_FRACTION * height:
         return None
     box = next(_free_corners(stage.image, places.reshape(-1, 2)), None)
     if box is None:
         return None
-    times = min(FILLED * (box[3] - box[1]) / apparent, MOST)
-    large = (round(size[0] * times * SAMPLES), round(height * times * SAMPLES))
-    pen = Pen(camera, large, stage.pen.light, SAMPLES)
+    times = min(FILL_FRACTION * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
+    large = (round(size[0] * times * SUPERSAMPLING), round(height * times * SUPERSAMPLING))
+    pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
     pixel = nearest_pixel(camera, stage.machine, motion, large)
-    machine = paint_machine(picture.bodies, SAMPLES * pixel)
+    machine = paint_machine(picture.bodies, SUPERSAMPLING * pixel)
     layers = backdrop(picture, machine, pen, stage.floor)
-    return Magnifier(pen, machine, layers, box, times, stage.floor is not None)
+    return Inset(pen, machine, layers, box, times, stage.floor is not None)
 
 
 def _middle(pen: Pen, poses: Array) -> Array:
@@ -117,14 +117,14 @@ def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
     """
     height, width = image.shape[:2]
     taken = (image != np.array(PAPER, dtype=np.uint8)).any(axis=-1)
-    edge, under = round(EDGE * height), heading(height)
-    for share in SIZES:
-        tall = round(share * height)
-        wide = round(WIDE * tall)
+    edge, under = round(EDGE_MARGIN * height), heading(height)
+    for fraction in SIZES:
+        tall = round(fraction * height)
+        wide = round(ASPECT_RATIO * tall)
         lefts, tops = (edge, width - edge - wide), (under, height - edge - tall)
         boxes = [(x, y, x + wide, y + tall) for y in tops for x in lefts]
         empty = sorted((float(taken[y:b, x:r].mean()), (x, y, r, b)) for x, y, r, b in boxes)
         for shown, (x, y, r, b) in empty:
             low, high = (x, y), (r, b)
-            if shown <= TAKEN and not ((places > low) & (places < high)).all(axis=1).any():
+            if shown <= MAX_COVERED and not ((places > low) & (places < high)).all(axis=1).any():
                 yield x, y, r, b

@@ -13,7 +13,7 @@ from kinolab.show.film.film import Film
 
 CODECS = ("libx264", "h264", "mpeg4")  # the first that is there
 QUALITY = "18"  # of x264: what the eye does not tell from the original
-LINGERING = 1.0  # [s] for which the end is shown
+LAST_FRAME_SECONDS = 1.0  # [s] for which the end is shown
 
 
 def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
@@ -38,7 +38,7 @@ def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
         image = None
         for image in film.frames():
             container.mux(stream.encode(_frame(av, image)))
-        for _ in range(round(LINGERING * fps)):
+        for _ in range(round(LAST_FRAME_SECONDS * fps)):
             container.mux(stream.encode(_frame(av, image)))
         container.mux(stream.encode())
     return out.getvalue()

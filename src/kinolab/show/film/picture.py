@@ -27,7 +27,7 @@ class Ghost:
 
 
 @dataclass(frozen=True, eq=False)
-class GoalRegion:
+class GoalMarker:
     """Where the machine should arrive: a ring on the ground, or a ball where there is none."""
 
     position: tuple[float, float, float]  # [m]
@@ -80,7 +80,7 @@ class Picture:
     view: View = "perspective"
     path: Array | None = None
     start: Ghost | None = None
-    goal: GoalRegion | Ghost | None = None
+    goal: GoalMarker | Ghost | None = None
     cones: Sequence[Cone] = ()
     lines: Lines | None = None
 

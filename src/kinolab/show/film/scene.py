@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.show.film.backdrop import INK, PAPER, Floor, backdrop
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.paint import paint_machine
-from kinolab.show.film.models.surface_mesh import Mesh, join
-from kinolab.show.film.picture import Ghost, GoalRegion, Picture
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, join
+from kinolab.show.film.picture import Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import Camera, frame_scene
 from kinolab.show.film.raster.draw_list import Shadows, drawn
 from kinolab.show.film.raster.rasterizer import Bytes, Canvas, Facets, average, draw, extent
@@ -20,13 +20,13 @@ from kinolab.show.film.raster.shading import Pen, pen
 
 Array: TypeAlias = NDArray[np.float64]
 
-SAMPLES = 3  # small pixels per pixel and axis
+SUPERSAMPLING = 3  # small pixels per pixel and axis
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]
 AMBIENT = 0.80  # colours tell bodies apart, so the machine is shaded less than the walls
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class Scene:
     """Draws the machine over a backdrop; only the pixels that it touches are drawn anew.
 
     Args:
@@ -38,7 +38,7 @@ class Stage:
     """
 
     pen: Pen
-    machine: tuple[Mesh, ...]
+    machine: tuple[SurfaceMesh, ...]
     canvas: Canvas
     image: Bytes
     floor: Floor | None
@@ -63,7 +63,7 @@ class Stage:
 
 
 def machine_facets(
-    pen: Pen, machine: tuple[Mesh, ...], poses: Array, lines: Array | None, shadows: bool
+    pen: Pen, machine: tuple[SurfaceMesh, ...], poses: Array, lines: Array | None, shadows: bool
 ) -> tuple[Facets, list[Array]]:
     """Return the machine and its cables as facets, and their shadows by lamp where there are any.
 
@@ -85,7 +85,7 @@ def machine_facets(
     return facets, fallen
 
 
-def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage:
+def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene:
     """Frame everything that will be seen, and paint what stands still.
 
     Args:
@@ -100,21 +100,21 @@ def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage
     if floor is not None:
         cloud = np.concatenate([cloud, _corners(floor)])
     camera = frame_scene(cloud, up, picture.view, size)
-    tool = pen(camera, size, up, SAMPLES)
+    tool = pen(camera, size, up, SUPERSAMPLING)
     machine = paint_machine(picture.bodies, nearest_pixel(camera, machine, motion, size))
     canvas = drawn(backdrop(picture, machine, tool, floor), tool.size, PAPER)
-    image = average(canvas.color, SAMPLES)
-    return Stage(tool, machine, canvas, image, floor)
+    image = average(canvas.color, SUPERSAMPLING)
+    return Scene(tool, machine, canvas, image, floor)
 
 
 def nearest_pixel(
-    camera: Camera, machine: tuple[Mesh, ...], motion: Array, size: tuple[int, int]
+    camera: Camera, machine: tuple[SurfaceMesh, ...], motion: Array, size: tuple[int, int]
 ) -> float:
     """How large a pixel is in [m], where the machine comes nearest."""
-    ways = [swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
-    if not ways:
+    paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+    if not paths:
         return 0.0
-    nearest = min(float(camera.project(way, size)[..., 2].min()) for way in ways)
+    nearest = min(float(camera.project(path, size)[..., 2].min()) for path in paths)
     return float(2.0 * nearest * np.tan(0.5 * camera.fov) / size[1])
 
 
@@ -124,7 +124,7 @@ def pose_table(poses: ArrayLike) -> Array:
     return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table
 
 
-def seen_points(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> Array:
+def seen_points(picture: Picture, machine: tuple[SurfaceMesh, ...], motion: Array) -> Array:
     """Points whose convex hull contains all that is drawn, shape (n, 3)."""
     parts = [np.asarray(body.vertices, dtype=np.float64) for body in picture.obstacles]
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
@@ -133,7 +133,7 @@ def seen_points(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> A
         parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     if picture.path is not None:
         parts.append(np.asarray(picture.path, dtype=np.float64))
-    if isinstance(picture.goal, GoalRegion):
+    if isinstance(picture.goal, GoalMarker):
         reach = picture.goal.radius * np.concatenate([np.eye(3), -np.eye(3)])
         level = np.array([1.0, 1.0, 0.0 if picture.stands_on_ground else 1.0])
         parts.append((np.array(picture.goal.position) + reach) * level)
@@ -147,7 +147,7 @@ def seen_points(picture: Picture, machine: tuple[Mesh, ...], motion: Array) -> A
     return np.concatenate([found, _bounds(picture, found)])
 
 
-def swept(mesh: Mesh, poses: Array) -> Array:
+def swept(mesh: SurfaceMesh, poses: Array) -> Array:
     """The corners of a mesh's own bounding box at every pose, shape (nt, 8, 3)."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     corners = np.array([np.where(pick, high, low) for pick in np.ndindex(2, 2, 2)])

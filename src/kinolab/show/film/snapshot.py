@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.scene import build_stage, pose_table
+from kinolab.show.film.scene import build_scene, pose_table
 from kinolab.show.film.text import lettered, time_stamp
 
 
@@ -35,5 +35,5 @@ def render_frame(
     table = pose_table(poses)
     cables = picture.lines(time) if callable(picture.lines) else lines
     segments = None if cables is None else np.asarray(cables, dtype=np.float64)
-    image = build_stage(picture, table[None], size).shot(table, segments)
+    image = build_scene(picture, table[None], size).shot(table, segments)
     return lettered(image, title, time_stamp(time))

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 Array: TypeAlias = NDArray[np.float64]
 
-MOST_FRAMES = 400  # of a picture that is mailed or shown on a page
-SHORTEST_DELAY = 2  # [1/100 s]; viewers slow down what asks for less
-MOST_OF_VIDEO = 100_000  # frames: an hour
+MAX_FRAMES = 400  # of a picture that is mailed or shown on a page
+MIN_DELAY = 2  # [1/100 s]; viewers slow down what asks for less
+MAX_VIDEO_FRAMES = 100_000  # frames: an hour
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ def schedule(
     """Spread frames over a motion.
 
     A frame stays for a whole number of 1/100 s, as GIF demands, so ``fps`` is met approximately,
-    and there are at most ``MOST_FRAMES`` of them: a long motion is shown faster, at a speed that is
+    and there are at most ``MAX_FRAMES`` of them: a long motion is shown faster, at a speed that is
     a multiple of a half. A video meets ``fps`` and may be long.
 
     Raises:
@@ -53,8 +53,8 @@ def schedule(
             f"a film needs end >= start, fps > 0 and speed > 0; "
             f"got start = {start}, end = {end}, fps = {fps}, speed = {speed}"
         )
-    period = 1.0 / fps if video else max(SHORTEST_DELAY, round(100.0 / fps)) / 100.0
-    slowest = (end - start) / (((MOST_OF_VIDEO if video else MOST_FRAMES) - 1) * period)
+    period = 1.0 / fps if video else max(MIN_DELAY, round(100.0 / fps)) / 100.0
+    slowest = (end - start) / (((MAX_VIDEO_FRAMES if video else MAX_FRAMES) - 1) * period)
     if speed < slowest:
         speed = float(np.ceil(2.0 * slowest - 1e-9) / 2.0)
     step = speed * period

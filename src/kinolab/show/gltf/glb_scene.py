@@ -13,8 +13,8 @@ from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.show.film.backdrop import GOAL, INK, PATH, START, WALL, Floor
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.paint import ball, paint_machine
-from kinolab.show.film.models.surface_mesh import Mesh, weld
-from kinolab.show.film.picture import Ghost, GoalRegion
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
+from kinolab.show.film.picture import Ghost, GoalMarker
 from kinolab.show.film.raster.camera import horizontal_axes
 from kinolab.show.gltf.glb import Color, Glb
 from kinolab.show.page.content import Content, Curve
@@ -26,10 +26,10 @@ from kinolab.world.geometry import triangles
 Array: TypeAlias = NDArray[np.float64]
 
 FLOOR: Color = (0.91, 0.91, 0.90)
-VEIL = 0.4  # opacity of start, goal and cones
-THIN = 0.002  # radius of a cable, as a share of the scene
-BLADE = 1.0  # [rad] between two keys of a rotor
-PATH_POINTS = 1000
+GHOST_OPACITY = 0.4  # opacity of start, goal and cones
+CABLE_RADIUS_FRACTION = 0.002  # radius of a cable, as a share of the scene
+ROTOR_KEY_ANGLE = 1.0  # [rad] between two keys of a rotor
+MAX_PATH_POINTS = 1000
 
 
 def glb_scene(content: Content) -> bytes:
@@ -48,15 +48,17 @@ def glb_scene(content: Content) -> bytes:
         mesh = weld(obstacle.vertices, obstacle.faces, WALL)
         _add_mesh(glb, root, obstacle.name, mesh)
     for k, cone in enumerate(picture.cones):
-        _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), VEIL)
+        _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), GHOST_OPACITY)
     _add_ghost(glb, root, "start", picture.start, machine, START)
     if isinstance(picture.goal, Ghost):
         _add_ghost(glb, root, "goal", picture.goal, machine, GOAL)
     elif picture.goal is not None:
-        _add_mesh(glb, root, "goal", _region(picture.goal), VEIL)
+        _add_mesh(glb, root, "goal", _region(picture.goal), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
-        _add_cables(glb, root, content.keys.ends, THIN * float(np.ptp(hull, axis=0).max()))
+        _add_cables(
+            glb, root, content.keys.ends, CABLE_RADIUS_FRACTION * float(np.ptp(hull, axis=0).max())
+        )
     return glb.to_bytes()
 
 
@@ -67,7 +69,7 @@ def _upright(up: Array) -> list[float]:
     return _numbers(Rotation.from_matrix(np.stack([across, upward, toward])).as_quat())
 
 
-def _add_mesh(glb: Glb, parent: int, name: str, mesh: Mesh, opacity: float = 1.0) -> int:
+def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: float = 1.0) -> int:
     """Add a node with a painted mesh, in one piece per colour."""
     if not len(mesh.faces):
         return glb.node(name, parent)
@@ -89,21 +91,26 @@ def _add_floor(glb: Glb, root: int, floor: Floor | None) -> None:
 
 
 def _add_ghost(
-    glb: Glb, root: int, name: str, ghost: Ghost | None, machine: Sequence[Mesh], color: Color
+    glb: Glb,
+    root: int,
+    name: str,
+    ghost: Ghost | None,
+    machine: Sequence[SurfaceMesh],
+    color: Color,
 ) -> None:
     if ghost is None:
         return
     parent = glb.node(name, root)
     poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
     for k, (mesh, pose) in enumerate(zip(machine, poses, strict=True)):
-        _add_mesh(glb, parent, f"{name} {k + 1}", mesh.moved(pose).painted(color), VEIL)
+        _add_mesh(glb, parent, f"{name} {k + 1}", mesh.moved(pose).painted(color), GHOST_OPACITY)
 
 
-def _region(goal: GoalRegion) -> Mesh:
+def _region(goal: GoalMarker) -> SurfaceMesh:
     return ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
 
 
-def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[Mesh]) -> None:
+def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[SurfaceMesh]) -> None:
     """Add a node per body, whose transform is its frame; what whirls is a node below it."""
     keys = content.keys
     for k, (body, mesh) in enumerate(zip(content.picture.bodies, machine, strict=True)):
@@ -120,7 +127,7 @@ def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[Mesh])
 
 def _whirl(glb: Glb, node: int, speed: float, times: Array) -> None:
     begin, end = times[0], times[-1]
-    t = np.linspace(begin, end, int(np.ceil(abs(speed) * (end - begin) / BLADE)) + 2)
+    t = np.linspace(begin, end, int(np.ceil(abs(speed) * (end - begin) / ROTOR_KEY_ANGLE)) + 2)
     half = 0.5 * speed * (t - begin)
     zero = np.zeros_like(t)
     glb.animate(node, "rotation", t, np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1))
@@ -130,8 +137,8 @@ def _add_path(glb: Glb, root: int, content: Content) -> None:
     place = content.keys.places[0]
     if content.picture.path is None or len(place.times) < 2:
         return
-    line = evaluated(place, np.linspace(place.times[0], place.times[-1], PATH_POINTS))
-    ends = np.stack([np.arange(PATH_POINTS - 1), np.arange(1, PATH_POINTS)], axis=1)
+    line = evaluated(place, np.linspace(place.times[0], place.times[-1], MAX_PATH_POINTS))
+    ends = np.stack([np.arange(MAX_PATH_POINTS - 1), np.arange(1, MAX_PATH_POINTS)], axis=1)
     paint = glb.material(_color([c / 255.0 for c in PATH]))
     glb.node("path", root, mesh=glb.mesh("path", [glb.lines(glb.points(line), ends, paint)]))
 
@@ -154,10 +161,10 @@ def _stretched(ends: Array) -> tuple[Array, Array, Array]:
     """Place, turn and scale of a rod along z between ends (nk, 2, 3); what is slack has no size."""
     slack = np.asarray(~np.isfinite(ends).all(axis=(1, 2)))
     known = np.where(slack[:, None, None], 0.0, ends)
-    way = known[:, 1] - known[:, 0]
-    length = np.linalg.norm(way, axis=1)
-    way[length == 0.0] = (0.0, 0.0, 1.0)
-    unit = way / np.linalg.norm(way, axis=1, keepdims=True)
+    path = known[:, 1] - known[:, 0]
+    length = np.linalg.norm(path, axis=1)
+    path[length == 0.0] = (0.0, 0.0, 1.0)
+    unit = path / np.linalg.norm(path, axis=1, keepdims=True)
     # The shortest turn from z: (z x unit, 1 + z . unit), and about x where unit is -z.
     q = np.stack([-unit[:, 1], unit[:, 0], 0.0 * length, 1.0 + unit[:, 2]], axis=1)
     q[np.linalg.norm(q, axis=1) < 1e-6] = (1.0, 0.0, 0.0, 0.0)

@@ -30,14 +30,16 @@ def _ordered(modules: Mapping[str, str], main: str) -> list[str]:
     """Return the modules that are needed, each after those that it imports."""
     done: list[str] = []
 
-    def visit(name: str, way: tuple[str, ...]) -> None:
-        if name in way:
-            raise ValueError(f"imports go round in a circle: {' -> '.join([*way, name])}")
+    def visit(name: str, path: tuple[str, ...]) -> None:
+        if name in path:
+            raise ValueError(f"imports go round in a circle: {' -> '.join([*path, name])}")
         if name not in modules:
-            raise ValueError(f"{way[-1] if way else 'the page'} needs {name}.js, which is missing")
+            raise ValueError(
+                f"{path[-1] if path else 'the page'} needs {name}.js, which is missing"
+            )
         for _, other in IMPORT.findall(modules[name]):
             if other not in done:
-                visit(other, (*way, name))
+                visit(other, (*path, name))
         done.append(name)
 
     visit(main, ())

@@ -13,12 +13,14 @@ from kinolab.show.page.content import Curve
 Array: TypeAlias = NDArray[np.float64]
 
 
-def hermite(begin: Array, out: Array, end: Array, into: Array, step: Array, share: Array) -> Array:
+def hermite(
+    begin: Array, out: Array, end: Array, into: Array, step: Array, fraction: Array
+) -> Array:
     """Return a cubic at a share of each step, from values and rates of change at both ends.
 
     Source: de Boor, A Practical Guide to Splines, rev. ed., 2001, chapter IV.
     """
-    s = share
+    s = fraction
     return np.asarray(
         (1.0 + 2.0 * s) * (1.0 - s) ** 2 * begin
         + s * (1.0 - s) ** 2 * step * out
@@ -33,9 +35,9 @@ def evaluated(curve: Curve, at: Array) -> Array:
         return np.repeat(curve.values, len(at), axis=0)
     row = np.clip(np.searchsorted(curve.times, at, side="right") - 1, 0, len(curve.times) - 2)
     step = (curve.times[row + 1] - curve.times[row])[:, None]
-    share = np.clip((at - curve.times[row])[:, None] / step, 0.0, 1.0)
+    fraction = np.clip((at - curve.times[row])[:, None] / step, 0.0, 1.0)
     values, out, into = curve.values, curve.leaving, curve.arriving
-    return hermite(values[row], out[row], values[row + 1], into[row + 1], step, share)
+    return hermite(values[row], out[row], values[row + 1], into[row + 1], step, fraction)
 
 
 def quaternions(poses: Array) -> Array:

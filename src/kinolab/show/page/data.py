@@ -12,7 +12,7 @@ from kinolab.show.film.backdrop import GOAL, START, WALL
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.paint import paint_machine
 from kinolab.show.film.models.surface_mesh import Indices, is_room, weld
-from kinolab.show.film.picture import Ghost, GoalRegion, Picture
+from kinolab.show.film.picture import Ghost, GoalMarker, Picture
 from kinolab.show.page.content import Content, Curve, Driving, Series
 from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import mesh_data
@@ -93,7 +93,7 @@ def _poses(ghost: Ghost | None, color: tuple[float, float, float]) -> dict[str, 
 
 def _goal(picture: Picture) -> dict[str, Any] | None:
     goal = picture.goal
-    if isinstance(goal, GoalRegion):
+    if isinstance(goal, GoalMarker):
         return {"position": _numbers(goal.position), "radius": goal.radius, "rgb": list(GOAL)}
     return _poses(goal, GOAL)
 

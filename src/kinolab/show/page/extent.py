@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.show.film.backdrop import Floor
-from kinolab.show.film.models.surface_mesh import Mesh
+from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.scene import floor_under, seen_points
 from kinolab.show.page.content import Content
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-def extent(content: Content, machine: Sequence[Mesh]) -> tuple[Array, Floor | None]:
+def extent(content: Content, machine: Sequence[SurfaceMesh]) -> tuple[Array, Floor | None]:
     """Return points whose convex hull holds everything, shape (n, 3), and the floor if any.
 
     Where there is no floor, nothing shows how far the workspace goes, and it is left out.

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.show.film.models.surface_mesh import Indices, Mesh
+from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh
 from kinolab.show.page.pack import Pack
 
 
-def by_color(mesh: Mesh) -> tuple[Indices, list[tuple[list[float], int, int]]]:
+def by_color(mesh: SurfaceMesh) -> tuple[Indices, list[tuple[list[float], int, int]]]:
     """Return the faces sorted by colour, and (red, green, blue), first face, number of faces."""
     colors, which = np.unique(mesh.colors.round(4), axis=0, return_inverse=True)
     which = which.reshape(-1)
@@ -20,7 +20,7 @@ def by_color(mesh: Mesh) -> tuple[Indices, list[tuple[list[float], int, int]]]:
     return mesh.faces[np.argsort(which, kind="stable")], groups
 
 
-def mesh_data(mesh: Mesh, pack: Pack) -> dict[str, Any]:
+def mesh_data(mesh: SurfaceMesh, pack: Pack) -> dict[str, Any]:
     """Return a mesh as the page's ``meshes.js`` reads it."""
     faces, groups = by_color(mesh)
     return {

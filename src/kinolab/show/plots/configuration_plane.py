@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 
 CELLS = 100  # of the grid along each axis
-PLACES = 6  # of the plan from which the other coordinates are taken
+SLICES = 6  # of the plan from which the other coordinates are taken
 PLOT, FLATTEST = 0.7, 0.15  # height over width: of a plot, and of a map at least
-BEYOND = 0.15  # of what the plan and the search cover: what is shown around it
+MARGIN_FRACTION = 0.15  # of what the plan and the search cover: what is shown around it
 
 
 def configuration_plane(
@@ -55,10 +55,10 @@ def configuration_plane(
         return None
     spans = [_span(problem, trajectory, graph, column) for column in columns]
     figure, (axes,) = figure_of(1, 1, (WIDTH, _height(problem, columns, spans)), title)
-    share = _occupied(problem, trajectory, columns, spans)
+    fraction = _occupied(problem, trajectory, columns, spans)
     extent = (*spans[0], *spans[1])
     axes.imshow(
-        share, cmap="Greys", vmin=0.0, vmax=1.4, extent=extent, origin="lower", aspect="auto"
+        fraction, cmap="Greys", vmin=0.0, vmax=1.4, extent=extent, origin="lower", aspect="auto"
     )
     if graph is not None:
         ends = graph.x[graph.edges][:, :, columns]
@@ -99,7 +99,7 @@ def _span(
     shown = [trajectory.x[:, column], problem.start[None, column]]
     shown += [] if graph is None else [graph.x[:, column]]
     low, high = np.concatenate(shown).min(), np.concatenate(shown).max()
-    room = BEYOND * max(high - low, 1e-3)
+    room = MARGIN_FRACTION * max(high - low, 1e-3)
     lower, upper = problem.bounds[column]
     return float(max(low - room, lower)), float(min(high + room, upper))
 
@@ -113,7 +113,7 @@ def _occupied(
     """Return the share of the plan's places with which each cell collides, shape (CELLS, CELLS)."""
     middles = (np.arange(CELLS) + 0.5) / CELLS
     across, up = (low + (high - low) * middles for low, high in spans)
-    places = np.linspace(0, len(trajectory.x) - 1, min(PLACES, len(trajectory.x))).astype(int)
+    places = np.linspace(0, len(trajectory.x) - 1, min(SLICES, len(trajectory.x))).astype(int)
     found = np.zeros((CELLS, CELLS))
     for x in trajectory.x[places]:
         states = np.repeat(x[None], CELLS * CELLS, axis=0)
@@ -157,8 +157,8 @@ def _is_map(problem: Problem, columns: list[int]) -> bool:
 def _height(problem: Problem, columns: list[int], spans: list[tuple[float, float]]) -> float:
     """Return the height of the figure in inches: of a map with one scale, or of a plot."""
     (left, right), (low, high) = spans
-    share = (high - low) / (right - left) if _is_map(problem, columns) else PLOT
-    return 0.9 + WIDTH * min(max(share, FLATTEST), 1.0)
+    fraction = (high - low) / (right - left) if _is_map(problem, columns) else PLOT
+    return 0.9 + WIDTH * min(max(fraction, FLATTEST), 1.0)
 
 
 def _finish(

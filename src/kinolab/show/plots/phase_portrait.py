@@ -14,7 +14,7 @@ from kinolab.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ACROSS = 3  # portraits beside each other
+PORTRAITS_PER_ROW = 3  # portraits beside each other
 HEIGHT = 2.2  # inches of each
 
 
@@ -23,7 +23,7 @@ def phase_portraits(problem: Problem, trajectory: Trajectory, title: str) -> Fig
     pairs = _pairs(problem)
     if not pairs:
         return None
-    across = min(len(pairs), ACROSS)
+    across = min(len(pairs), PORTRAITS_PER_ROW)
     rows = math.ceil(len(pairs) / across)
     figure, table = figure_of(rows, across, (WIDTH, 0.5 + HEIGHT * rows), title)
     names, units = trajectory.state_names, state_units(problem.model)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 
 HEIGHT = 1.5  # inches of each plot
-ALIKE = 8.0  # times the size of a quantity: what is drawn beside it
-NEAR = 0.5  # of a plot's height: a limit that is farther away than that is not drawn
+SCALE_RATIO = 8.0  # times the size of a quantity: what is drawn beside it
+LIMIT_DISTANCE = 0.5  # of a plot's height: a limit that is farther away than that is not drawn
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def _together(lines: list[Line]) -> list[list[Line]]:
 
 def _fit(line: Line, other: Line) -> bool:
     sizes = sorted(float(np.abs(entry.values).max(initial=0.0)) for entry in (line, other))
-    return line.unit == other.unit and sizes[1] <= ALIKE * sizes[0]
+    return line.unit == other.unit and sizes[1] <= SCALE_RATIO * sizes[0]
 
 
 def _draw(axes: Axes, lines: list[Line], t: Array) -> None:
@@ -103,7 +103,7 @@ def _draw(axes: Axes, lines: list[Line], t: Array) -> None:
         else:
             axes.stairs(line.values, t, label=line.name, linewidth=1.2, baseline=None)
     low, high = axes.get_ylim()
-    room = NEAR * (high - low)
+    room = LIMIT_DISTANCE * (high - low)
     for limit in sorted({limit for line in lines for limit in line.limits}):
         if low - room <= limit <= high + room:
             axes.axhline(limit, color=LIMIT, linewidth=0.8, linestyle="--", zorder=0)

@@ -20,8 +20,8 @@ from kinolab.show.page.gallery import Card, gallery_html
 from kinolab.show.view.scenes import content_of
 
 POSTER = (480, 360)  # pixels
-MOMENT = 0.5  # of the motion, which a poster shows
-MOST = 2_000_000  # bytes of a film that is taken over
+POSTER_TIME = 0.5  # of the motion, which a poster shows
+MAX_FILM_BYTES = 2_000_000  # bytes of a film that is taken over
 
 
 def gallery_of(
@@ -71,7 +71,7 @@ def _facts(run: Run) -> tuple[tuple[str, str], ...]:
 def _film(folder: Path) -> bytes:
     """Return the run's film if it is one, and not too large."""
     path = folder / "animation.gif"
-    content = path.read_bytes() if path.is_file() and path.stat().st_size <= MOST else b""
+    content = path.read_bytes() if path.is_file() and path.stat().st_size <= MAX_FILM_BYTES else b""
     return content if content.startswith(b"GIF8") else b""
 
 
@@ -82,6 +82,6 @@ def _poster(run: Run) -> bytes:
     shown = picture(problem, poses, problem.model.cables(trajectory.x))
     film = make_film(shown, trajectory.t, poses, size=POSTER)
     out = io.BytesIO()
-    image = np.ascontiguousarray(film.frame(int(MOMENT * (len(film) - 1))))
+    image = np.ascontiguousarray(film.frame(int(POSTER_TIME * (len(film) - 1))))
     Image.fromarray(image).save(out, "PNG")
     return out.getvalue()

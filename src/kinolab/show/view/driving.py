@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.analyze.diagnose.static_holding import holding
+from kinolab.analyze.diagnose.static_holding import static_holding
 from kinolab.dynamics import Model
 from kinolab.dynamics.javascript import javascript_of
 from kinolab.problem import Problem
@@ -17,9 +17,10 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-QUICK = 1 / 30  # [s]; keys are felt late where an input is held for longer
-PATIENCE = 1.5  # [s] in which a key brings the first speed that it moves to its limit
-HALF = 0.5  # of the way to a limit, where inputs are velocities or set points themselves
+MAX_HOLD_TIME = 1 / 30  # [s]; keys are felt late where an input is held for longer
+RESPONSE_TIME = 1.5  # [s] in which a key brings the first speed that it moves to its limit
+# of the way to a limit, where inputs are velocities or set points themselves
+SETPOINT_FRACTION = 0.5
 
 
 def driving_of(problem: Problem, trajectory: Trajectory) -> Driving:
@@ -54,13 +55,13 @@ def driven_step(problem: Problem) -> float:
     closed = problem.model.plant is not problem.model
     if closed or problem.scenario.integration.truth == "discrete":
         return problem.step
-    return problem.step / math.ceil(problem.step / QUICK - 1e-9)
+    return problem.step / math.ceil(problem.step / MAX_HOLD_TIME - 1e-9)
 
 
 def _idle(problem: Problem) -> Array:
     """Return inputs while no key is pressed: those that hold the machine at its start, if any."""
     names = problem.model.control_names
-    held = holding(problem, problem.start)
+    held = static_holding(problem, problem.start)
     return (
         np.array([held.inputs[n] for n in names]) if held and held.holds else _least(problem.model)
     )
@@ -79,15 +80,15 @@ def _hands(problem: Problem, model: Model, idle: Array | None) -> dict[str, list
 
 def _usual(problem: Problem, model: Model, idle: Array) -> Array:
     """Return shares in (0, 1] with which a person can drive; full inputs make toys of machines."""
-    shares = np.full(model.nu, HALF)
+    shares = np.full(model.nu, SETPOINT_FRACTION)
     if model.plant is not model or not len(model.speeds):
         return shares
     _, slopes = model.jacobian(problem.start, idle)
-    ways = np.abs(model.control_bounds - idle[:, None]).max(axis=1)
-    paces = np.abs(slopes[model.speeds]) * ways / problem.scales[model.speeds, None]  # [1/s]
+    paths = np.abs(model.control_bounds - idle[:, None]).max(axis=1)
+    paces = np.abs(slopes[model.speeds]) * paths / problem.scales[model.speeds, None]  # [1/s]
     fastest = paces.max(axis=0)
     moved = fastest > 0.0
-    shares[moved] = np.minimum(1.0, 1.0 / (PATIENCE * fastest[moved]))
+    shares[moved] = np.minimum(1.0, 1.0 / (RESPONSE_TIME * fastest[moved]))
     return shares
 
 

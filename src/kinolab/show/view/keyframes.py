@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.show.page.content import Curve, Keys
 from kinolab.show.page.curves import continued, hermite
-from kinolab.show.view.branches import Pieces, Ways
-from kinolab.show.view.tracks import Channel, channels
+from kinolab.show.view.branches import Branches, BranchPaths
+from kinolab.show.view.tracks import Track, tracks
 from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 Marks: TypeAlias = NDArray[np.bool_]
 
-NEAR = 2e-5  # [m], [rad] between curve and motion; a page promises five times as much
-TURN = 1.0  # [rad] between two keys: a cubic of quaternions cannot count whole turns
-ROUNDS = 12  # of halving
+CURVE_TOLERANCE = 2e-5  # [m], [rad] between curve and motion; a page promises five times as much
+MAX_TURN = 1.0  # [rad] between two keys: a cubic of quaternions cannot count whole turns
+MAX_HALVINGS = 12  # of halving
 SHARES = (0.25, 0.5)  # of a piece, where curve and motion are compared
 
 
@@ -34,74 +34,74 @@ def key_poses(problem: Problem, trajectory: Trajectory) -> Keys:
     """
     if len(trajectory.t) == 1:
         return _keys([_still(channel) for channel in _at_rest(problem, trajectory.x)], problem)
-    ways = Ways(problem)
-    knots = Pieces(
+    paths = BranchPaths(problem)
+    knots = Branches(
         trajectory.t[:-1], trajectory.t[1:], trajectory.x[:-1], trajectory.x[1:], trajectory.u
     )
-    pieces, keys = _refined(ways, knots)
-    return _keys(_curves(ways, pieces, keys), problem)
+    pieces, keys = _refined(paths, knots)
+    return _keys(_curves(paths, pieces, keys), problem)
 
 
-def _refined(ways: Ways, pieces: Pieces) -> tuple[Pieces, Marks]:
+def _refined(paths: BranchPaths, pieces: Branches) -> tuple[Branches, Marks]:
     """Halve pieces until cubics follow the motion along all of them.
 
     Returns:
         The pieces in the order of time, and for each the channels of which its end is a key.
     """
-    count = len(channels(ways.model, pieces.x[:1], np.zeros_like(pieces.x[:1])))
+    count = len(tracks(paths.model, pieces.x[:1], np.zeros_like(pieces.x[:1])))
     keys: Marks = np.ones((len(pieces), count), dtype=bool)
     asked, done = keys, []
-    for left in reversed(range(ROUNDS)):
-        far: Marks = asked & _leaves(ways, pieces) & (left > 0)
+    for left in reversed(range(MAX_HALVINGS)):
+        far: Marks = asked & _leaves(paths, pieces) & (left > 0)
         stay: Marks = ~np.asarray(far.any(axis=1))
         done.append((pieces.chosen(stay), keys[stay]))
         if stay.all():
             break
         pieces, keys, far = pieces.chosen(~stay), keys[~stay], far[~stay]
-        pieces = pieces.halved(ways.state(pieces, 0.5))
+        pieces = pieces.halved(paths.state(pieces, 0.5))
         keys, asked = np.concatenate([far, keys]), np.concatenate([far, far])
     order = np.argsort(np.concatenate([part.begin for part, _ in done]), kind="stable")
-    whole = Pieces.joined([part for part, _ in done]).chosen(order)
+    whole = Branches.joined([part for part, _ in done]).chosen(order)
     return whole, np.concatenate([marks for _, marks in done])[order]
 
 
-def _at_rest(problem: Problem, x: Array) -> list[Channel]:
-    return channels(problem.model.plant, x, np.zeros_like(x))
+def _at_rest(problem: Problem, x: Array) -> list[Track]:
+    return tracks(problem.model.plant, x, np.zeros_like(x))
 
 
-def _still(channel: Channel) -> Curve:
+def _still(channel: Track) -> Curve:
     return Curve(np.zeros(1), channel.values, channel.rates, channel.rates)
 
 
-def _leaves(ways: Ways, pieces: Pieces) -> Marks:
+def _leaves(paths: BranchPaths, pieces: Branches) -> Marks:
     """Say of each piece and channel whether a cubic is too far from the motion, or turns too far.
 
     Shape (pieces, channels).
     """
-    begins, ends = _both_ends(ways, pieces)
+    begins, ends = _both_ends(paths, pieces)
     far = np.zeros((len(pieces), len(begins)), dtype=bool)
     step = pieces.length[:, None]
-    for share in SHARES:
-        x = ways.state(pieces, share)
-        middles = channels(ways.model, x, np.zeros_like(x))
+    for fraction in SHARES:
+        x = paths.state(pieces, fraction)
+        middles = tracks(paths.model, x, np.zeros_like(x))
         for k, (a, end, middle) in enumerate(zip(begins, ends, middles, strict=True)):
             b = end.toward(a)
-            curve = hermite(a.values, a.rates, b.values, b.rates, step, np.array(share))
-            far[:, k] |= middle.apart(curve) > NEAR
-            far[:, k] |= a.turning * pieces.length > TURN
+            curve = hermite(a.values, a.rates, b.values, b.rates, step, np.array(fraction))
+            far[:, k] |= middle.apart(curve) > CURVE_TOLERANCE
+            far[:, k] |= a.turning * pieces.length > MAX_TURN
     return far
 
 
-def _both_ends(ways: Ways, pieces: Pieces) -> tuple[list[Channel], list[Channel]]:
-    out, into = ways.rates(pieces)
-    return channels(ways.model, pieces.x, out), channels(ways.model, pieces.y, into)
+def _both_ends(paths: BranchPaths, pieces: Branches) -> tuple[list[Track], list[Track]]:
+    out, into = paths.rates(pieces)
+    return tracks(paths.model, pieces.x, out), tracks(paths.model, pieces.y, into)
 
 
-def _curves(ways: Ways, pieces: Pieces, keys: Marks) -> list[Curve]:
+def _curves(paths: BranchPaths, pieces: Branches, keys: Marks) -> list[Curve]:
     """Return a curve per channel through the ends of consecutive pieces that are its keys."""
     times = np.append(pieces.begin, pieces.end[-1])
     curves = []
-    for k, (a, b) in enumerate(zip(*_both_ends(ways, pieces), strict=True)):
+    for k, (a, b) in enumerate(zip(*_both_ends(paths, pieces), strict=True)):
         values = np.concatenate([a.values, b.values[-1:]])
         arriving = np.concatenate([a.rates[:1], b.rates])
         leaving = np.concatenate([a.rates, b.rates[-1:]])

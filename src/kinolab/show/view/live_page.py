@@ -25,9 +25,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 HOST = "127.0.0.1"
 EVENTS, PLAN = "/events", "/plan"
-BEAT = 5.0  # [s] without news, after which a line that means nothing shows who is still there
-FETCHING = 10.0  # [s] that a page has to fetch the finished one
-ARRIVING = 20.0  # [s] that a browser which was just started has to come
+# [s] without news, after which a line that means nothing shows who is still there
+HEARTBEAT_SECONDS = 5.0
+FETCH_SECONDS = 10.0  # [s] that a page has to fetch the finished one
+ARRIVAL_SECONDS = 20.0  # [s] that a browser which was just started has to come
 
 
 class LivePage:
@@ -82,13 +83,13 @@ class LivePage:
             expected: Whether somebody comes who may not be there yet.
         """
         if expected:
-            self._news.wait_for(lambda: self._news.came > 0, ARRIVING)
+            self._news.wait_for(lambda: self._news.came > 0, ARRIVAL_SECONDS)
         if page is not None:
             self._pages[PLAN] = page
         self._news.tell("end", PLAN if page is not None else "")
-        self._news.wait_for(lambda: self._news.listening == 0, FETCHING)
+        self._news.wait_for(lambda: self._news.listening == 0, FETCH_SECONDS)
         if page is not None:
-            self._news.wait_for(lambda: self._news.fetched >= self._news.sent_on, FETCHING)
+            self._news.wait_for(lambda: self._news.fetched >= self._news.sent_on, FETCH_SECONDS)
 
 
 class _News:
@@ -122,7 +123,7 @@ class _News:
     def since(self, number: int) -> tuple[int, list[tuple[str, str]]]:
         """Wait for news after that number; return the newest number, and (kind, text) in order."""
         with self._changed:
-            self._changed.wait_for(lambda: self._count > number, BEAT)
+            self._changed.wait_for(lambda: self._count > number, HEARTBEAT_SECONDS)
             news = sorted((k, kind, text) for kind, (k, text) in self._newest.items() if k > number)
             return self._count, [(kind, text) for _, kind, text in news]
 

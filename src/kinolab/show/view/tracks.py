@@ -14,11 +14,11 @@ from kinolab.show.page.curves import quaternions, turn_rates
 
 Array: TypeAlias = NDArray[np.float64]
 
-NUDGE = 1e-5  # [s] over which rates are taken as differences
+FD_STEP = 1e-5  # [s] over which rates are taken as differences
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
+class Track:
     """One thing that moves, at several states.
 
     Attributes:
@@ -36,12 +36,12 @@ class Channel:
         """How fast it turns in [rad/s], shape (n,); 0 for what does not turn."""
         return np.asarray(2.0 * self.turns * np.linalg.norm(self.rates, axis=1))
 
-    def toward(self, other: Channel) -> Channel:
+    def toward(self, other: Track) -> Track:
         """The same, each quaternion the one of two that is nearer to another channel's."""
         if not self.turns:
             return self
         sign = np.where(np.sum(self.values * other.values, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
-        return Channel(sign * self.values, sign * self.rates, turns=True)
+        return Track(sign * self.values, sign * self.rates, turns=True)
 
     def apart(self, values: Array) -> Array:
         """How far other values (n, d) are from these, shape (n,), in [m] or [rad]."""
@@ -54,7 +54,7 @@ class Channel:
         return np.asarray(2.0 * nearer)
 
 
-def channels(model: Model, x: Array, rate: Array) -> list[Channel]:
+def tracks(model: Model, x: Array, rate: Array) -> list[Track]:
     """Return what moves at states (n, nx) that change at a rate (n, nx).
 
     First the places of all bodies, then their turns, then all cables together if there are any.
@@ -63,15 +63,15 @@ def channels(model: Model, x: Array, rate: Array) -> list[Channel]:
     q = quaternions(poses)
     w = turn_rates(q, poses, slopes)
     bodies = range(poses.shape[1])
-    found = [Channel(poses[:, i, 3::4], slopes[:, i, 3::4]) for i in bodies]
-    found += [Channel(q[:, i], w[:, i], turns=True) for i in bodies]
+    found = [Track(poses[:, i, 3::4], slopes[:, i, 3::4]) for i in bodies]
+    found += [Track(q[:, i], w[:, i], turns=True) for i in bodies]
     if model.system.cables:
         ends, pulls = model.cables(x), _slope(model.cables, x, rate)
-        found.append(Channel(ends.reshape(len(x), -1), pulls.reshape(len(x), -1)))
+        found.append(Track(ends.reshape(len(x), -1), pulls.reshape(len(x), -1)))
     return found
 
 
 def _slope(function: Callable[[Array], Array], x: Array, rate: Array) -> Array:
     """Return the rate of change of a function of the state, as a central difference."""
-    nudge = NUDGE * rate
-    return (function(x + nudge) - function(x - nudge)) / (2.0 * NUDGE)
+    nudge = FD_STEP * rate
+    return (function(x + nudge) - function(x - nudge)) / (2.0 * FD_STEP)

@@ -15,21 +15,22 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import Stop, look, never
+from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.quaternions import turned_at_random, unit
 from kinolab.problem import Problem
 from kinolab.world.geometry import placement, sizes
 
 Array: TypeAlias = NDArray[np.float64]
 
-DRAWS = 50  # of a configuration, for one that is on a way that is short enough
-SHORTCUTS = 60
-APART = 0.25  # of the smallest shape: how far a point moves between two looks, more or less
+MAX_DRAWS = 50  # of a configuration, for one that is on a way that is short enough
+MAX_SHORTCUTS = 60
+# of the smallest shape: how far a point moves between two looks, more or less
+CHECK_RESOLUTION = 0.25
 FEW, MOST = 4, 4096  # looks at a straight way
-SPARSE = 8  # looks of which one is taken first: what is not free shows soon
+FIRST_CHECK_STRIDE = 8  # looks of which one is taken first: what is not free shows soon
 
 
-class FreeWays:
+class GeometricPaths:
     """Ways for one machine in one world.
 
     Args:
@@ -39,7 +40,10 @@ class FreeWays:
     """
 
     def __init__(
-        self, problem: Problem, generator: np.random.Generator, stop: Stop = never
+        self,
+        problem: Problem,
+        generator: np.random.Generator,
+        stop: CancellationToken = never_cancelled,
     ) -> None:
         self._problem, self._generator, self._stop = problem, generator, stop
         self._checker = problem.checker()
@@ -49,7 +53,7 @@ class FreeWays:
         self._weights[problem.model.nq :] = 0.0  # only the way counts
         shapes = [shape for body in problem.bodies for shape in body.shapes]
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
-        self._apart = APART * min(radii, default=1.0)
+        self._apart = CHECK_RESOLUTION * min(radii, default=1.0)
         self._reach = max(
             (
                 np.linalg.norm(placement(shape)[:, 3]) + radius
@@ -85,7 +89,7 @@ class FreeWays:
         """
         trees = [_Tree(start), _Tree(end)]
         for k in range(branches):
-            look(self._stop)
+            raise_if_cancelled(self._stop)
             here, there = trees[k % 2], trees[1 - k % 2]
             aim = there.x[0] if k < 2 else self._drawn(start, end, turning, within)
             reached = self._grown(here, aim, there.x[0], within)
@@ -93,15 +97,15 @@ class FreeWays:
                 continue
             met = self._grown(there, reached, here.x[0], within)
             if met is not None and self._apart_by(met, reached[None])[0] == 0.0:
-                ways = [here.way(), there.way()]
-                way = np.vstack([ways[k % 2], ways[1 - k % 2][::-1]])
-                return self._shorter(self._space.continuous(way))
+                paths = [here.path(), there.path()]
+                path = np.vstack([paths[k % 2], paths[1 - k % 2][::-1]])
+                return self._shorter(self._space.continuous(path))
         return None
 
     def is_free(self, begin: Array, end: Array) -> bool:
         """Say whether the straight way between two states is free wherever it is looked at."""
         line = self._line(begin, end)
-        return all(self.are_free(line[::apart]) for apart in (SPARSE, 1))
+        return all(self.are_free(line[::apart]) for apart in (FIRST_CHECK_STRIDE, 1))
 
     def are_free(self, states: Array) -> bool:
         """Say whether a machine touches nothing in any of some states, shape (m, nx)."""
@@ -114,7 +118,7 @@ class FreeWays:
 
         It is the last one drawn where none of DRAWS is.
         """
-        for _ in range(DRAWS):
+        for _ in range(MAX_DRAWS):
             x = self._anywhere(start, end, turning)
             if within(np.stack([start, x, end])):
                 break
@@ -145,7 +149,7 @@ class FreeWays:
         if free < 2:
             return None
         leaf = aim if free == len(line) else line[free - 1]
-        if not within(np.vstack([tree.way(parent), leaf, end])):
+        if not within(np.vstack([tree.path(parent), leaf, end])):
             return None
         tree.add(leaf, parent)
         return leaf
@@ -184,21 +188,21 @@ class FreeWays:
             free = min(free, int(inside.argmax()) if inside.any() else free)
         return free
 
-    def _shorter(self, way: Array) -> Array:
+    def _shorter(self, path: Array) -> Array:
         """Return a way with some of its corners cut off."""
-        for _ in range(SHORTCUTS):
-            look(self._stop)
-            lengths = [self._apart_by(a, b[None])[0] for a, b in pairwise(way)]
+        for _ in range(MAX_SHORTCUTS):
+            raise_if_cancelled(self._stop)
+            lengths = [self._apart_by(a, b[None])[0] for a, b in pairwise(path)]
             along = np.concatenate([[0.0], np.cumsum(lengths)])
             a, b = np.sort(self._generator.uniform(0.0, along[-1], 2))
             i, j = int(np.searchsorted(along, a)), int(np.searchsorted(along, b))
-            if not 0 < i < j < len(way):
+            if not 0 < i < j < len(path):
                 continue
-            begin, end = _at(way, along, a), _at(way, along, b)
+            begin, end = _at(path, along, a), _at(path, along, b)
             line = self._line(begin, end)
             if self._free(line) == len(line):
-                way = self._space.continuous(np.vstack([way[:i], begin, end, way[j:]]))
-        return way
+                path = self._space.continuous(np.vstack([path[:i], begin, end, path[j:]]))
+        return path
 
 
 class _Tree:
@@ -211,15 +215,15 @@ class _Tree:
         self.x = np.vstack([self.x, x])
         self._parents.append(parent)
 
-    def way(self, leaf: int = -1) -> Array:
+    def path(self, leaf: int = -1) -> Array:
         """Return the states from the root to a leaf, the last one if none is named."""
         nodes = [leaf % len(self.x)]
         while self._parents[nodes[-1]] >= 0:
             nodes.append(self._parents[nodes[-1]])
-        way: Array = self.x[nodes[::-1]]
-        return way
+        path: Array = self.x[nodes[::-1]]
+        return path
 
 
-def _at(way: Array, along: Array, length: float) -> Array:
+def _at(path: Array, along: Array, length: float) -> Array:
     """Return the state after some length of a way, shape (nx,)."""
-    return np.array([np.interp(length, along, column) for column in way.T])
+    return np.array([np.interp(length, along, column) for column in path.T])

@@ -19,10 +19,10 @@ from kinolab.trajopt.nlp.decision import Knots, resampled
 
 Array: TypeAlias = NDArray[np.float64]
 
-SPEEDS = 200  # states and inputs that are drawn to see how quickly each entry changes
-ASIDE = 0.25  # of the range of a coordinate: how far from the straight way at most
-LONG = 100.0  # [s] of speeding up that tells of no limit
-SHAKEN = 0.01  # of their range: inputs that are all alike may be where a derivative vanishes
+SPEED_SAMPLES = 200  # states and inputs that are drawn to see how quickly each entry changes
+MAX_DETOUR = 0.25  # of the range of a coordinate: how far from the straight way at most
+UNLIMITED_SECONDS = 100.0  # [s] of speeding up that tells of no limit
+PERTURBATION = 0.01  # of their range: inputs that are all alike may be where a derivative vanishes
 
 
 class Guesses:
@@ -69,7 +69,7 @@ class Guesses:
         begin, end = self.straight(turns.tolist())
         via = (begin + end) / 2
         lower, upper = problem.sampling_bounds[:nq].T
-        aside = ASIDE * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
+        aside = MAX_DETOUR * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
         for own in problem.space.quaternions:
             aside[own] = 0.0
         via[:nq] += aside
@@ -80,41 +80,41 @@ class Guesses:
         """Coordinates that are angles on the circle."""
         return np.flatnonzero(self._problem.circular[: self._problem.model.nq])
 
-    def quickest(self, way: Array) -> float:
+    def quickest(self, path: Array) -> float:
         """Return about the least time in [s] in which a motion along a way may be made.
 
         The largest rates are those of random states and inputs, so that it may be some percent
         too long; what speeding up takes is left out.
 
         Args:
-            way: Shape (m, nx).
+            path: Shape (m, nx).
         """
-        return float(self._times(way)[-1])
+        return float(self._times(path)[-1])
 
-    def knots(self, way: Array, steps: int, h: float) -> Knots:
+    def knots(self, path: Array, steps: int, h: float) -> Knots:
         """Return knots along a way, one leg after the other, each with its share of the time.
 
         Inputs are in the middle of their ranges, but shaken a little.
 
         Args:
-            way: Shape (m, nx).
+            path: Shape (m, nx).
             steps: Number of them.
             h: Length of each in [s].
         """
         problem, generator = self._problem, self._generator
-        times = self._times(way)
+        times = self._times(path)
         if not times[-1] > 0:  # the same place, at other speeds
-            times = np.linspace(0.0, 1.0, len(way))
+            times = np.linspace(0.0, 1.0, len(path))
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
-        held = np.tile((lower + upper) / 2, (len(way) - 1, 1))
-        even = resampled(times, way, held, steps, problem.space)
-        shaken = SHAKEN * generator.standard_normal(even.u.shape) * (upper - lower)
+        held = np.tile((lower + upper) / 2, (len(path) - 1, 1))
+        even = resampled(times, path, held, steps, problem.space)
+        shaken = PERTURBATION * generator.standard_normal(even.u.shape) * (upper - lower)
         return Knots(even.x, even.u + shaken, h)
 
-    def _times(self, way: Array) -> Array:
+    def _times(self, path: Array) -> Array:
         """Return when each configuration is reached if every coordinate is as fast as it gets."""
         nq = self._problem.model.nq
-        needed = np.abs(np.diff(way[:, :nq], axis=0)) / self._fastest
+        needed = np.abs(np.diff(path[:, :nq], axis=0)) / self._fastest
         return np.concatenate([[0.0], np.cumsum(needed.max(axis=1, initial=0.0))])
 
     @cached_property
@@ -124,7 +124,7 @@ class Guesses:
         limits = np.abs(problem.bounds[problem.model.nq :]).max(axis=1, initial=0.0)
         slopes = np.median(np.abs(self._slopes[:, problem.model.nq :]), axis=0)
         times = limits[np.isfinite(limits)] / np.maximum(slopes[np.isfinite(limits)], 1e-9)
-        return float(times[times < LONG].max(initial=0.0))
+        return float(times[times < UNLIMITED_SECONDS].max(initial=0.0))
 
     @cached_property
     def _fastest(self) -> Array:
@@ -139,8 +139,8 @@ class Guesses:
         problem, generator = self._problem, np.random.default_rng(0)
         model = problem.model
         lower, upper = np.clip(problem.sampling_bounds.T, -1e3, 1e3)
-        x = model.space.unit(generator.uniform(lower, upper, (SPEEDS, model.nx)))
+        x = model.space.unit(generator.uniform(lower, upper, (SPEED_SAMPLES, model.nx)))
         lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
-        u = generator.uniform(lower, upper, (SPEEDS, model.nu))
+        u = generator.uniform(lower, upper, (SPEED_SAMPLES, model.nu))
         slopes: Array = np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])
         return slopes

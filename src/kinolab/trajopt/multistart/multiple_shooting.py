@@ -18,17 +18,19 @@ import numpy as np
 from kinolab.problem import Problem
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.exact import repair
+from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.sqp.minimum_time import quicken
-from kinolab.trajopt.sqp.restoration import restored
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.sqp.minimum_time import minimize_time
+from kinolab.trajopt.sqp.restoration import restore_feasibility
 
-ROOM = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
-CLOSED = 1e-6  # sum of all that is missing, in scales, from which on knots may become many
-PACE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
-FINE = 12  # subproblems with many knots, where little is missing
-FASTER = 0.25  # times the duration of a motion that makes errors grow: how short it may get
+CLEARANCE_RESERVE = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
+# sum of all that is missing, in scales, from which on knots may become many
+CLOSURE_TOLERANCE = 1e-6
+MIN_DECREASE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
+FINE_ITERATIONS = 12  # subproblems with many knots, where little is missing
+# times the duration of a motion that makes errors grow: how short it may get
+MIN_DURATION_FRACTION = 0.25
 
 
 def shoot(
@@ -36,7 +38,7 @@ def shoot(
     guess: Knots,
     block: int,
     iterations: int,
-    late: Callable[[], bool] = lambda: False,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> Trajectory | None:
     """Return a motion from the start exactly into the goal's centre, or None.
 
@@ -45,43 +47,54 @@ def shoot(
         guess: To begin with.
         block: Steps of the problem from knot to knot.
         iterations: Largest number of subproblems with few knots.
-        late: Whether to give up.
+        cancelled: Whether to give up.
     """
-    task = Task(problem, ROOM)
-    knots = _closed(task, guess, block, iterations, late)
+    task = TrajectoryProblem(problem, CLEARANCE_RESERVE)
+    knots = _closed(task, guess, block, iterations, cancelled)
     if knots is None:
         return None
     given = _step_by_step(task, knots, block)
-    motion = given if task.repeatable(given) else _faster(task, knots, block, late)
-    return None if motion is None else repair(problem, motion, late, FINE, held=True)
+    motion = given if task.repeatable(given) else _faster(task, knots, block, cancelled)
+    return (
+        None
+        if motion is None
+        else make_exact(problem, motion, cancelled, FINE_ITERATIONS, held=True)
+    )
 
 
 def _closed(
-    task: Task, guess: Knots, block: int, iterations: int, late: Callable[[], bool]
+    task: TrajectoryProblem,
+    guess: Knots,
+    block: int,
+    iterations: int,
+    cancelled: Callable[[], bool],
 ) -> Knots | None:
     """Return knots of the same step length from which hardly anything is missing, or None."""
-    return restored(
-        task, guess, late, iterations=iterations, times=block, enough=CLOSED / 10, most=CLOSED,
-        pace=PACE,
+    return restore_feasibility(
+        task, guess, cancelled, iterations=iterations, times=block, enough=CLOSURE_TOLERANCE / 10,
+        most=CLOSURE_TOLERANCE,
+        pace=MIN_DECREASE,
     )  # fmt: skip
 
 
-def _step_by_step(task: Task, knots: Knots, block: int) -> Trajectory:
+def _step_by_step(task: TrajectoryProblem, knots: Knots, block: int) -> Trajectory:
     fine, model = task.refined(knots, block), task.problem.model
     t = fine.h * np.arange(len(fine.u) + 1.0)
     return trajectory_under(model, t, fine.x, fine.u)
 
 
-def _faster(task: Task, knots: Knots, block: int, late: Callable[[], bool]) -> Trajectory | None:
+def _faster(
+    task: TrajectoryProblem, knots: Knots, block: int, cancelled: Callable[[], bool]
+) -> Trajectory | None:
     """Return a faster motion in whole steps of the problem, fewer per knot; or None."""
-    exact = _closed(task, knots, block, FINE, late)
+    exact = _closed(task, knots, block, FINE_ITERATIONS, cancelled)
     if exact is None:
         return None
-    scaling = task.scaling(FASTER * knots.h, knots.h)
-    fast = quicken(task.transcription(exact, block), exact, scaling, late=late)
+    scaling = task.scaling(MIN_DURATION_FRACTION * knots.h, knots.h)
+    fast = minimize_time(task.transcription(exact, block), exact, scaling, cancelled=cancelled)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = math.ceil(fast.duration / (block * h))
     guess = fast.in_steps(steps, task.problem.space)
-    found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE, late)
+    found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE_ITERATIONS, cancelled)
     return None if found is None else _step_by_step(task, found, block)

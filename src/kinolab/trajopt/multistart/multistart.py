@@ -11,29 +11,29 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.cancel import never
+from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.geometric_path import FreeWays
+from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.multiple_shooting import shoot
 from kinolab.trajopt.nlp.decision import Knots
 
 Array: TypeAlias = NDArray[np.float64]
 
-LONGER = (2.0, 3.0, 1.4, 4.0, 2.5, 6.0)  # times the quickest motion, one after the other
-JITTER = 0.2  # of the logarithm of that
+DURATION_FACTORS = (2.0, 3.0, 1.4, 4.0, 2.5, 6.0)  # times the quickest motion, one after the other
+DURATION_JITTER = 0.2  # of the logarithm of that
 WINDING = math.nan  # no free way, but one through a random configuration
 TURNING = (0.1, 0.3, 1.0, WINDING)  # how far ways turn at random, as a share of half a turn
 ODDS = (0.4, 0.1, 0.25, 0.25)  # of each of these
-BRANCHES = (600, 2500)  # of trees for a way, and for one that must be short
+MAX_BRANCHES = (600, 2500)  # of trees for a way, and for one that must be short
 SHORTER = (0.4, 1.0)  # times the duration of what there is: how quick a way must be at least
 PATIENCE = (20, 30)  # subproblems for each of the first guesses, and for later ones
-FEWEST = 10  # steps of a guess
+MIN_STEPS = 10  # steps of a guess
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
+class GuessResult:
     """What came of a guess.
 
     Attributes:
@@ -45,14 +45,14 @@ class Shot:
     steps: int
 
 
-class Shots:
+class Multistart:
     """Guesses that differ in how long they take, how they turn and which way they go.
 
     Args:
         problem: To solve.
         knots: How many knots a guess has, more or less.
         seed: Of the random numbers.
-        late: Whether to give up.
+        cancelled: Whether to give up.
         below: Duration in [s] of a motion that there is already.
     """
 
@@ -61,58 +61,58 @@ class Shots:
         problem: Problem,
         knots: int,
         seed: int,
-        late: Callable[[], bool],
+        cancelled: Callable[[], bool],
         below: float = math.inf,
     ) -> None:
-        self._problem, self._knots, self._late = problem, knots, late
+        self._problem, self._knots, self._late = problem, knots, cancelled
         self._generator = np.random.default_rng([seed, 1])
         self._guesses = Guesses(problem, self._generator)
-        self._ways = FreeWays(problem, self._generator, late)
+        self._ways = GeometricPaths(problem, self._generator, cancelled)
         self._count, self._below, self._most = 0, below, math.inf
 
     def prepare(self) -> None:
         """Have everything compiled and loaded that a guess needs, by a short one."""
-        problem, way = self._problem, self._guesses.straight()
-        self._ways.is_free(*way)
-        guess = Guesses(problem, np.random.default_rng(0)).knots(way, FEWEST, problem.step)
-        self._shot(guess, 1, 1, never)
+        problem, path = self._problem, self._guesses.straight()
+        self._ways.is_free(*path)
+        guess = Guesses(problem, np.random.default_rng(0)).knots(path, MIN_STEPS, problem.step)
+        self._shot(guess, 1, 1, never_cancelled)
 
-    def next(self) -> Shot:
+    def next(self) -> GuessResult:
         """Return what comes of the next guess.
 
         Raises:
             StoppedError: If it is too late to look for ways.
         """
         guess, block = self._guess()
-        patience = PATIENCE[self._count > len(LONGER)]
+        patience = PATIENCE[self._count > len(DURATION_FACTORS)]
         motion = self._shot(guess, block, patience, self._late)
-        return Shot(motion, len(guess.u) * block)
+        return GuessResult(motion, len(guess.u) * block)
 
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess, and how many steps of the problem lie from knot to knot."""
         guesses, step = self._guesses, self._problem.step
-        longer = LONGER[self._count % len(LONGER)]
-        longer *= math.exp(self._generator.uniform(-JITTER, JITTER))
+        longer = DURATION_FACTORS[self._count % len(DURATION_FACTORS)]
+        longer *= math.exp(self._generator.uniform(-DURATION_JITTER, DURATION_JITTER))
         self._count += 1
         if math.isfinite(self._below):
             self._most = self._below * self._generator.uniform(*SHORTER)
-        way = self._way()
-        quickest = guesses.quickest(way) + guesses.starting
-        count = max(math.ceil(longer * quickest / step), FEWEST)
+        path = self._path()
+        quickest = guesses.quickest(path) + guesses.starting
+        count = max(math.ceil(longer * quickest / step), MIN_STEPS)
         block = max(1, round(count / self._knots))
-        return guesses.knots(way, math.ceil(count / block), block * step), block
+        return guesses.knots(path, math.ceil(count / block), block * step), block
 
     def _shot(
-        self, guess: Knots, block: int, patience: int, late: Callable[[], bool]
+        self, guess: Knots, block: int, patience: int, cancelled: Callable[[], bool]
     ) -> Trajectory | None:
         """Return what comes of a guess; None too where its steps are so long that they run away."""
         try:
             with np.errstate(over="raise", invalid="raise"):
-                return shoot(self._problem, guess, block, patience, late)
+                return shoot(self._problem, guess, block, patience, cancelled)
         except FloatingPointError:
             return None
 
-    def _way(self) -> Array:
+    def _path(self) -> Array:
         """Return a free way that is short enough, or a winding one; shape (m, nx).
 
         Where the straight way is free most ways need not be looked for.
@@ -120,14 +120,14 @@ class Shots:
         begin, end = self._guesses.straight()
         turning = float(self._generator.choice(TURNING, p=ODDS))
         if turning == TURNING[0] or not (self._straight_is_free or math.isnan(turning)):
-            branches = BRANCHES[math.isfinite(self._below)]
-            way = self._ways.find(begin, end, turning, self._short_enough, branches)
-            if way is not None and self._short_enough(way):
-                return way
+            branches = MAX_BRANCHES[math.isfinite(self._below)]
+            path = self._ways.find(begin, end, turning, self._short_enough, branches)
+            if path is not None and self._short_enough(path):
+                return path
         return self._guesses.winding()
 
-    def _short_enough(self, way: Array) -> bool:
-        return self._guesses.quickest(way) <= self._most
+    def _short_enough(self, path: Array) -> bool:
+        return self._guesses.quickest(path) <= self._most
 
     @cached_property
     def _straight_is_free(self) -> bool:

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.steering.cyclic_coordinates import ignorable
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.nlp.decision import Knots
 
 Array: TypeAlias = NDArray[np.float64]
 
-TINY = 1e-6  # of the largest singular value: directions in which a velocity leads nowhere
+RANK_TOLERANCE = 1e-6  # of the largest singular value: directions in which a velocity leads nowhere
 
 
-def in_motion(problem: Problem, knots: Knots) -> Knots:
+def path_time_scaling(problem: Problem, knots: Knots) -> Knots:
     """Return knots whose speeds lead from one configuration to the next, as far as possible.
 
     The first and the last one stay as they are.
@@ -31,10 +31,12 @@ def in_motion(problem: Problem, knots: Knots) -> Knots:
     x, nq = knots.x.copy(), problem.model.nq
     if len(x) < 3 or nq == x.shape[1]:
         return knots
-    matters = np.flatnonzero(~ignorable(problem)[:nq])
+    matters = np.flatnonzero(~cyclic_coordinates(problem)[:nq])
     large = problem.scales[matters]
     rates = (x[2:, matters] - x[:-2, matters]) / (2 * knots.h) / large
-    possible = np.linalg.pinv(_directions(problem, x[1:-1], matters) / large[:, None], rcond=TINY)
+    possible = np.linalg.pinv(
+        _directions(problem, x[1:-1], matters) / large[:, None], rcond=RANK_TOLERANCE
+    )
     speeds = (possible @ rates[..., None])[..., 0]
     x[1:-1, nq:] = np.clip(speeds, *problem.bounds[nq:].T)
     return Knots(x, knots.u, knots.h)

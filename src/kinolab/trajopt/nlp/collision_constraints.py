@@ -14,40 +14,40 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.simulation.machine import call_at
-from kinolab.trajopt.nlp.linear_inequalities import Rows
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
 from kinolab.trajopt.nlp.samples import Samples
 from kinolab.world.cable import span
-from kinolab.world.collision.broadphase import Scene, enclose, make_scene, place
+from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_broadphase, place
 from kinolab.world.collision.checker import own_pairs
-from kinolab.world.collision.clearance import Fixtures, fixtures
+from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.clearance_bound import box_bound, own_bound, plane_bound
 from kinolab.world.collision.gjk import TRIANGLE, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, signed_gap
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
 from kinolab.world.geometry import sizes
-from kinolab.world.redundant_obstacles import outermost
+from kinolab.world.redundant_obstacles import without_redundant
 
 Array: TypeAlias = NDArray[np.float64]
 
-NUDGE = 1e-6  # of a coordinate
-TOUCHING = 1e-12  # [m] of gap that counts as none
-MOST = 64  # gaps of one pose that are kept
-QUEUE = 128  # boxes of triangles that wait at most
-TRIANGLES = 4  # that are kept of those near one shape
-ALIKE = 0.999  # cosine between normals of triangles of which the nearer one is enough
+FD_STEP = 1e-6  # of a coordinate
+TOUCHING_GAP = 1e-12  # [m] of gap that counts as none
+MAX_GAPS = 64  # gaps of one pose that are kept
+QUEUE_SIZE = 128  # boxes of triangles that wait at most
+TRIANGLES_PER_SHAPE = 4  # that are kept of those near one shape
+SAME_NORMAL_COSINE = 0.999  # cosine between normals of triangles of which the nearer one is enough
 GROUND, OWN = -2, -3  # stand for an obstacle
 
 
-class Around(NamedTuple):
+class CollisionArrays(NamedTuple):
     """The machine and its world for compiled code."""
 
     frames: int
     cables: int
     p: Array
-    scene: Scene
+    scene: BroadphaseScene
     strung: Integers  # rows of the cables that collide
-    fixtures: Fixtures
+    fixtures: ObstacleArrays
     tree: TriangleTree
     bodies: int
     strings: int
@@ -55,7 +55,7 @@ class Around(NamedTuple):
     clearance: float  # [m] that gaps beside obstacles must leave
 
 
-class Found(NamedTuple):
+class GapBuffer(NamedTuple):
     """Gaps of one pose, and memory to find them."""
 
     mover: Integers  # (MOST,) shape of the machine
@@ -73,12 +73,12 @@ class Found(NamedTuple):
     queue: Integers  # (QUEUE,)
 
 
-class Obstacles:
+class CollisionConstraints:
     """Margins of all gaps: obstacles, the ground, and bodies that may not touch each other.
 
     Args:
         problem: Whose machine and world.
-        room: What every gap keeps in reserve, in [m].
+        clearance: What every gap keeps in reserve, in [m].
         near: Gaps that ``rows`` looks at beyond that, as a share of half the largest shape.
 
     Attributes:
@@ -87,10 +87,10 @@ class Obstacles:
 
     begins = False  # gaps do not jump with the inputs
 
-    def __init__(self, problem: Problem, room: float, near: float = 1.0) -> None:
+    def __init__(self, problem: Problem, clearance: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # owns the code
-        self._around, touching = surroundings(problem)
-        self._room, self._near = room, near
+        self._around, touching = collision_arrays(problem)
+        self._room, self._near = clearance, near
         shapes = [shape for body in problem.bodies for shape in body.shapes]
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
         self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
@@ -105,7 +105,7 @@ class Obstacles:
         _, value, _ = self._gaps(at.x, self._room, derive=False)
         return float(np.maximum(self._room - value, 0.0).sum())
 
-    def rows(self, at: Samples, reach: float) -> Rows:
+    def rows(self, at: Samples, reach: float) -> LinearInequalities:
         """Return the gaps that a change may use up, none longer than is ``near``.
 
         Args:
@@ -121,8 +121,8 @@ class Obstacles:
         """Say whether nothing touches at several states (m, nx)."""
         if not self._any:
             return True
-        gaps = self._gaps(x, TOUCHING, derive=False)[1]  # some that are larger are among them
-        return bool((gaps >= TOUCHING).all())
+        gaps = self._gaps(x, TOUCHING_GAP, derive=False)[1]  # some that are larger are among them
+        return bool((gaps >= TOUCHING_GAP).all())
 
     def least(self, x: Array) -> float:
         """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""
@@ -135,7 +135,7 @@ class Obstacles:
     ) -> tuple[NDArray[np.int64], Array, Array]:
         """Return which state, its gap in [m] and the derivative of that, of all within reach."""
         states, nx = np.ascontiguousarray(x), x.shape[1]
-        size = 4 * len(states) + MOST
+        size = 4 * len(states) + MAX_GAPS
         side, memory = np.zeros(nx), Record(_memory(self._around.held))
         while True:
             which, value = np.zeros(size, np.int64), np.zeros(size)
@@ -143,13 +143,13 @@ class Obstacles:
             found = find(
                 self._around, states, reach, int(derive), which, value, slope, side, memory
             )
-            if found <= size - MOST:
+            if found <= size - MAX_GAPS:
                 return which[:found], value[:found], slope[: found if derive else 0]
             size *= 2
 
 
 @lru_cache(maxsize=4)
-def surroundings(problem: Problem) -> tuple[Record, bool]:
+def collision_arrays(problem: Problem) -> tuple[Record, bool]:
     """Return the machine and its world for compiled code, and whether bodies may touch each other.
 
     Building the search trees of large meshes takes longer than many a small program.
@@ -159,16 +159,16 @@ def surroundings(problem: Problem) -> tuple[Record, bool]:
     names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
     parts = [body.name for body in bodies] + [cable.name for cable in cables]
     pairs = own_pairs(names, parts, problem.system.collisions)
-    world = replace(problem.world, obstacles=outermost(problem.world.obstacles))
-    scene, mesh = make_scene(bodies, lines, world, pairs)
+    world = replace(problem.world, obstacles=without_redundant(problem.world.obstacles))
+    scene, mesh = make_broadphase(bodies, lines, world, pairs)
     record = Record(
-        Around(
+        CollisionArrays(
             frames=model.address("frames"),
             cables=model.address("cables"),
             p=np.append(model.parameter_vector(), 0.0),
             scene=scene,
             strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
-            fixtures=fixtures(world),
+            fixtures=obstacle_arrays(world),
             tree=triangle_tree(mesh.triangles),
             bodies=len(bodies),
             strings=len(cables),
@@ -179,13 +179,13 @@ def surroundings(problem: Problem) -> tuple[Record, bool]:
     return record, bool(pairs)
 
 
-def _memory(around: Around) -> Found:
+def _memory(around: CollisionArrays) -> GapBuffer:
     shapes = len(around.scene.kind)
-    return Found(
-        mover=np.zeros(MOST, np.int64),
-        what=np.zeros(MOST, np.int64),
-        normal=np.zeros((MOST + 1, 3)),
-        gap=np.zeros(MOST),
+    return GapBuffer(
+        mover=np.zeros(MAX_GAPS, np.int64),
+        what=np.zeros(MAX_GAPS, np.int64),
+        normal=np.zeros((MAX_GAPS + 1, 3)),
+        gap=np.zeros(MAX_GAPS),
         half=around.scene.half.copy(),
         turns=np.zeros((shapes, 3, 3)),
         places=np.zeros((shapes, 3)),
@@ -194,7 +194,7 @@ def _memory(around: Around) -> Found:
         ends=np.zeros((max(around.strings, 1), 6)),
         corners=np.zeros((3, 3)),
         scratch=np.zeros((9, 3)),
-        queue=np.zeros(QUEUE, np.int64),
+        queue=np.zeros(QUEUE_SIZE, np.int64),
     )
 
 
@@ -249,7 +249,7 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
     """
     total = 0
     for m in range(x.shape[0]):
-        if total > which.shape[0] - MOST:
+        if total > which.shape[0] - MAX_GAPS:
             return which.shape[0]
         count = find_at(around, x[m], reach + around.clearance, found)
         for c in range(count):
@@ -260,11 +260,11 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
                 side[i] = x[m, i]
             for j in range(around.coordinates):
                 for sign in (1.0, -1.0):
-                    side[j] = x[m, j] + sign * NUDGE
+                    side[j] = x[m, j] + sign * FD_STEP
                     placed(around, side, found)
                     for c in range(count):
                         moved = gap_of(c, around, found)
-                        slope[total + c, j] += sign * moved / (2.0 * NUDGE)
+                        slope[total + c, j] += sign * moved / (2.0 * FD_STEP)
                 side[j] = x[m, j]
         total += count
     return total
@@ -278,7 +278,7 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
     count = 0
     for s in range(scene.kind.shape[0]):
         enclose(scene.kind[s], found.half[s], found.turns[s], found.places[s], 0.0, found.box[s])
-        if scene.ground and not scene.rests[s] and count < MOST:
+        if scene.ground and not scene.rests[s] and count < MAX_GAPS:
             n = found.normal[count]
             n[0], n[1], n[2] = 0.0, 0.0, 1.0
             found.mover[count], found.what[count] = s, GROUND
@@ -286,7 +286,7 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
             count += found.gap[count] < reach
         for k in range(scene.obstacle.shape[0]):
             near = scene.mesh[k] < 0 and box_gap(found.box[s], scene.obstacle[k]) < reach
-            if near and count < MOST:
+            if near and count < MAX_GAPS:
                 fixed = around.fixtures
                 found.mover[count], found.what[count] = s, k
                 found.gap[count] = signed_gap(
@@ -299,7 +299,7 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
             count = near_triangles(s, count, reach, around, found)
     for k in range(scene.own_pairs.shape[0]):
         a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
-        if count < MOST and box_gap(found.box[a], found.box[b]) < reach:
+        if count < MAX_GAPS and box_gap(found.box[a], found.box[b]) < reach:
             found.mover[count], found.what[count] = a, OWN - b
             found.gap[count] = signed_gap(
                 scene.kind[a], found.half[a], found.turns[a], found.places[a],
@@ -344,7 +344,7 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
 @kernel
 def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-def]
     """Keep the gap between a shape and a triangle if it is within a limit; return the count."""
-    corners, n = found.corners, found.normal[MOST]
+    corners, n = found.corners, found.normal[MAX_GAPS]
     corners_of(around.tree.triangles[t], corners)
     gap = signed_gap(
         around.scene.kind[s], found.half[s], found.turns[s], found.places[s],
@@ -358,7 +358,7 @@ def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-d
 @kernel
 def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
     """Give the gap in [m] from which on no further triangle is kept."""
-    if count - first < TRIANGLES:
+    if count - first < TRIANGLES_PER_SHAPE:
         return reach
     largest = -math.inf
     for c in range(first, count):
@@ -372,9 +372,9 @@ def kept(s, what, gap, n, first, count, found):  # type: ignore[no-untyped-def]
     here = -1
     for c in range(first, count):
         v = found.normal[c]
-        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > ALIKE:
+        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > SAME_NORMAL_COSINE:
             here = c
-    if here < 0 and count - first < TRIANGLES and count < MOST:
+    if here < 0 and count - first < TRIANGLES_PER_SHAPE and count < MAX_GAPS:
         here, count = count, count + 1
         found.gap[here] = math.inf
     elif here < 0:

@@ -12,10 +12,10 @@ from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
-NUDGE = 1e-6  # of every entry of a state, for derivatives of poses
+FD_STEP = 1e-6  # of every entry of a state, for derivatives of poses
 
 
-class Ends:
+class GoalConstraint:
     """The equations of the goal near one way to reach it.
 
     Angles on the circle have their target once per turn and attitudes have two quaternions: the
@@ -39,13 +39,13 @@ class Ends:
         self._entries, self._targets = entries, targets
         self._large = problem.scales[entries]
 
-    def miss(self, x: Array) -> Array:
+    def residual(self, x: Array) -> Array:
         """Return what is missing at a last state, as shares of what counts as large."""
         near = (x[self._entries] - self._targets) / self._large
         return np.concatenate([near, *self._of_bodies(x)])
 
-    def derivative(self, x: Array) -> Array:
-        """Return the derivative of ``miss``, shape (m, nx)."""
+    def jacobian(self, x: Array) -> Array:
+        """Return the derivative of ``residual``, shape (m, nx)."""
         nx, goal = len(x), self._problem.goal
         own = np.zeros((len(self._entries), nx))
         own[np.arange(len(self._entries)), self._entries] = 1 / self._large
@@ -53,8 +53,8 @@ class Ends:
             return own
         columns = [
             (np.concatenate([*self._of_bodies(x + d)]) - np.concatenate([*self._of_bodies(x - d)]))
-            / (2 * NUDGE)
-            for d in NUDGE * np.eye(nx)
+            / (2 * FD_STEP)
+            for d in FD_STEP * np.eye(nx)
         ]
         return np.vstack([own, np.column_stack(columns)])
 

@@ -13,7 +13,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class LinearInequalities:
     """Margins that must be at least zero, each at a knot or on the way to the next one.
 
     Attributes:
@@ -36,15 +36,17 @@ class Rows:
         return float(np.maximum(-self.value, 0.0).sum())
 
 
-def no_rows(nx: int, nu: int) -> Rows:
+def no_inequalities(nx: int, nu: int) -> LinearInequalities:
     """Return no inequality at all."""
     none = np.zeros((0, nx))
-    return Rows(np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nu)))
+    return LinearInequalities(
+        np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nu))
+    )
 
 
-def together(parts: Sequence[Rows]) -> Rows:
+def stack(parts: Sequence[LinearInequalities]) -> LinearInequalities:
     """Return all inequalities of several kinds."""
-    return Rows(
+    return LinearInequalities(
         np.concatenate([part.knot for part in parts]),
         np.concatenate([part.value for part in parts]),
         np.vstack([part.dx for part in parts]),

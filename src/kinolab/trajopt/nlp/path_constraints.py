@@ -14,27 +14,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.trajopt.nlp.linear_inequalities import Rows, no_rows
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities, no_inequalities
 from kinolab.trajopt.nlp.samples import Samples
 
 Array: TypeAlias = NDArray[np.float64]
 
-NUDGE = 1e-6  # of what counts as large
-STATES = 8  # at random, at which it shows what inputs decide
+FD_STEP = 1e-6  # of what counts as large
+RANDOM_STATES = 8  # at random, at which it shows what inputs decide
 
 
-class Demands:
+class PathConstraints:
     """The margins of all demands.
 
     Args:
         problem: Whose machine and world.
-        room: Share of what counts as large that each margin keeps in reserve.
+        clearance: Share of what counts as large that each margin keeps in reserve.
         begins: Whether it is looked at where steps begin. There inputs jump, and what they decide
             with them; all else is what it was at the end of the step before, and left out.
     """
 
-    def __init__(self, problem: Problem, room: float, *, begins: bool = False) -> None:
-        self._problem, self._room, self.begins = problem, room, begins
+    def __init__(self, problem: Problem, clearance: float, *, begins: bool = False) -> None:
+        self._problem, self._room, self.begins = problem, clearance, begins
         self._decided = _decided_by_inputs(problem) if begins else np.zeros(0, dtype=bool)
         self._steps = (problem.scales, _half_ranges(problem))
         self._rates = [
@@ -54,7 +54,7 @@ class Demands:
             return 0.0
         return float(np.maximum(-self.margins(at.x, at.u), 0.0).sum())
 
-    def rows(self, at: Samples, reach: float) -> Rows:
+    def rows(self, at: Samples, reach: float) -> LinearInequalities:
         """Return the margins that a change may use up.
 
         Args:
@@ -63,16 +63,16 @@ class Demands:
         """
         nx, nu = at.x.shape[1], at.u.shape[1]
         if not self._any:
-            return no_rows(nx, nu)
+            return no_inequalities(nx, nu)
         value = self.margins(at.x, at.u)
         slopes = np.zeros((*value.shape, nx + nu))
         change = np.zeros(value.shape)
         for j, large in enumerate(np.concatenate(self._steps)):
             d = np.zeros(nx + nu)
-            d[j] = NUDGE * large
+            d[j] = FD_STEP * large
             ahead = self.margins(at.x + d[:nx], at.u + d[nx:])
             behind = self.margins(at.x - d[:nx], at.u - d[nx:])
-            slopes[..., j] = (ahead - behind) / (2 * NUDGE * large)
+            slopes[..., j] = (ahead - behind) / (2 * FD_STEP * large)
             change += np.abs(slopes[..., j]) * large * reach
         which, kind = np.nonzero(value < 2 * change)
         slope = slopes[which, kind]
@@ -110,7 +110,7 @@ def _decided_by_inputs(problem: Problem) -> NDArray[np.bool_]:
     if not problem.system.requirements:
         return np.zeros(0, dtype=bool)
     random, half = np.random.default_rng(0), _half_ranges(problem)
-    x = np.array([problem.start, *(problem.sample_goal(random) for _ in range(STATES))])
+    x = np.array([problem.start, *(problem.sample_goal(random) for _ in range(RANDOM_STATES))])
     some = (random.uniform(-half, half, (len(x), len(half))) for _ in range(2))
     one, other = (problem.model.requirements(x, u) for u in some)
     return np.asarray((np.abs(one - other) > 0).any(axis=0))

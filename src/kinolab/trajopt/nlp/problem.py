@@ -12,63 +12,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.problem.task import ROUNDING
+from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.simulation import Propagator
-from kinolab.simulation.machine import motion_under
+from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import (
-    GROWTH,
+    MAX_ERROR_AMPLIFICATION,
     DivergedError,
-    growth,
-    nudged,
+    error_amplification,
+    perturbed_start,
     resimulate,
     trajectory_under,
 )
-from kinolab.simulation.sensitivities import StepMap
+from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.collision_constraints import Obstacles
+from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.path_constraints import Demands
+from kinolab.trajopt.nlp.path_constraints import PathConstraints
 from kinolab.trajopt.nlp.samples import Samples, beginnings, samples
 from kinolab.trajopt.nlp.scaling import Scaling
-from kinolab.trajopt.nlp.transcription import Inequalities, Transcription
+from kinolab.trajopt.nlp.transcription import Inequalities, MultipleShooting
 
 Array: TypeAlias = NDArray[np.float64]
 
-TRUE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
-MOST_SUBSTEPS = 64
-DIRECTION = 1e-4  # of a scale: largest error of a derivative, which costs no exactness
-SPARSE = 4  # steps of which one is looked at for that
-DENSE = 0.12  # of the machine's size that it moves at most between two looks
-MOST_PIECES = 8  # looks per step
-SHARE = 0.05  # of the room, for limits that a motion may pass between two knots
-GROWN = 1e-6  # of what counts as large: what is left of equations, after it has grown
-ROUNDED = 9  # digits after which lengths of steps, in [s], count as equal
-LOOKS = 4  # times as many looks where a motion is judged
+STEP_TOLERANCE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
+MAX_SUBSTEPS = 64
+DERIVATIVE_TOLERANCE = 1e-4  # of a scale: largest error of a derivative, which costs no exactness
+SAMPLED_STEP_STRIDE = 4  # steps of which one is looked at for that
+CHECK_RESOLUTION = 0.12  # of the machine's size that it moves at most between two looks
+MAX_CHECKS_PER_STEP = 8  # looks per step
+LIMIT_FRACTION = 0.05  # of the room, for limits that a motion may pass between two knots
+AMPLIFIED_TOLERANCE = 1e-6  # of what counts as large: what is left of equations, after it has grown
+DURATION_DIGITS = 9  # digits after which lengths of steps, in [s], count as equal
+CHECK_FACTOR = 4  # times as many looks where a motion is judged
 
 
-class Task:
+class TrajectoryProblem:
     """One problem for the optimiser.
 
     Args:
         problem: To solve.
-        room: What gaps keep in reserve, as a share of the machine's size; limits of states
+        clearance: What gaps keep in reserve, as a share of the machine's size; limits of states
             and other margins keep a share of it, as a share of what counts as large.
-        share: That one.
+        fraction: That one.
         near: Gaps that are looked at beyond the reserve, as a share of half the largest shape.
     """
 
     def __init__(
-        self, problem: Problem, room: float, *, share: float = SHARE, near: float = 1.0
+        self,
+        problem: Problem,
+        clearance: float,
+        *,
+        fraction: float = LIMIT_FRACTION,
+        near: float = 1.0,
     ) -> None:
-        self.problem, self.room = problem, room
+        self.problem, self.room = problem, clearance
         self.discrete = problem.scenario.integration.truth == "discrete"
-        self._bare = Obstacles(problem, 0.0)
-        self._obstacles = Obstacles(problem, room * self._bare.size, near)
-        reserve = GROWN if self.discrete else share * room
-        self._demands = [Demands(problem, reserve, begins=begins) for begins in (False, True)]
+        self._bare = CollisionConstraints(problem, 0.0)
+        self._obstacles = CollisionConstraints(problem, clearance * self._bare.size, near)
+        reserve = AMPLIFIED_TOLERANCE if self.discrete else fraction * clearance
+        self._demands = [
+            PathConstraints(problem, reserve, begins=begins) for begins in (False, True)
+        ]
         self._reserve = reserve
 
-    def of(self, problem: Problem) -> Task:
+    def of(self, problem: Problem) -> TrajectoryProblem:
         """Return the task of another problem of the same machine in the same world.
 
         What is known of the world is shared: building it takes longer than a small problem.
@@ -108,11 +115,13 @@ class Task:
         x[0] = self.problem.start
         return Knots(x, np.clip(knots.u, *scaling.u_bounds.T), knots.h)
 
-    def transcription(self, knots: Knots, times: int = 1) -> Transcription:
+    def transcription(self, knots: Knots, times: int = 1) -> MultipleShooting:
         """Return the equations for knots near a guess, of so many of the problem's steps each."""
         parts: list[Inequalities] = [*self._demands, self._obstacles]
         pieces = self._pieces(knots)
-        return Transcription(self.problem, self._derived(knots, times), knots.x[-1], parts, pieces)
+        return MultipleShooting(
+            self.problem, self._derived(knots, times), knots.x[-1], parts, pieces
+        )
 
     def refined(self, knots: Knots, times: int) -> Knots:
         """Return the motion under the same inputs with so many times the steps."""
@@ -129,7 +138,7 @@ class Task:
         u = np.clip(knots.u, *model.control_bounds.T)
         t = knots.h * np.arange(len(u) + 1.0)
         if self.discrete:
-            x = motion_under(problem, u)
+            x = states_under(problem, u)
             if not np.isfinite(x).all():
                 return None
             return trajectory_under(model, t, x, u)
@@ -138,7 +147,7 @@ class Task:
         except DivergedError:
             return None
 
-    def keeps_all(self, trajectory: Trajectory) -> bool:
+    def satisfies_all(self, trajectory: Trajectory) -> bool:
         """Say whether a true motion ends in the goal and breaks nothing, as far as samples show."""
         return (
             self.problem.goal_excess(trajectory.x[-1]) <= 1.0
@@ -148,7 +157,7 @@ class Task:
             and self.repeatable(trajectory)
         )
 
-    def keeps_all_at_knots(self, trajectory: Trajectory) -> bool:
+    def satisfies_all_at_knots(self, trajectory: Trajectory) -> bool:
         """Say the same of a motion whose steps have been judged one by one."""
         return (
             self.problem.goal_excess(trajectory.x[-1]) <= 1.0
@@ -159,20 +168,20 @@ class Task:
 
     def _breaks_nothing(self, at: Samples) -> bool:
         lower, upper = self.problem.bounds.T
-        if not ((at.x >= lower - ROUNDING) & (at.x <= upper + ROUNDING)).all():
+        if not ((at.x >= lower - LIMIT_TOLERANCE) & (at.x <= upper + LIMIT_TOLERANCE)).all():
             return False
-        margins = Demands(self.problem, 0.0).margins(at.x, at.u)
-        return bool(margins.min(initial=0.0) >= -ROUNDING) and self._bare.free(at.x)
+        margins = PathConstraints(self.problem, 0.0).margins(at.x, at.u)
+        return bool(margins.min(initial=0.0) >= -LIMIT_TOLERANCE) and self._bare.free(at.x)
 
     def _begins_well(self, trajectory: Trajectory) -> bool:
         """Say whether what inputs decide is as it must be where each step begins."""
         at = beginnings(Knots(trajectory.x, trajectory.inputs, 1.0))
-        margins = Demands(self.problem, 0.0, begins=True).margins(at.x, at.u)
-        return bool(margins.min(initial=0.0) >= -ROUNDING)
+        margins = PathConstraints(self.problem, 0.0, begins=True).margins(at.x, at.u)
+        return bool(margins.min(initial=0.0) >= -LIMIT_TOLERANCE)
 
     def defect(self, trajectory: Trajectory) -> float:
         """Return the largest distance of a state from where the step before leads, in scales."""
-        spans = np.round(np.diff(trajectory.t), ROUNDED)
+        spans = np.round(np.diff(trajectory.t), DURATION_DIGITS)
         step = self._map(Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
         largest = 0.0
         for span in np.unique(spans):
@@ -196,9 +205,9 @@ class Task:
 
         A discrete motion is those lines.
         """
-        spans = np.round(np.diff(trajectory.t), ROUNDED)
+        spans = np.round(np.diff(trajectory.t), DURATION_DIGITS)
         knots = Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0)))
-        at = samples(knots, LOOKS * self._pieces(knots))
+        at = samples(knots, CHECK_FACTOR * self._pieces(knots))
         if self.discrete:
             return at
         step, looks = self._map(knots), len(at.x) // max(len(knots.u), 1)
@@ -206,54 +215,54 @@ class Task:
         for span in np.unique(spans):
             own = np.flatnonzero(spans == span)
             before, held = knots.x[own], knots.u[own]
-            for k, share in enumerate(at.share[:looks].tolist()):
-                x[own, k] = step.after(before, held, share * float(span))
+            for k, fraction in enumerate(at.share[:looks].tolist()):
+                x[own, k] = step.after(before, held, fraction * float(span))
         return replace(at, x=x.reshape(at.x.shape))
 
     def repeatable(self, trajectory: Trajectory) -> bool:
         """Say whether errors do not grow too much to follow the motion without feedback."""
         problem = self.problem
-        start = nudged(problem, problem.start)
+        start = perturbed_start(problem, problem.start)
         h = float(np.diff(trajectory.t).max(initial=0.0)) or 1.0
         x = np.vstack([start, np.empty((len(trajectory.inputs), len(start)))])
         step = self._map(Knots(trajectory.x, trajectory.inputs, h))
         for k in range(len(trajectory.inputs)):
             span = float(trajectory.t[k + 1] - trajectory.t[k])
             x[k + 1] = step.after(x[k : k + 1], trajectory.inputs[k : k + 1], span)[0]
-        return growth(problem, trajectory.x, x) <= GROWTH
+        return error_amplification(problem, trajectory.x, x) <= MAX_ERROR_AMPLIFICATION
 
-    def _map(self, knots: Knots) -> StepMap:
-        return StepMap(self.problem.model, *self._steps_of(knots))
+    def _map(self, knots: Knots) -> StepSensitivities:
+        return StepSensitivities(self.problem.model, *self._steps_of(knots))
 
     def _steps_of(self, knots: Knots, acts: int = 1) -> tuple[str, int]:
         """Return the method and the number of substeps that are true enough."""
         settings, model = self.problem.scenario.integration, self.problem.model
         if self.discrete:
             return settings.method, settings.substeps
-        substeps, step = 1, partial(StepMap, model, "rk4", acts=acts)
+        substeps, step = 1, partial(StepSensitivities, model, "rk4", acts=acts)
         coarse = step(1).after(knots.x, knots.u, knots.h)
-        while substeps < MOST_SUBSTEPS:
+        while substeps < MAX_SUBSTEPS:
             fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
-            if _apart(coarse, fine, self.problem.scales) <= TRUE:
+            if _apart(coarse, fine, self.problem.scales) <= STEP_TOLERANCE:
                 break
             substeps, coarse = 2 * substeps, fine
         if np.isfinite(coarse).all():
             return "rk4", substeps
         return settings.accurate_method, substeps  # so stiff that only implicit steps stay bounded
 
-    def _derived(self, knots: Knots, times: int) -> StepMap:
+    def _derived(self, knots: Knots, times: int) -> StepSensitivities:
         """Return the map with derivatives that are good enough for a direction."""
         model = self.problem.model
         acts = 1 if model.plant is model else times
         method, substeps = self._steps_of(knots, acts)
         if self.discrete:
-            return StepMap(model, method, times * substeps // acts, acts=acts)
-        step = partial(StepMap, model, method, acts=acts)
-        x, u = knots.x[:-1][::SPARSE], knots.u[::SPARSE]
-        few, coarse = 1, step(1).linearised(x, u, knots.h)[1]
+            return StepSensitivities(model, method, times * substeps // acts, acts=acts)
+        step = partial(StepSensitivities, model, method, acts=acts)
+        x, u = knots.x[:-1][::SAMPLED_STEP_STRIDE], knots.u[::SAMPLED_STEP_STRIDE]
+        few, coarse = 1, step(1).linearized(x, u, knots.h)[1]
         while few < substeps:
-            fine = step(2 * few).linearised(x, u, knots.h)[1]
-            if self._wrong(coarse, fine) <= DIRECTION:
+            fine = step(2 * few).linearized(x, u, knots.h)[1]
+            if self._wrong(coarse, fine) <= DERIVATIVE_TOLERANCE:
                 break
             few, coarse = 2 * few, fine
         return step(substeps, few)
@@ -273,7 +282,10 @@ class Task:
             speed = np.max(model.cable_speed(knots.x[:-1], knots.u), initial=speed)
         if not self._size:
             return 1
-        return min(max(1, math.ceil(float(speed) * knots.h / (DENSE * self._size))), MOST_PIECES)
+        return min(
+            max(1, math.ceil(float(speed) * knots.h / (CHECK_RESOLUTION * self._size))),
+            MAX_CHECKS_PER_STEP,
+        )
 
     @cached_property
     def _size(self) -> float:

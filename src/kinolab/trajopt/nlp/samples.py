@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import Rows
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -30,7 +30,9 @@ class Samples:
     x: Array
     u: Array
 
-    def rows(self, which: NDArray[np.int64], value: Array, dx: Array, du: Array) -> Rows:
+    def rows(
+        self, which: NDArray[np.int64], value: Array, dx: Array, du: Array
+    ) -> LinearInequalities:
         """Return inequalities whose derivatives at some of the samples are known.
 
         Args:
@@ -39,17 +41,17 @@ class Samples:
             dx: Derivative with respect to the sample's state, shape (n, nx).
             du: With respect to its inputs, shape (n, nu).
         """
-        share = self.share[which][:, None]
-        return Rows(self.knot[which], value, (1 - share) * dx, share * dx, du)
+        fraction = self.share[which][:, None]
+        return LinearInequalities(self.knot[which], value, (1 - fraction) * dx, fraction * dx, du)
 
 
 def samples(knots: Knots, pieces: int) -> Samples:
     """Return so many states per step, evenly spaced, the start left out."""
     steps = len(knots.u)
     knot = np.repeat(np.arange(steps), pieces)
-    share = np.tile(np.arange(1, pieces + 1) / pieces, steps)
-    x = knots.x[:-1][knot] * (1 - share)[:, None] + knots.x[1:][knot] * share[:, None]
-    return Samples(knot, share, x, knots.u[knot])
+    fraction = np.tile(np.arange(1, pieces + 1) / pieces, steps)
+    x = knots.x[:-1][knot] * (1 - fraction)[:, None] + knots.x[1:][knot] * fraction[:, None]
+    return Samples(knot, fraction, x, knots.u[knot])
 
 
 def beginnings(knots: Knots) -> Samples:

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.simulation.sensitivities import StepMap
+from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.goal_constraint import Ends
-from kinolab.trajopt.nlp.linear_inequalities import Rows, together
-from kinolab.trajopt.nlp.linearization import Local
+from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities, stack
+from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.samples import Samples, beginnings, samples
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
 
@@ -32,14 +32,14 @@ class Inequalities(Protocol):
     def begins(self) -> bool:
         """Whether they are looked at where steps begin, not on the way from there."""
 
-    def rows(self, at: Samples, reach: float) -> Rows:
+    def rows(self, at: Samples, reach: float) -> LinearInequalities:
         """Return the linearised margins that a change may use up."""
 
     def violation(self, at: Samples) -> float:
         """Return the sum of all that is missing."""
 
 
-class Transcription:
+class MultipleShooting:
     """The equations of one problem for knots near a guess.
 
     Args:
@@ -53,28 +53,28 @@ class Transcription:
     def __init__(
         self,
         problem: Problem,
-        step_map: StepMap,
+        step_map: StepSensitivities,
         end: Array,
         inequalities: Sequence[Inequalities],
         pieces: int,
     ) -> None:
-        self._map, self._ends, self._scales = step_map, Ends(problem, end), problem.scales
+        self._map, self._ends, self._scales = step_map, GoalConstraint(problem, end), problem.scales
         self._inequalities, self._pieces = inequalities, pieces
 
-    def local(self, knots: Knots, reach: float) -> Local:
+    def linearization(self, knots: Knots, reach: float) -> Linearization:
         """Return the linearisation; ``reach`` is the largest change it will be used for."""
-        after, tangents = self._map.linearised(knots.x, knots.u, knots.h)
-        rows = together([part.rows(at, reach) for part, at in self._looks(knots)])
+        after, tangents = self._map.linearized(knots.x, knots.u, knots.h)
+        rows = stack([part.rows(at, reach) for part, at in self._looks(knots)])
         end = knots.x[-1]
-        miss, derivative = self._ends.miss(end), self._ends.derivative(end)
-        return Local(knots, after - knots.x[1:], tangents, rows, miss, derivative)
+        miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
+        return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
 
-    def missing(self, knots: Knots) -> tuple[float, float, float]:
+    def violation(self, knots: Knots) -> tuple[float, float, float]:
         """Return the sums of all defects, of what is missing in the goal and in inequalities."""
         after = self._map.after(knots.x, knots.u, knots.h)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
         short = sum(part.violation(at) for part, at in self._looks(knots))
-        return defects, float(np.abs(self._ends.miss(knots.x[-1])).sum()), short
+        return defects, float(np.abs(self._ends.residual(knots.x[-1])).sum()), short
 
     def _looks(self, knots: Knots) -> Iterator[tuple[Inequalities, Samples]]:
         """Yield each kind of margins with where it is looked at."""

@@ -13,21 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.steering.path_families import ways_of
+from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import PathMotion
-from kinolab.trajopt.multistart.geometric_path import FreeWays
+from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
-from kinolab.trajopt.multistart.path_time_scaling import in_motion
+from kinolab.trajopt.multistart.path_time_scaling import path_time_scaling
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.segment_problem import straight
-from kinolab.trajopt.segments import FEWEST
+from kinolab.trajopt.segments import MIN_KNOTS
 
 Array: TypeAlias = NDArray[np.float64]
 
-LEISURE = 1.5  # times the quickest motion along a straight way: how long a guess takes
+DURATION_FACTOR = 1.5  # times the quickest motion along a straight way: how long a guess takes
 
 
-class Bridges:
+class ConnectionGuesses:
     """Guesses for one machine in one world.
 
     Args:
@@ -37,17 +37,17 @@ class Bridges:
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         self._guesses = Guesses(problem, np.random.default_rng(0))
-        self._ways = FreeWays(problem, np.random.default_rng(0))
+        self._ways = GeometricPaths(problem, np.random.default_rng(0))
         model, self._curves = problem.model, None
         # Inputs along a curve are forces, which feedback would choose by itself.
         if problem.system.flat is not None and not model.attitudes and model.plant is model:
-            self._curves = ways_of(problem)
+            self._curves = path_family(problem)
             self._paths = PathMotion(problem, self._curves.coordinates)
 
     def least(self, begin: Array, end: Array) -> float:
         """Return about the least time in [s] that a motion takes from one state to another."""
-        way = straight(self._problem, begin, end)
-        return self._guesses.quickest(way) + self._guesses.starting
+        path = straight(self._problem, begin, end)
+        return self._guesses.quickest(path) + self._guesses.starting
 
     def between(self, begin: Array, end: Array, knots: int) -> Iterator[Knots]:
         """Yield guesses of motions, the likeliest first.
@@ -57,22 +57,22 @@ class Bridges:
             end: State, shape (nx,).
             knots: How many there are, at most.
         """
-        way = straight(self._problem, begin, end)
+        path = straight(self._problem, begin, end)
         if self._curves is not None:
-            yield from self._along_curves(way, knots)
-        elif self._ways.is_free(*way):
-            yield self._straight(way, knots)
+            yield from self._along_curves(path, knots)
+        elif self._ways.is_free(*path):
+            yield self._straight(path, knots)
 
-    def _straight(self, way: Array, knots: int) -> Knots:
-        duration = LEISURE * self.least(*way)
+    def _straight(self, path: Array, knots: int) -> Knots:
+        duration = DURATION_FACTOR * self.least(*path)
         count = self._count(duration, knots)
-        return in_motion(self._problem, self._guesses.knots(way, count, duration / count))
+        return path_time_scaling(self._problem, self._guesses.knots(path, count, duration / count))
 
     def _along_curves(self, way: Array, knots: int) -> Iterator[Knots]:
         assert self._curves is not None
         step, (begin, end) = self._problem.step, self._at_rest(way)
-        for paths in self._curves.ways(begin, self._curves.straightened(end)):
-            looks = (self._paths.looks(path, begin) for path in reversed(paths))
+        for paths in self._curves.paths(begin, self._curves.straightened(end)):
+            looks = (self._paths.sample_states(path, begin) for path in reversed(paths))
             if not all(self._ways.are_free(states) for states in looks):
                 continue
             motion = self._paths.chain(paths, begin)
@@ -84,10 +84,10 @@ class Bridges:
             guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
             yield guess
 
-    def _at_rest(self, way: Array) -> Array:
-        resting = way.copy()
+    def _at_rest(self, path: Array) -> Array:
+        resting = path.copy()
         resting[:, self._problem.model.nq :] = 0.0
         return resting
 
     def _count(self, duration: float, most: int) -> int:
-        return max(FEWEST, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))
+        return max(MIN_KNOTS, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))

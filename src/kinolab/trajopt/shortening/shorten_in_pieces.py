@@ -7,21 +7,21 @@ from collections.abc import Callable
 from kinolab.problem import Problem
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.connect_to_goal import in_the_centre, is_true, landed
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.segments import NEAR_GAPS, Pieces
-from kinolab.trajopt.shortening.cycles import Splices
+from kinolab.trajopt.connect_to_goal import connect_to_goal, in_the_centre, is_motion
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.segments import NEAR_GAPS, Segments
+from kinolab.trajopt.shortening.cycles import CycleRemoval
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
-from kinolab.trajopt.shortening.sliding_window import Windows
-from kinolab.trajopt.variable_step_motion import course_of
+from kinolab.trajopt.shortening.sliding_window import SlidingWindow
+from kinolab.trajopt.variable_step_motion import variable_step_motion
 
-ROOM = 4e-2  # of the machine's size, for gaps between few knots
-SHARE = 0.5  # of that, for limits of states
-GAIN = 0.03  # share of the duration that is worth another round
+CLEARANCE_RESERVE = 4e-2  # of the machine's size, for gaps between few knots
+LIMIT_FRACTION = 0.5  # of that, for limits of states
+MIN_GAIN = 0.03  # share of the duration that is worth another round
 
 
-def condensed(
-    problem: Problem, given: Trajectory, late: Callable[[], bool], over: Callable[[], bool]
+def shorten_segments(
+    problem: Problem, given: Trajectory, cancelled: Callable[[], bool], over: Callable[[], bool]
 ) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
@@ -31,20 +31,20 @@ def condensed(
     Args:
         problem: That the motion solves.
         given: A true motion; one that is not true stays as it is.
-        late: Whether to stop making it shorter.
+        cancelled: Whether to stop making it shorter.
         over: Whether to stop making what is shorter exact.
     """
-    task = Task(problem, ROOM, share=SHARE, near=NEAR_GAPS)
-    if not is_true(task, given):
+    task = TrajectoryProblem(problem, CLEARANCE_RESERVE, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+    if not is_motion(task, given):
         return given
-    pieces = Pieces(task, late)
-    shortcuts, splices = Shortcuts(task, pieces, late), Splices(task, pieces, late)
-    windows = Windows(task, pieces, late)
-    course = course_of(given)
-    while not late():
+    pieces = Segments(task, cancelled)
+    shortcuts, splices = Shortcuts(task, pieces, cancelled), CycleRemoval(task, pieces, cancelled)
+    windows = SlidingWindow(task, pieces, cancelled)
+    course = variable_step_motion(given)
+    while not cancelled():
         before = course.duration
-        course = windows.sweep(splices.taken(shortcuts.taken(course)))
-        if course.duration > (1 - GAIN) * before:
+        course = windows.sweep(splices.without_cycles(shortcuts.with_shortcuts(course)))
+        if course.duration > (1 - MIN_GAIN) * before:
             break
     if not course.duration < given.duration:
         return given
@@ -52,11 +52,11 @@ def condensed(
         motion = resimulate(problem, course.times, course.u)
     except DivergedError:
         return given
-    exact = landed(problem, motion, over)
+    exact = connect_to_goal(problem, motion, over)
     if (
         exact is None
         and not in_the_centre(problem, given.x[-1])
-        and task.keeps_all_at_knots(motion)
+        and task.satisfies_all_at_knots(motion)
     ):
         exact = motion
     return exact if exact is not None and exact.duration < given.duration else given

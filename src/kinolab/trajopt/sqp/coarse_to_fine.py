@@ -12,28 +12,28 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.sqp.restoration import restored
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.sqp.restoration import restore_feasibility
 
-FAR = 1.0  # sum of all that is missing, in scales, from which on it is worth a try
-TIMES = (4, 3, 2)  # steps for which inputs are held
-FEWEST = 50  # of such steps that leave inputs enough freedom
-ITERATIONS = 30  # subproblems
+MIN_VIOLATION = 1.0  # sum of all that is missing, in scales, from which on it is worth a try
+COARSENING_FACTORS = (4, 3, 2)  # steps for which inputs are held
+MIN_STEPS = 50  # of such steps that leave inputs enough freedom
+MAX_ITERATIONS = 30  # subproblems
 
 
-def closer(task: Task, knots: Knots, late: Callable[[], bool]) -> Knots:
+def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
     """Return knots of the same duration from which little is missing, or the given ones.
 
     Args:
         task: The problem.
         knots: Within the limits of states and inputs.
-        late: Whether to give up.
+        cancelled: Whether to give up.
     """
     steps = len(knots.u)
-    times = next((k for k in TIMES if steps % k == 0 and steps >= k * FEWEST), 1)
-    if times == 1 or not sum(task.transcription(knots).missing(knots)) > FAR:
+    times = next((k for k in COARSENING_FACTORS if steps % k == 0 and steps >= k * MIN_STEPS), 1)
+    if times == 1 or not sum(task.transcription(knots).violation(knots)) > MIN_VIOLATION:
         return knots
     held = knots.u.reshape(steps // times, times, -1).mean(axis=1)
     coarse = Knots(knots.x[::times], held, times * knots.h)
-    found = restored(task, coarse, late, iterations=ITERATIONS, times=times)
+    found = restore_feasibility(task, coarse, cancelled, iterations=MAX_ITERATIONS, times=times)
     return knots if found is None else task.refined(found, times)

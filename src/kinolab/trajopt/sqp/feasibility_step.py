@@ -16,24 +16,25 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.block_banded import Chain, transposed
-from kinolab.trajopt.nlp.linear_inequalities import Rows
-from kinolab.trajopt.nlp.linearization import Change, Local, change_of
+from kinolab.numerics.block_banded import BlockBandedSystem, transposed
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
+from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
-from kinolab.trajopt.sqp.trust_region import box, within
+from kinolab.trajopt.sqp.trust_region import inequalities_within, trust_region
 
 Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
 
-GUESSES = 12  # of the active set, after which it is given up
-FREE = 6  # guesses that may let go what others held
-BEYOND = 1e-12  # by which a variable may pass its limit, as a share of what counts as large
-BROKEN = 1e-11  # by which an inequality may
-CHEAP = 1e-6  # price of a change of the step length, against that of a state
+MAX_ACTIVE_SETS = 12  # of the active set, after which it is given up
+RELEASING_ACTIVE_SETS = 6  # guesses that may let go what others held
+# by which a variable may pass its limit, as a share of what counts as large
+BOUND_TOLERANCE = 1e-12
+INEQUALITY_TOLERANCE = 1e-11  # by which an inequality may
+STEP_LENGTH_WEIGHT = 1e-6  # price of a change of the step length, against that of a state
 
 
 @dataclass(frozen=True, eq=False)
-class Guess:
+class ActiveSet:
     """What is held: variables at one of their limits, inequalities that are equations."""
 
     low: Flags  # (N+1, nx + nu)
@@ -43,7 +44,7 @@ class Guess:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class LeastNormSolution:
     """The least change for a guess."""
 
     z: Array  # (N+1, nx + nu)
@@ -53,74 +54,83 @@ class Found:
     pushes: Array  # multipliers of inequalities, (m,), 0 of those that are none of the equations
 
 
-def closest(local: Local, scaling: Scaling, weights: Weights, radius: float) -> Change | None:
+def feasibility_step(
+    linearization: Linearization, scaling: Scaling, weights: Weights, radius: float
+) -> Step | None:
     """Return the least change within a trust region that leaves nothing missing, None without one.
 
     Args:
-        local: The linearisation.
+        linearization: The linearisation.
         scaling: Of the variables.
         weights: Of a change and of what is missing; those of time and effort must be zero.
         radius: Largest change of any variable, as a share of what counts as large.
     """
-    program = _Program(local, scaling, radius)
+    program = _Program(linearization, scaling, radius)
     guess = program.first()
-    for count in range(GUESSES):
+    for count in range(MAX_ACTIVE_SETS):
         found = program.solved(guess)
         if found is None:
             return None
-        following = program.next(guess, found, free=count < FREE)
+        following = program.next(guess, found, free=count < RELEASING_ACTIVE_SETS)
         if following is None:
-            return _change(local, scaling, weights, found, count + 1)
+            return _change(linearization, scaling, weights, found, count + 1)
         guess = following
     return None
 
 
 class _Program:
-    def __init__(self, local: Local, scaling: Scaling, radius: float) -> None:
-        limits = box(local.knots, scaling, radius)
+    def __init__(self, linearization: Linearization, scaling: Scaling, radius: float) -> None:
+        limits = trust_region(linearization.knots, scaling, radius)
         inputs = np.pad(limits.u, ((0, 0), (0, 1), (0, 0)))  # the last knot has none
         self._least, self._most = np.concatenate([limits.x, inputs], axis=2)
         self._step = limits.h
         self._w = np.where(self._most > self._least, 1.0, 0.0)
-        self._w[:, local.knots.x.shape[1] :] *= local.knots.u.size / local.knots.x.size
-        self._equations = _equations(local, scaling)
-        self._rows = within(local.rows, scaling, limits)
+        self._w[:, linearization.knots.x.shape[1] :] *= (
+            linearization.knots.u.size / linearization.knots.x.size
+        )
+        self._equations = _equations(linearization, scaling)
+        self._rows = inequalities_within(linearization.rows, scaling, limits)
         self._margins = _margins(self._rows, scaling)
 
-    def first(self) -> Guess:
+    def first(self) -> ActiveSet:
         none = np.zeros(self._w.shape, dtype=bool)
         fixed = float(self._step[0]) if self._step[0] == self._step[1] else None
-        return Guess(none, none, self._rows.value < 0, fixed)
+        return ActiveSet(none, none, self._rows.value < 0, fixed)
 
-    def solved(self, guess: Guess) -> Found | None:
+    def solved(self, guess: ActiveSet) -> LeastNormSolution | None:
         chain, place = self._equations.joined(self._margins, guess.rows)
         z = np.where(guess.low, self._least, np.where(guess.high, self._most, 0.0))
         w = np.where(guess.low | guess.high, 0.0, self._w)
-        closed = chain.closed(z, guess.step or 0.0, w, 1 / CHEAP if guess.step is None else 0.0)
+        closed = chain.closed(
+            z, guess.step or 0.0, w, 1 / STEP_LENGTH_WEIGHT if guess.step is None else 0.0
+        )
         if closed is None:
             return None
         z, h, by = closed
         pushes = np.zeros(len(guess.rows))
         pushes[guess.rows] = by[place]
         pulled = self._w * transposed(chain.knot, chain.rows, by, *z.shape)
-        pulled_step = float(chain.shared @ by) / CHEAP
-        return Found(z, h, pulled, pulled_step, pushes)
+        pulled_step = float(chain.shared @ by) / STEP_LENGTH_WEIGHT
+        return LeastNormSolution(z, h, pulled, pulled_step, pushes)
 
-    def next(self, guess: Guess, found: Found, *, free: bool) -> Guess | None:
+    def next(self, guess: ActiveSet, found: LeastNormSolution, *, free: bool) -> ActiveSet | None:
         """Return another guess, None where what was found breaks nothing."""
         step, z = found.h, found.z
         over = guess.step is None and not self._step[0] <= step <= self._step[1]
-        broken = ~guess.rows & (self._margins.missing(z, 0.0) > BROKEN)
-        low, high = z < self._least - BEYOND, z > self._most + BEYOND
+        broken = ~guess.rows & (self._margins.residual(z, 0.0) > INEQUALITY_TOLERANCE)
+        low, high = z < self._least - BOUND_TOLERANCE, z > self._most + BOUND_TOLERANCE
         if not (over or broken.any() or low.any() or high.any()):
             return None
         held = float(np.clip(step, *self._step)) if over else guess.step
         if not free:
-            return Guess(low | guess.low, high | guess.high, broken | guess.rows, held)
-        low, high = found.pulled < self._least - BEYOND, found.pulled > self._most + BEYOND
+            return ActiveSet(low | guess.low, high | guess.high, broken | guess.rows, held)
+        low, high = (
+            found.pulled < self._least - BOUND_TOLERANCE,
+            found.pulled > self._most + BOUND_TOLERANCE,
+        )
         if guess.step is not None and self._let_go(guess.step, found.pulled_step):
             held = None
-        return Guess(low, high, broken | (guess.rows & (found.pushes > 0)), held)
+        return ActiveSet(low, high, broken | (guess.rows & (found.pushes > 0)), held)
 
     def _let_go(self, held: float, pulled: float) -> bool:
         """Say whether the step length is held at a limit from which it is pulled away."""
@@ -128,32 +138,40 @@ class _Program:
         return bool((held < longest and pulled > held) or (held > shortest and pulled < held))
 
 
-def _equations(local: Local, scaling: Scaling) -> Chain:
+def _equations(linearization: Linearization, scaling: Scaling) -> BlockBandedSystem:
     """Return the dynamics and the goal."""
-    steps, nx = local.defects.shape
-    nu, goals = len(scaling.u), len(local.miss)
+    steps, nx = linearization.defects.shape
+    nu, goals = len(scaling.u), len(linearization.goal_residual)
     large = np.concatenate([scaling.x, scaling.u])
-    tangents = local.tangents / scaling.x[:, None]
+    tangents = linearization.sensitivities / scaling.x[:, None]
     rows = np.zeros((steps * nx + goals, 2 * nx + nu))
     dynamics = rows[: steps * nx].reshape(steps, nx, -1)
     dynamics[:, :, : nx + nu] = -tangents[:, :, :-1] * large
     dynamics[:, range(nx), range(nx + nu, 2 * nx + nu)] = 1.0
-    rows[steps * nx :, :nx] = local.dmiss * scaling.x
+    rows[steps * nx :, :nx] = linearization.goal_jacobian * scaling.x
     knot = np.concatenate([np.repeat(np.arange(steps), nx), np.full(goals, steps)])
-    shared = np.concatenate([-tangents[:, :, -1].ravel() * local.knots.h, np.zeros(goals)])
-    right = np.concatenate([(local.defects / scaling.x).ravel(), -local.miss])
-    return Chain(knot, rows, shared, right)
+    shared = np.concatenate([-tangents[:, :, -1].ravel() * linearization.knots.h, np.zeros(goals)])
+    right = np.concatenate(
+        [(linearization.defects / scaling.x).ravel(), -linearization.goal_residual]
+    )
+    return BlockBandedSystem(knot, rows, shared, right)
 
 
-def _margins(rows: Rows, scaling: Scaling) -> Chain:
+def _margins(rows: LinearInequalities, scaling: Scaling) -> BlockBandedSystem:
     """Return all inequalities as if they were equations."""
     slopes = np.hstack([rows.dx * scaling.x, rows.du * scaling.u, rows.dx_next * scaling.x])
-    return Chain(rows.knot, slopes, np.zeros(len(rows.knot)), -rows.value)
+    return BlockBandedSystem(rows.knot, slopes, np.zeros(len(rows.knot)), -rows.value)
 
 
-def _change(local: Local, scaling: Scaling, weights: Weights, found: Found, count: int) -> Change:
-    nx = local.knots.x.shape[1]
+def _change(
+    linearization: Linearization,
+    scaling: Scaling,
+    weights: Weights,
+    found: LeastNormSolution,
+    count: int,
+) -> Step:
+    nx = linearization.knots.x.shape[1]
     x, u = found.z[:, :nx], found.z[:-1, nx:]
     price = weights.stay * (np.square(x).mean() + np.square(u).mean())
-    promised = weights.penalty * local.missing(scaling) - float(price)
-    return change_of(local.knots, scaling, (x, u, found.h), promised, count)
+    predicted = weights.penalty * linearization.violation(scaling) - float(price)
+    return step_of(linearization.knots, scaling, (x, u, found.h), predicted, count)

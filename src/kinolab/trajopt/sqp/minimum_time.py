@@ -15,50 +15,50 @@ from dataclasses import dataclass, replace
 
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
-from kinolab.trajopt.nlp.transcription import Transcription, cost
+from kinolab.trajopt.nlp.transcription import MultipleShooting, cost
 from kinolab.trajopt.sqp.qp import solve
-from kinolab.trajopt.sqp.solver import LARGEST, descend
+from kinolab.trajopt.sqp.solver import MAX_RADIUS, minimize
 
-FIRST = 0.5  # trust region, as a share of what counts as large
-KEPT = 0.1  # share of a promise that is worth a step
-CLOSING = 8  # subproblems to close what a faster motion opened
-HOPE = 0.7  # share that one of them may leave open, for the next one to be worth it
-ROUGH = 1e-6  # accuracy of a change whose errors are closed afterwards
-NEAR = 1e-8  # sum of all that is missing, in scales, on the way to a final repair
-PENALTY = 10.0  # of what is missing, against a cost of about 1
+FIRST_RADIUS = 0.5  # trust region, as a share of what counts as large
+MIN_RATIO = 0.1  # share of a promise that is worth a step
+CLOSURE_ITERATIONS = 8  # subproblems to close what a faster motion opened
+MAX_CONTRACTION = 0.7  # share that one of them may leave open, for the next one to be worth it
+STEP_ACCURACY = 1e-6  # accuracy of a change whose errors are closed afterwards
+CLOSURE_TOLERANCE = 1e-8  # sum of all that is missing, in scales, on the way to a final repair
+VIOLATION_PENALTY = 10.0  # of what is missing, against a cost of about 1
 
 
 @dataclass(frozen=True)
-class Patience:
+class StoppingTolerances:
     """How long to go on making a motion faster.
 
     Attributes:
-        region: Trust region below which nothing is gained.
-        promise: Share of the cost that must be promised for another step to be tried.
-        gain: Share of the cost that a step must have gained for another one to be tried.
+        min_radius: Trust region below which nothing is gained.
+        min_predicted: Share of the cost that must be promised for another step to be tried.
+        min_gain: Share of the cost that a step must have gained for another one to be tried.
     """
 
-    region: float = 1e-3
-    promise: float = 1e-3
-    gain: float = 0.0
+    min_radius: float = 1e-3
+    min_predicted: float = 1e-3
+    min_gain: float = 0.0
 
 
-THOROUGH = Patience()
+TIGHT_TOLERANCES = StoppingTolerances()
 
 
-def closing(penalty: float = PENALTY) -> Weights:
+def restoration_weights(penalty: float = VIOLATION_PENALTY) -> Weights:
     """Return the weights that change a trajectory as little as exactness allows."""
     return Weights(time=0.0, effort=0.0, stay=1.0, penalty=penalty)
 
 
-def quicken(
-    transcription: Transcription,
+def minimize_time(
+    transcription: MultipleShooting,
     knots: Knots,
     scaling: Scaling,
     *,
     effort: float = 1e-3,
-    patience: Patience = THOROUGH,
-    late: Callable[[], bool] = lambda: False,
+    tolerances: StoppingTolerances = TIGHT_TOLERANCES,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> Knots:
     """Return exact knots of a shorter duration, or the same ones.
 
@@ -67,38 +67,40 @@ def quicken(
         knots: Exact ones.
         scaling: With the range of the step length.
         effort: Weight of the mean square input, where the duration given weighs 1.
-        patience: How long to go on.
-        late: Whether to stop.
+        tolerances: How long to go on.
+        cancelled: Whether to stop.
     """
-    weights = Weights(time=1 / knots.duration, effort=effort, stay=effort, penalty=PENALTY)
-    radius = FIRST
-    local = transcription.local(knots, radius)
-    while radius > patience.region and not late():
-        change = solve(local, scaling, weights, radius, ROUGH)
+    weights = Weights(
+        time=1 / knots.duration, effort=effort, stay=effort, penalty=VIOLATION_PENALTY
+    )
+    radius = FIRST_RADIUS
+    linearization = transcription.linearization(knots, radius)
+    while radius > tolerances.min_radius and not cancelled():
+        change = solve(linearization, scaling, weights, radius, STEP_ACCURACY)
         if change is None:
             radius /= 3
             continue
         before = cost(knots, scaling, weights)
-        if change.promised < patience.promise * before:
+        if change.predicted < tolerances.min_predicted * before:
             break
         tried = knots.moved(change.dx, change.du, change.dh)
         held = replace(scaling, h_bounds=(tried.h, tried.h))
-        closed = descend(
+        closed = minimize(
             transcription,
             tried,
             held,
-            closing(),
-            iterations=CLOSING,
-            enough=NEAR,
-            worth=HOPE,
-            late=late,
+            restoration_weights(),
+            iterations=CLOSURE_ITERATIONS,
+            enough=CLOSURE_TOLERANCE,
+            worth=MAX_CONTRACTION,
+            cancelled=cancelled,
         )
         gained = before - cost(closed.knots, scaling, weights)
-        if sum(closed.missing) <= NEAR and gained > KEPT * change.promised:
-            knots, radius = closed.knots, min(2 * radius, LARGEST)
-            if gained < patience.gain * before:
+        if sum(closed.violation) <= CLOSURE_TOLERANCE and gained > MIN_RATIO * change.predicted:
+            knots, radius = closed.knots, min(2 * radius, MAX_RADIUS)
+            if gained < tolerances.min_gain * before:
                 break
-            local = transcription.local(knots, radius)
+            linearization = transcription.linearization(knots, radius)
         else:
             radius /= 3
     return knots

@@ -18,26 +18,30 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import Rows
-from kinolab.trajopt.nlp.linearization import Change, Local, change_of
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
+from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
-from kinolab.trajopt.sqp.trust_region import Box, box, within
+from kinolab.trajopt.sqp.trust_region import TrustRegion, inequalities_within, trust_region
 
 Array: TypeAlias = NDArray[np.float64]
 
-CLOSED = 1e-9  # sum of defects below which none of them is left open
-BEST = 1e-8  # share of what the merit is at most, to which it is minimised
-STEADY = 1e-8  # regularisation; with less of it programs with many best points are given up
-DAMPING = 1e-8  # of a change, squared: makes the program strictly convex
+DEFECT_TOLERANCE = 1e-9  # sum of defects below which none of them is left open
+OPTIMALITY_TOLERANCE = 1e-8  # share of what the merit is at most, to which it is minimised
+REGULARISATION = 1e-8  # regularisation; with less of it programs with many best points are given up
+STEP_DAMPING = 1e-8  # of a change, squared: makes the program strictly convex
 
 
 def solve(
-    local: Local, scaling: Scaling, weights: Weights, radius: float, accuracy: float = 1e-9
-) -> Change | None:
+    linearization: Linearization,
+    scaling: Scaling,
+    weights: Weights,
+    radius: float,
+    accuracy: float = 1e-9,
+) -> Step | None:
     """Return the best change within a trust region, None where the solver fails.
 
     Args:
-        local: The linearisation.
+        linearization: The linearisation.
         scaling: Of the variables.
         weights: Of what counts.
         radius: Largest change of any variable, as a share of what counts as large.
@@ -45,13 +49,13 @@ def solve(
     """
     import piqp  # late: nothing else needs it
 
-    knots, limits = local.knots, box(local.knots, scaling, radius)
-    rows = within(local.rows, scaling, limits)
+    knots, limits = linearization.knots, trust_region(linearization.knots, scaling, radius)
+    rows = inequalities_within(linearization.rows, scaling, limits)
     nx, nu, steps = knots.x.shape[1], knots.u.shape[1], len(knots.u)
-    columns = _Columns(nx, nu, steps, rows, len(local.miss))
-    open_defects = local.open_defects(scaling)
-    missing = local.missing(scaling)
-    A, b = _equalities(local, scaling, columns)
+    columns = _Columns(nx, nu, steps, rows, len(linearization.goal_residual))
+    open_defects = linearization.open_defects(scaling)
+    missing = linearization.violation(scaling)
+    A, b = _equalities(linearization, scaling, columns)
     G, low = _inequalities(rows, scaling, columns)
     P, c = _cost(knots, scaling, weights, columns, open_defects)
     lower, upper = _limits(limits, columns, open_defects)
@@ -59,9 +63,9 @@ def solve(
     settings = solver.settings
     settings.eps_abs, settings.eps_rel = accuracy, accuracy
     settings.max_iter = 60
-    settings.reg_lower_limit = STEADY
+    settings.reg_lower_limit = REGULARISATION
     worst = weights.penalty * missing + weights.time * knots.duration
-    settings.eps_duality_gap_abs = max(BEST * worst, accuracy)
+    settings.eps_duality_gap_abs = max(OPTIMALITY_TOLERANCE * worst, accuracy)
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
     if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
@@ -70,15 +74,15 @@ def solve(
     if not np.isfinite(z).all():
         return None
     z = np.clip(z, lower, upper)
-    promised = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
+    predicted = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
     shares = z[columns.x], z[columns.u], float(z[columns.h])
-    return change_of(knots, scaling, shares, promised, int(solver.result.info.iter))
+    return step_of(knots, scaling, shares, predicted, int(solver.result.info.iter))
 
 
 class _Columns:
     """Where which variable is: those of a knot side by side, the global ones last."""
 
-    def __init__(self, nx: int, nu: int, steps: int, rows: Rows, goals: int) -> None:
+    def __init__(self, nx: int, nu: int, steps: int, rows: LinearInequalities, goals: int) -> None:
         last = np.full(nx, steps)
         stage = np.concatenate(
             [
@@ -107,32 +111,32 @@ def _matrix(entries: list[tuple[Any, Any, Any]], shape: tuple[int, int]) -> Any:
     return sparse.csc_matrix((value, (row, column)), shape=shape)
 
 
-def _equalities(local: Local, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
+def _equalities(linearization: Linearization, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
     """Return the dynamics, the start and the goal."""
-    steps, nx = local.defects.shape
+    steps, nx = linearization.defects.shape
     nu = len(scaling.u)
-    defects = local.defects / scaling.x
-    tangents = local.tangents / scaling.x[:, None]
+    defects = linearization.defects / scaling.x
+    tangents = linearization.sensitivities / scaling.x[:, None]
     row = np.arange(steps * nx).reshape(steps, nx)
     first = steps * nx + np.arange(nx)
-    goal = (steps + 1) * nx + np.arange(len(local.miss))
+    goal = (steps + 1) * nx + np.arange(len(linearization.goal_residual))
     entries = [
         (row, at.x[1:], 1.0),
         (row[:, :, None], at.x[:-1, None, :], -tangents[:, :, :nx] * scaling.x),
         (row[:, :, None], at.u[:, None, :], -tangents[:, :, nx : nx + nu] * scaling.u),
-        (row, at.h, -tangents[:, :, -1] * local.knots.h),
+        (row, at.h, -tangents[:, :, -1] * linearization.knots.h),
         (row, at.left, defects),
         (first, at.x[0], 1.0),
-        (goal[:, None], at.x[-1], local.dmiss * scaling.x),
+        (goal[:, None], at.x[-1], linearization.goal_jacobian * scaling.x),
         (goal, at.over, 1.0),
         (goal, at.under, -1.0),
     ]
-    size = (steps + 1) * nx + len(local.miss)
-    right = np.concatenate([defects.ravel(), np.zeros(nx), -local.miss])
+    size = (steps + 1) * nx + len(linearization.goal_residual)
+    right = np.concatenate([defects.ravel(), np.zeros(nx), -linearization.goal_residual])
     return _matrix(entries, (size, at.size)), right
 
 
-def _inequalities(rows: Rows, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
+def _inequalities(rows: LinearInequalities, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
     """Return value + derivative * change + slack >= 0."""
     row = np.arange(len(rows.knot))
     here = np.minimum(rows.knot, len(at.u) - 1)  # the last knot has no inputs of its own
@@ -150,10 +154,10 @@ def _cost(
     knots: Knots, scaling: Scaling, weights: Weights, at: _Columns, open_defects: float
 ) -> tuple[Any, Array]:
     steps, nu = knots.u.shape
-    square, linear = np.full(at.size, DAMPING), np.zeros(at.size)
-    share = np.divide(knots.u, scaling.u)
+    square, linear = np.full(at.size, STEP_DAMPING), np.zeros(at.size)
+    fraction = np.divide(knots.u, scaling.u)
     linear[at.h] = weights.time * steps * knots.h
-    linear[at.u] = 2 * weights.effort * share / max(steps * nu, 1)
+    linear[at.u] = 2 * weights.effort * fraction / max(steps * nu, 1)
     square[at.u] += 2 * (weights.effort + weights.stay) / max(steps * nu, 1)
     square[at.x] += 2 * weights.stay / knots.x.size
     for part in (at.slack, at.over, at.under):
@@ -162,13 +166,13 @@ def _cost(
     return sparse.diags(square, format="csc"), linear
 
 
-def _limits(limits: Box, at: _Columns, open_defects: float) -> tuple[Array, Array]:
+def _limits(limits: TrustRegion, at: _Columns, open_defects: float) -> tuple[Array, Array]:
     """Return the limits of all variables."""
     lower, upper = np.empty(at.size), np.empty(at.size)
     for place, (least, most) in ((at.x, limits.x), (at.u, limits.u), (at.h, limits.h)):
         lower[place], upper[place] = least, most
     for part in (at.slack, at.over, at.under):
         lower[part], upper[part] = 0.0, np.inf
-    lower[at.left], upper[at.left] = 0.0, float(open_defects > CLOSED)
+    lower[at.left], upper[at.left] = 0.0, float(open_defects > DEFECT_TOLERANCE)
     lower[at.x[0]], upper[at.x[0]] = -np.inf, np.inf  # fixed by an equation
     return lower, upper

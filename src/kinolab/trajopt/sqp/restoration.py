@@ -13,32 +13,33 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.problem import Task
-from kinolab.trajopt.sqp.minimum_time import PENALTY, closing
-from kinolab.trajopt.sqp.solver import EXACT, descend
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.sqp.minimum_time import VIOLATION_PENALTY, restoration_weights
+from kinolab.trajopt.sqp.solver import EXACT_VIOLATION, minimize
 
-ROUNDED = 100 * EXACT  # sum of all that is missing, in scales, that rounding may leave
+# sum of all that is missing, in scales, that rounding may leave
+ROUNDING_VIOLATION = 100 * EXACT_VIOLATION
 
 
-def restored(
-    task: Task,
+def restore_feasibility(
+    task: TrajectoryProblem,
     knots: Knots,
-    late: Callable[[], bool],
+    cancelled: Callable[[], bool],
     *,
     iterations: int,
     times: int = 1,
     lengths: tuple[float, float] | None = None,
-    enough: float = EXACT,
-    most: float = ROUNDED,
+    enough: float = EXACT_VIOLATION,
+    most: float = ROUNDING_VIOLATION,
     pace: float = 0.0,
-    penalty: float = PENALTY,
+    penalty: float = VIOLATION_PENALTY,
 ) -> Knots | None:
     """Return knots near given ones from which nothing is missing; None where none are found.
 
     Args:
         task: The problem.
         knots: To begin with; what passes a limit of states or inputs is clipped first.
-        late: Whether to give up.
+        cancelled: Whether to give up.
         iterations: Largest number of subproblems.
         times: Steps of the problem from knot to knot.
         lengths: Range of the step length in [s]; it is held where none is given.
@@ -50,8 +51,8 @@ def restored(
     knots = task.within_limits(knots)
     scaling = task.scaling(*(lengths or (knots.h, knots.h)))
     transcription = task.transcription(knots, times)
-    descent = descend(
-        transcription, knots, scaling, closing(penalty),
-        iterations=iterations, enough=enough, pace=pace, late=late,
+    descent = minimize(
+        transcription, knots, scaling, restoration_weights(penalty),
+        iterations=iterations, enough=enough, pace=pace, cancelled=cancelled,
     )  # fmt: skip
-    return descent.knots if sum(descent.missing) <= most else None
+    return descent.knots if sum(descent.violation) <= most else None

@@ -12,48 +12,50 @@ from dataclasses import dataclass
 
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
-from kinolab.trajopt.nlp.transcription import Transcription, cost
-from kinolab.trajopt.sqp.feasibility_step import closest
+from kinolab.trajopt.nlp.transcription import MultipleShooting, cost
+from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve
 
 ACCEPTED, GOOD = 0.1, 0.7  # shares of the promise: what is kept, and what lets the region grow
-SMALLEST = 1e-7  # trust region, as a share of what counts as large
-LARGEST = 4.0
+MIN_RADIUS = 1e-7  # trust region, as a share of what counts as large
+MAX_RADIUS = 4.0
 NARROW, WIDE, AMPLE = 0.02, 1.0, 10.0  # first region: its limits, and times what is missing
-STILL = 1e-4  # promise, as a share of the cost, that is not worth another subproblem
-NEARER = 0.3  # share of what was missing where it could not be closed at once, to try that again
-FEW = 3  # subproblems after which the pace is looked at
-EXACT = 1e-11  # sum of all that is missing, in scales, that counts as nothing
-NEARLY = 1e-8  # of the same: a subproblem that does not halve it is the last one
+# promise, as a share of the cost, that is not worth another subproblem
+MIN_PREDICTED_REDUCTION = 1e-4
+# share of what was missing where it could not be closed at once, to try that again
+NEAR_FRACTION = 0.3
+PACE_ITERATIONS = 3  # subproblems after which the pace is looked at
+EXACT_VIOLATION = 1e-11  # sum of all that is missing, in scales, that counts as nothing
+NEARLY_EXACT_VIOLATION = 1e-8  # of the same: a subproblem that does not halve it is the last one
 
 
 @dataclass(frozen=True, eq=False)
-class Descent:
+class SqpResult:
     """Where a sequence ended.
 
     Attributes:
         knots: The best that was found.
-        missing: Sums of defects, of what is missing in the goal and in inequalities.
+        violation: Sums of defects, of what is missing in the goal and in inequalities.
         iterations: Subproblems that were solved.
     """
 
     knots: Knots
-    missing: tuple[float, float, float]
+    violation: tuple[float, float, float]
     iterations: int
 
 
-def descend(
-    transcription: Transcription,
+def minimize(
+    transcription: MultipleShooting,
     knots: Knots,
     scaling: Scaling,
     weights: Weights,
     *,
     iterations: int = 60,
-    enough: float = EXACT,
+    enough: float = EXACT_VIOLATION,
     worth: float = math.inf,
     pace: float = 0.0,
-    late: Callable[[], bool] = lambda: False,
-) -> Descent:
+    cancelled: Callable[[], bool] = lambda: False,
+) -> SqpResult:
     """Improve knots until nothing is missing and no more is gained.
 
     Args:
@@ -65,57 +67,60 @@ def descend(
         enough: Sum of all that is missing, in scales, that counts as nothing.
         worth: Share of what was missing above which a subproblem's rest ends the sequence.
         pace: Share of what is missing that every few subproblems must get rid of.
-        late: Whether to stop.
+        cancelled: Whether to stop.
     """
-    missing = transcription.missing(knots)
-    made, local, refused = 0, None, math.inf
+    missing = transcription.violation(knots)
+    made, linearization, refused = 0, None, math.inf
     course = [sum(missing)]
     restoring = not (weights.time or weights.effort)  # only what is missing counts
     if not math.isfinite(sum(missing)):
-        return Descent(knots, missing, made)
+        return SqpResult(knots, missing, made)
     # What misses little needs no large change, and what is far away need not be looked at then.
     radius = min(max(AMPLE * sum(missing), NARROW), WIDE)
-    while made < iterations and not late():
+    while made < iterations and not cancelled():
         if restoring and sum(missing) <= enough:
             break
-        if local is None:
-            local = transcription.local(knots, radius)
+        if linearization is None:
+            linearization = transcription.linearization(knots, radius)
         made += 1
         change = None
-        if restoring and sum(missing) <= NEARER * refused:
-            change = closest(local, scaling, weights, radius)
+        if restoring and sum(missing) <= NEAR_FRACTION * refused:
+            change = feasibility_step(linearization, scaling, weights, radius)
             refused = refused if change is not None else sum(missing)
         if change is None:
-            change = solve(local, scaling, weights, radius)
+            change = solve(linearization, scaling, weights, radius)
         if change is None:
             radius /= 4
-            if radius < SMALLEST:
+            if radius < MIN_RADIUS:
                 break
             continue
         before = cost(knots, scaling, weights)
         merit = before + weights.penalty * sum(missing)
         candidate = knots.moved(change.dx, change.du, change.dh)
-        so_far, found = sum(missing), transcription.missing(candidate)
+        so_far, found = sum(missing), transcription.violation(candidate)
         now = cost(candidate, scaling, weights) + weights.penalty * sum(found)
         gained = merit - now if math.isfinite(now) else -math.inf
         if sum(found) > max(worth * sum(missing), enough):
             break
-        ratio = gained / change.promised if change.promised > 0 else -math.inf
+        ratio = gained / change.predicted if change.predicted > 0 else -math.inf
         if ratio > ACCEPTED:
-            knots, missing, local = candidate, found, None
-        done = change.promised <= STILL * before and sum(missing) <= enough
-        stuck = restoring and so_far < NEARLY and sum(found) > 0.5 * so_far
+            knots, missing, linearization = candidate, found, None
+        done = change.predicted <= MIN_PREDICTED_REDUCTION * before and sum(missing) <= enough
+        stuck = restoring and so_far < NEARLY_EXACT_VIOLATION and sum(found) > 0.5 * so_far
         radius = _radius(radius, ratio, change.length)
-        if ratio > ACCEPTED or len(course) > 1 or made > FEW:  # else a region has yet to be found
+        # else a region has yet to be found
+        if ratio > ACCEPTED or len(course) > 1 or made > PACE_ITERATIONS:
             course.append(sum(missing))
-        stuck |= len(course) > FEW and course[-1] > (1 - pace) * course[-1 - FEW]
-        if done or stuck or radius < SMALLEST:
+        stuck |= (
+            len(course) > PACE_ITERATIONS and course[-1] > (1 - pace) * course[-1 - PACE_ITERATIONS]
+        )
+        if done or stuck or radius < MIN_RADIUS:
             break
-    return Descent(knots, missing, made)
+    return SqpResult(knots, missing, made)
 
 
 def _radius(radius: float, ratio: float, length: float) -> float:
     """Return the next region: larger where it was in the way, smaller where it was not needed."""
     if ratio > GOOD:
-        return min(max(2 * length, NARROW), LARGEST)
+        return min(max(2 * length, NARROW), MAX_RADIUS)
     return radius if ratio > ACCEPTED else radius / 4

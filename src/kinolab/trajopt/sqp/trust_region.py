@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import Rows
+from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
 from kinolab.trajopt.nlp.scaling import Scaling
 
 Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class TrustRegion:
     """Least and largest changes, as shares of what counts as large.
 
     Attributes:
@@ -30,7 +30,7 @@ class Box:
     h: Array
 
 
-def box(knots: Knots, scaling: Scaling, radius: float) -> Box:
+def trust_region(knots: Knots, scaling: Scaling, radius: float) -> TrustRegion:
     """Return how far knots may change; what is beyond a limit may stay there.
 
     Args:
@@ -42,18 +42,20 @@ def box(knots: Knots, scaling: Scaling, radius: float) -> Box:
     x[:, 0] = 0.0
     u = _range(knots.u, scaling.u_bounds, scaling.u, radius)
     limits = np.array([scaling.h_bounds])
-    return Box(x, u, _range(np.array([knots.h]), limits, np.array([knots.h]), radius)[:, 0])
+    return TrustRegion(x, u, _range(np.array([knots.h]), limits, np.array([knots.h]), radius)[:, 0])
 
 
-def within(rows: Rows, scaling: Scaling, box: Box) -> Rows:
+def inequalities_within(
+    rows: LinearInequalities, scaling: Scaling, region: TrustRegion
+) -> LinearInequalities:
     """Return the inequalities that some change within the box breaks: the others say nothing."""
-    last_x, last_u = box.x.shape[1] - 1, box.u.shape[1] - 1
+    last_x, last_u = region.x.shape[1] - 1, region.u.shape[1] - 1
     after = np.minimum(rows.knot + 1, last_x)
     least = (
         rows.value
-        + _least(rows.dx * scaling.x, box.x[:, rows.knot])
-        + _least(rows.dx_next * scaling.x, box.x[:, after])
-        + _least(rows.du * scaling.u, box.u[:, np.minimum(rows.knot, last_u)])
+        + _least(rows.dx * scaling.x, region.x[:, rows.knot])
+        + _least(rows.dx_next * scaling.x, region.x[:, after])
+        + _least(rows.du * scaling.u, region.u[:, np.minimum(rows.knot, last_u)])
     )
     kept = np.flatnonzero(~(least >= 0))
     return replace(

@@ -17,24 +17,24 @@ from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry, span_all
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid, mesh_grid
-from kinolab.world.geometry import Array, BodyGeometry, Kind, placement, sizes
+from kinolab.world.geometry import Array, BodyGeometry, ShapeKind, placement, sizes
 from kinolab.world.support_functions import half_extent
 from kinolab.world.world import World
 
-# Verdicts of ``screen``; a number above 0 counts the pairs that are left for FCL.
+# Verdicts of ``broadphase``; a number above 0 counts the pairs that are left for FCL.
 FREE, NOT_FINITE, GROUND, INSIDE = 0, -1, -2, -3
-SINKING = 1e-6  # [m] that a wheel or a foot may press into the ground
-MAX_LOOKS = 256  # triangles looked at before FCL's tree is the better judge
-SLACK = 1e-9  # [m] that absorbs rounding, far above it at world coordinates of 1e5 m
+MAX_PENETRATION = 1e-6  # [m] that a wheel or a foot may press into the ground
+MAX_TRIANGLE_CHECKS = 256  # triangles looked at before FCL's tree is the better judge
+ROUNDING_MARGIN = 1e-9  # [m] that absorbs rounding, far above it at world coordinates of 1e5 m
 
 
-class Scene(NamedTuple):
+class BroadphaseScene(NamedTuple):
     """Shapes of the machine and obstacles of the world in flat arrays, for compiled code.
 
     Cables are the last shapes; their lengths in ``half`` are those of the last pose.
     """
 
-    kind: Integers  # (shapes,) values of ``geometry.Kind``
+    kind: Integers  # (shapes,) values of ``geometry.ShapeKind``
     body: Integers  # (shapes,) rows of the pose table, -1 for a cable
     half: Array  # (shapes, 3) half sizes in [m]
     own: Array  # (shapes, 3, 4) the shape's own frame in its body's frame; of a cable unused
@@ -47,7 +47,7 @@ class Scene(NamedTuple):
     ground: bool
 
 
-class Scratch(NamedTuple):
+class BroadphaseScratch(NamedTuple):
     """Where the machine's shapes are, and what is left for FCL, for compiled code."""
 
     turns: Array  # (shapes, 3, 3)
@@ -56,13 +56,13 @@ class Scratch(NamedTuple):
     pairs: Integers  # (shapes * obstacles + own pairs + 1, 2)
 
 
-def make_scene(
+def make_broadphase(
     bodies: Sequence[BodyGeometry],
     cables: Sequence[CableGeometry],
     world: World,
     own_pairs: Sequence[tuple[int, int]],
-) -> tuple[Scene, MeshGrid]:
-    """Gather the arrays that ``screen`` takes after the poses, ``*scene, *grid``.
+) -> tuple[BroadphaseScene, MeshGrid]:
+    """Gather the arrays that ``broadphase`` takes after the poses, ``*scene, *grid``.
 
     Of ``cables`` only those that collide are given. Nothing is inflated yet.
     """
@@ -72,9 +72,10 @@ def make_scene(
     meshes = [obstacle for obstacle in world.obstacles if obstacle.primitive is None]
     mesh = np.array([obstacle.primitive is None for obstacle in world.obstacles], dtype=bool)
     boxes = [np.concatenate(bounding_box(o.vertices, o.primitive)) for o in world.obstacles]
-    scene = Scene(
+    scene = BroadphaseScene(
         kind=np.array(
-            [*(int(kind) for kind, _ in measured), *[int(Kind.CAPSULE)] * lines], dtype=np.int64
+            [*(int(kind) for kind, _ in measured), *[int(ShapeKind.CAPSULE)] * lines],
+            dtype=np.int64,
         ),
         body=np.array([*(k for k, _, _ in parts), *[-1] * lines], dtype=np.int64),
         half=np.array(
@@ -132,7 +133,7 @@ def enclose(kind, half, turn, at, grow, box):  # type: ignore[no-untyped-def]
 @kernel
 def grounded(low, rests, margin):  # type: ignore[no-untyped-def]
     """Say whether a shape whose lowest point is at ``low`` is too low for its body."""
-    return low < -SINKING if rests else low - margin <= SLACK
+    return low < -MAX_PENETRATION if rests else low - margin <= ROUNDING_MARGIN
 
 
 @kernel
@@ -168,7 +169,7 @@ def near_surface(box, mesh, boxes, frame, extent, start, entries):  # type: igno
                 if overlap(box, boxes[entries[k]]):
                     return True
             looks += start[here + 1] - start[here] + 1
-            if looks > MAX_LOOKS:
+            if looks > MAX_TRIANGLE_CHECKS:
                 return True
     return False
 
@@ -252,7 +253,7 @@ def first_not_finite(poses):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def screen(  # type: ignore[no-untyped-def]
+def broadphase(  # type: ignore[no-untyped-def]
     poses, turns, places, around, pairs,
     kind, body, half, own, rests, obstacle, mesh, own_pairs, grow, margin, ground,
     triangles, boxes, part, volume, frame, extent, start, entries,
@@ -267,7 +268,7 @@ def screen(  # type: ignore[no-untyped-def]
         pairs: Written: shape and obstacle (shape, obstacles + other shape for two shapes of the
             machine) of each pair left for FCL, (shapes * obstacles + own pairs, 2).
 
-    The others are the fields of ``Scene`` and ``MeshGrid``.
+    The others are the fields of ``BroadphaseScene`` and ``MeshGrid``.
 
     Returns:
         The number of pairs left, or NOT_FINITE, GROUND or INSIDE: then the first row of ``pairs``
@@ -279,8 +280,12 @@ def screen(  # type: ignore[no-untyped-def]
     for s in range(kind.shape[0]):
         if body[s] >= 0:
             place(poses[body[s]], own[s], turns[s], places[s])
-        enclose(kind[s], half[s], turns[s], places[s], grow + SLACK, around[s])
-        if ground and body[s] >= 0 and grounded(around[s, 2] + grow + SLACK, rests[s], margin):
+        enclose(kind[s], half[s], turns[s], places[s], grow + ROUNDING_MARGIN, around[s])
+        if (
+            ground
+            and body[s] >= 0
+            and grounded(around[s, 2] + grow + ROUNDING_MARGIN, rests[s], margin)
+        ):
             pairs[0, 0] = body[s]
             return GROUND
     left = 0
@@ -307,7 +312,7 @@ def screen(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def screen_from(first, poses, ends, rows, scratch, scene, grid):  # type: ignore[no-untyped-def]
+def broadphase_rows(first, poses, ends, rows, scratch, scene, grid):  # type: ignore[no-untyped-def]
     """Screen pose after pose until there is one that is not proved free.
 
     Args:
@@ -315,16 +320,17 @@ def screen_from(first, poses, ends, rows, scratch, scene, grid):  # type: ignore
         poses: Of every body in every pose, shape (poses, bodies, 12).
         ends: Of every cable in every pose, shape (poses, cables, 6).
         rows: Which cables have a shape, as ``span_all`` takes them.
-        scratch: ``Scratch``; written.
-        scene, grid: ``Scene`` and ``MeshGrid``.
+        scratch: ``BroadphaseScratch``; written.
+        scene, grid: ``BroadphaseScene`` and ``MeshGrid``.
 
     Returns:
-        Which pose it is, the number of poses where there is none; and what ``screen`` says of it.
+        Which pose it is, the number of poses where there is none; and what ``broadphase`` says of
+        it.
     """
     for k in range(first, poses.shape[0]):
         if not span_all(ends[k], rows, scene.half, scratch.turns, scratch.places):
             return k, NOT_FINITE
-        left = screen(
+        left = broadphase(
             poses[k], scratch.turns, scratch.places, scratch.around, scratch.pairs,
             scene.kind, scene.body, scene.half, scene.own, scene.rests, scene.obstacle, scene.mesh,
             scene.own_pairs, scene.grow, scene.margin, scene.ground,

@@ -13,22 +13,28 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.collision.broadphase import (
-    SLACK,
-    Scratch,
+    ROUNDING_MARGIN,
+    BroadphaseScratch,
+    broadphase,
+    broadphase_rows,
     enclose,
     grounded,
     inside,
-    make_scene,
+    make_broadphase,
     near_surface,
     overlap,
     place,
-    screen,
-    screen_from,
 )
-from kinolab.world.collision.clearance import fixtures, room
-from kinolab.world.collision.fcl import TOUCH, Obstacles, body_object, cable_object, make_touches
+from kinolab.world.collision.clearance import clearance_at, obstacle_arrays
+from kinolab.world.collision.fcl import (
+    CONTACT_MARGIN,
+    Obstacles,
+    body_object,
+    cable_object,
+    make_touches,
+)
 from kinolab.world.geometry import Array, BodyGeometry, sizes
-from kinolab.world.shrinking import slimmer_body, slimmer_cable
+from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
 
 GROUND_NAME = "ground"
@@ -86,8 +92,8 @@ class CollisionChecker:
         self._names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
         parts = [body.name for body in bodies] + [cable.name for cable in cables]
         pairs = own_pairs(self._names, parts, self_pairs)
-        self.scene, self.grid = make_scene(self.bodies, lines, world, pairs)
-        self._fixtures = fixtures(world)
+        self.scene, self.grid = make_broadphase(self.bodies, lines, world, pairs)
+        self._fixtures = obstacle_arrays(world)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._first_cable = len(shapes)
@@ -116,8 +122,8 @@ class CollisionChecker:
         """
         twin = copy(self)
         twin._beside = None
-        twin.bodies = tuple(slimmer_body(body, by) for body in self.bodies)
-        twin.cables = tuple(slimmer_cable(cable, by) for cable in self.cables)
+        twin.bodies = tuple(shrunk_body(body, by) for body in self.bodies)
+        twin.cables = tuple(shrunk_cable(cable, by) for cable in self.cables)
         slim = [sizes(shape)[1] for body in twin.bodies for shape in body.shapes]
         slim += [np.array([c.radius, c.radius, 0.0]) for c in twin.cables if c.collides]
         twin.scene = self.scene._replace(half=np.array(slim).reshape(-1, 3))
@@ -130,7 +136,7 @@ class CollisionChecker:
             self._obstacles[k]
 
     def _inflate(self, margin: float, ground: bool) -> None:
-        grow, self.margin = TOUCH + margin, margin
+        grow, self.margin = CONTACT_MARGIN + margin, margin
         half = self.scene.half.copy()  # the lengths of cables are written into it
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
         self._arrays = (*self.scene, *self.grid)
@@ -147,7 +153,7 @@ class CollisionChecker:
         self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
         self._around = np.zeros((shapes, 6))
         self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
-        self._scratch = Scratch(self._turns, self._places, self._around, self._pairs)
+        self._scratch = BroadphaseScratch(self._turns, self._places, self._around, self._pairs)
         self._scratch_record = Record(self._scratch)
         # Views made once: FCL wants arrays, and slicing costs as much as setting.
         self._where = list(zip(movers, self._turns, self._places, strict=True))
@@ -161,7 +167,7 @@ class CollisionChecker:
     def _touching(self, poses: Array, ends: Array) -> bool:
         if self._capsules and not self._span(ends):
             return True
-        left = screen(self._table(poses), *self._scratch, *self._arrays)
+        left = broadphase(self._table(poses), *self._scratch, *self._arrays)
         return bool(left < 0) if left <= 0 else self._asked(left)
 
     def _asked(self, left: int) -> bool:
@@ -190,7 +196,7 @@ class CollisionChecker:
         strung = strung.reshape(len(table), *self._ends_shape)
         k = 0
         while k < len(table):
-            k, left = screen_from(
+            k, left = broadphase_rows(
                 k, table, strung, self._rows, self._scratch_record, *self._records
             )
             if k < len(table) and (left < 0 or self._asked(left)):
@@ -230,7 +236,7 @@ class CollisionChecker:
             return 0.0
         beside = np.inf if self._beside is None else self._beside.room(poses, ends)
         scene, grid = self.scene, self.grid
-        free = room(
+        free = clearance_at(
             *(self._turns, self._places, self._around),
             *(scene.kind, scene.half, scene.rests, scene.obstacle, scene.own_pairs),
             *(scene.grow, scene.ground),
@@ -287,11 +293,11 @@ class CollisionChecker:
         if shape < self._first_cable:
             place(table[scene.body[shape]], scene.own[shape], turn, at)
         size = (scene.kind[shape], scene.half[shape])
-        enclose(*size, turn, at, scene.grow + SLACK, self._around[shape])
+        enclose(*size, turn, at, scene.grow + ROUNDING_MARGIN, self._around[shape])
 
     def _ground_contacts(self, shape: int) -> Iterator[Contact]:
         scene, rests = self.scene, self.scene.rests[shape]
-        low = self._around[shape, 2] + scene.grow + SLACK
+        low = self._around[shape, 2] + scene.grow + ROUNDING_MARGIN
         if shape < self._first_cable and scene.ground and grounded(low, rests, scene.margin):
             yield Contact(self._names[shape], GROUND_NAME, "sinks" if rests else "touches")
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.jit import allocating
+from kinolab.numerics.jit import allocating_kernel
 from kinolab.world.collision.gjk import box_gap, mesh_separation, separation
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.geometry import Array, placement, sizes
@@ -15,7 +15,7 @@ from kinolab.world.obstacle import Obstacle
 from kinolab.world.world import World
 
 
-class Fixtures(NamedTuple):
+class ObstacleArrays(NamedTuple):
     """The obstacles of a world as numbers: a primitive's shape, or which triangles are a mesh's."""
 
     kind: Integers  # (obstacles,) values of ``geometry.Kind``; of meshes unused
@@ -26,14 +26,14 @@ class Fixtures(NamedTuple):
     last: Integers  # (obstacles,) one past its last triangle; 0 for a primitive
 
 
-def fixtures(world: World) -> Fixtures:
+def obstacle_arrays(world: World) -> ObstacleArrays:
     """Gather the obstacles in arrays, the triangles counted as ``grid.mesh_grid`` lists them."""
     rows = [_shape(obstacle) for obstacle in world.obstacles]
     count = np.array(
         [len(o.faces) * (o.primitive is None) for o in world.obstacles], dtype=np.int64
     )
     last = np.cumsum(count)
-    return Fixtures(
+    return ObstacleArrays(
         kind=np.array([kind for kind, _, _ in rows], dtype=np.int64),
         half=np.array([half for _, half, _ in rows]).reshape(-1, 3),
         turn=np.array([pose[:, :3] for _, _, pose in rows]).reshape(-1, 3, 3),
@@ -53,8 +53,8 @@ def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
     return int(kind), half, world
 
 
-@allocating
-def room(  # type: ignore[no-untyped-def]
+@allocating_kernel
+def clearance_at(  # type: ignore[no-untyped-def]
     turns, places, around, kind, half, rests, obstacle, own_pairs, grow, ground,
     fixed_kind, fixed_half, fixed_turn, fixed_at, first, last, triangles, boxes,
 ):  # fmt: skip

@@ -2,7 +2,7 @@
 
 Cheap bounds come first: balls that contain the bodies, in a grid of distances. Where these are not
 enough, the distance to what is near is worked out exactly. No answer is ever too large, and none is
-below the true room by more than ``MARGIN`` where that is smaller than what was asked for.
+below the true room by more than ``TOUCHING_MARGIN`` where that is smaller than what was asked for.
 """
 
 from __future__ import annotations
@@ -18,25 +18,32 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import CableGeometry, finite, span
-from kinolab.world.collision.broadphase import SINKING, Scene, enclose, inside, make_scene, place
+from kinolab.world.collision.broadphase import (
+    MAX_PENETRATION,
+    BroadphaseScene,
+    enclose,
+    inside,
+    make_broadphase,
+    place,
+)
 from kinolab.world.collision.checker import own_pairs
-from kinolab.world.collision.clearance import Fixtures, fixtures
-from kinolab.world.collision.distance_field import DistanceGrid, bound, digest
-from kinolab.world.collision.distance_field_cache import kept_grid
+from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
+from kinolab.world.collision.distance_field import DistanceField, digest, distance_bound
+from kinolab.world.collision.distance_field_cache import cached_distance_field
 from kinolab.world.collision.gjk import TRIANGLE, box_gap, separation_within
-from kinolab.world.collision.sphere_tree import Cover, cover
+from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
 from kinolab.world.geometry import Array, BodyGeometry
 from kinolab.world.support_functions import half_extent, reach_along
 from kinolab.world.world import World
 
-MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
-BEYOND = 2.0  # times ``fine``: how far away what is near is looked for
-DEEPEST = 64  # balls that wait at most, at a tree's depth
-MOST = 3  # balls that are divided
-PIECES = 16  # balls along a cable
-SHARE = 0.25  # of a body's smallest half size, as which cells need not be finer
+TOUCHING_MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
+SEARCH_FACTOR = 2.0  # times ``fine``: how far away what is near is looked for
+STACK_SIZE = 64  # balls that wait at most, at a tree's depth
+MAX_SUBDIVISIONS = 3  # balls that are divided
+CABLE_SPHERES = 16  # balls along a cable
+CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
 
 
 _one_at_a_time = Lock()
@@ -54,58 +61,59 @@ class Scratch(NamedTuple):
     simplex: Array  # (9, 3)
 
 
-def scratch_for(all_around: Surroundings) -> Scratch:
+def scratch_for(scene: CollisionScene) -> Scratch:
     """Return memory to work in."""
-    shapes = len(all_around.scene.kind)
+    shapes = len(scene.broadphase.kind)
     return Scratch(
         turns=np.zeros((shapes, 3, 3)),
         places=np.zeros((shapes, 3)),
         around=np.zeros((shapes, 6)),
-        queue=np.zeros(DEEPEST, np.int64),
-        gaps=np.zeros(DEEPEST),
+        queue=np.zeros(STACK_SIZE, np.int64),
+        gaps=np.zeros(STACK_SIZE),
         corners=np.zeros((3, 3)),
         simplex=np.zeros((9, 3)),
     )
 
 
-class Surroundings(NamedTuple):
+class CollisionScene(NamedTuple):
     """A machine's shapes and a world in flat arrays, for compiled code."""
 
-    scene: Scene
+    broadphase: BroadphaseScene
     mesh: MeshGrid
     triangles: TriangleTree
-    fixtures: Fixtures
-    cover: Cover
-    distance: DistanceGrid
-    strung: Integers  # (shapes of cables,) their rows among the ends
-    glides: bool  # whether bodies keep their height, so that no motion leads down to the ground
+    obstacles: ObstacleArrays
+    spheres: SphereTree
+    distance: DistanceField
+    cable_rows: Integers  # (shapes of cables,) their rows among the ends
+    # whether bodies keep their height, so that no motion leads down to the ground
+    constant_height: bool
     clearance: float  # [m] that must be left beside obstacles, which takes it off the room
 
 
-def surroundings(
+def collision_scene(
     bodies: Sequence[BodyGeometry],
     world: World,
     *,
     cables: Sequence[CableGeometry] = (),
     self_pairs: Sequence[tuple[str, str]] = (),
     glides: bool = False,
-) -> Surroundings:
-    """Gather what ``room_within`` needs; most arguments are those of ``CollisionChecker``."""
+) -> CollisionScene:
+    """Gather what ``clearance_within`` needs; most arguments are those of ``CollisionChecker``."""
     shapes = [shape for body in bodies for shape in body.shapes]
     lines = [cable for cable in cables if cable.collides]
     names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
     parts = [body.name for body in bodies] + [cable.name for cable in cables]
     pairs = own_pairs(names, parts, self_pairs)
-    scene, mesh = make_scene(bodies, lines, world, pairs)
-    sizes = scene.half[: len(shapes)]
-    finest = SHARE * float(sizes[sizes > 0].min(initial=math.inf))
+    broadphase, mesh = make_broadphase(bodies, lines, world, pairs)
+    sizes = broadphase.half[: len(shapes)]
+    finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
     grid = _grid(world, finest if math.isfinite(finest) else 0.0)
-    return Surroundings(
-        scene,
+    return CollisionScene(
+        broadphase,
         mesh,
         triangle_tree(mesh.triangles),
-        fixtures(world),
-        cover(shapes, grid.width),
+        obstacle_arrays(world),
+        sphere_tree(shapes, grid.width),
         grid,
         np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),
         glides,
@@ -113,7 +121,7 @@ def surroundings(
     )
 
 
-def _grid(world: World, finest: float) -> DistanceGrid:
+def _grid(world: World, finest: float) -> DistanceField:
     with _one_at_a_time:  # threads that begin together want the same one
         return _kept(_World(world, digest(world.obstacles)), finest)
 
@@ -132,12 +140,12 @@ class _World:
 
 
 @lru_cache(maxsize=4)
-def _kept(world: _World, finest: float) -> DistanceGrid:
-    return kept_grid(world.world.obstacles, finest, world.name)
+def _kept(world: _World, finest: float) -> DistanceField:
+    return cached_distance_field(world.world.obstacles, finest, world.name)
 
 
 @kernel
-def room_within(poses, ends, least, wanted, need, fine, scratch, all_around):  # type: ignore[no-untyped-def]
+def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  # type: ignore[no-untyped-def]
     """Bound the room of a placed machine from below, in [m].
 
     Args:
@@ -148,95 +156,100 @@ def room_within(poses, ends, least, wanted, need, fine, scratch, all_around):  #
         need: More room than this in [m] is of no interest.
         fine: Where the grid shows this much room in [m], its bound is good enough.
         scratch: ``Scratch``.
-        all_around: ``Surroundings``.
+        scene: ``CollisionScene``.
 
     Returns:
         A bound, at most ``need``. Between ``least`` and the smaller of ``fine`` and ``need`` it is
-        exact but for ``MARGIN``; below ``least`` where the room is; 0 or less where anything
-        touches, sinks into the ground, is inside a solid or is not finite.
+        exact but for ``TOUCHING_MARGIN``; below ``least`` where the room is; 0 or less where
+        anything touches, sinks into the ground, is inside a solid or is not finite.
     """
-    scene, distance, kept = all_around.scene, all_around.distance, all_around.clearance
+    broadphase, distance, kept = scene.broadphase, scene.distance, scene.clearance
     turns, places, around = scratch.turns, scratch.places, scratch.around
-    shapes, strung = scene.kind.shape[0], all_around.strung
-    solid = shapes - strung.shape[0]
-    best = min(need, room_above(poses, scratch, all_around))
-    for c in range(strung.shape[0]):
-        if not finite(ends[strung[c]]):
+    shapes, cable_rows = broadphase.kind.shape[0], scene.cable_rows
+    solid = shapes - cable_rows.shape[0]
+    best = min(need, ground_clearance(poses, scratch, scene))
+    for c in range(cable_rows.shape[0]):
+        if not finite(ends[cable_rows[c]]):
             return -1.0
         s = solid + c
-        span(ends[strung[c]], scene.half[s], turns[s], places[s])
+        span(ends[cable_rows[c]], broadphase.half[s], turns[s], places[s])
     for s in range(shapes):
         if best <= 0.0:
             return best
         if s < solid:
-            free = covered(
-                s, turns[s], places[s], min(best, fine) + kept, best + kept, all_around.cover,
+            free = sphere_tree_clearance(
+                s, turns[s], places[s], min(best, fine) + kept, best + kept, scene.spheres,
                 distance, scratch,
             )  # fmt: skip
         else:
             most = min(best, fine) + kept
-            free = covered_line(scene.half[s], turns[s], places[s], most, distance)
+            free = cable_clearance(broadphase.half[s], turns[s], places[s], most, distance)
         free -= kept
         if free < min(best, fine):
-            enclose(scene.kind[s], scene.half[s], turns[s], places[s], 0.0, around[s])
-            within = min(best, max(BEYOND * fine, wanted)) + kept + MARGIN
-            free = nearest(
-                s, turns[s], places[s], around[s], least + kept, within, all_around, scratch
+            enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
+            within = min(best, max(SEARCH_FACTOR * fine, wanted)) + kept + TOUCHING_MARGIN
+            free = obstacle_clearance(
+                s, turns[s], places[s], around[s], least + kept, within, scene, scratch
             )
             free -= kept
         best = min(best, free)
-    return min(best, room_between(best, least, scratch, all_around))
+    return min(best, self_clearance(best, least, scratch, scene))
 
 
 @kernel
-def room_above(poses, scratch, all_around):  # type: ignore[no-untyped-def]
+def ground_clearance(poses, scratch, scene):  # type: ignore[no-untyped-def]
     """Place the bodies' shapes, and bound their room above the ground; negative in it."""
-    scene, best = all_around.scene, math.inf
-    for s in range(scene.kind.shape[0] - all_around.strung.shape[0]):
-        pose = poses[scene.body[s]]
+    broadphase, best = scene.broadphase, math.inf
+    for s in range(broadphase.kind.shape[0] - scene.cable_rows.shape[0]):
+        pose = poses[broadphase.body[s]]
         for j in range(12):
             if not math.isfinite(pose[j]):
                 return -1.0
         turn = scratch.turns[s]
-        place(pose, scene.own[s], turn, scratch.places[s])
-        if scene.ground:
-            reach = half_extent(scene.kind[s], scene.half[s], turn[2, 0], turn[2, 1], turn[2, 2])
+        place(pose, broadphase.own[s], turn, scratch.places[s])
+        if broadphase.ground:
+            reach = half_extent(
+                broadphase.kind[s], broadphase.half[s], turn[2, 0], turn[2, 1], turn[2, 2]
+            )
             low = scratch.places[s, 2] - reach
-            if low < -SINKING or not (scene.rests[s] or low > MARGIN):
+            if low < -MAX_PENETRATION or not (broadphase.rests[s] or low > TOUCHING_MARGIN):
                 return -1.0
-            if not (scene.rests[s] or all_around.glides):
-                best = min(best, low - MARGIN)
+            if not (broadphase.rests[s] or scene.constant_height):
+                best = min(best, low - TOUCHING_MARGIN)
     return best
 
 
 @kernel
-def room_between(best, least, scratch, all_around):  # type: ignore[no-untyped-def]
+def self_clearance(best, least, scratch, scene):  # type: ignore[no-untyped-def]
     """Bound the room of placed shapes that must not touch each other, if it is below ``best``."""
-    scene, turns, places = all_around.scene, scratch.turns, scratch.places
+    broadphase, turns, places = scene.broadphase, scratch.turns, scratch.places
     around = scratch.around
-    for k in range(scene.own_pairs.shape[0]):
-        a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
+    for k in range(broadphase.own_pairs.shape[0]):
+        a, b = broadphase.own_pairs[k, 0], broadphase.own_pairs[k, 1]
         for s in (a, b):
-            enclose(scene.kind[s], scene.half[s], turns[s], places[s], 0.0, around[s])
-        if 0.5 * box_gap(around[a], around[b]) - MARGIN < best:
+            enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
+        if 0.5 * box_gap(around[a], around[b]) - TOUCHING_MARGIN < best:
             gap = separation_within(
-                scene.kind[a], scene.half[a], turns[a], places[a],
-                scene.kind[b], scene.half[b], turns[b], places[b],
-                2.0 * (least + MARGIN), math.inf, scratch.simplex,
+                broadphase.kind[a], broadphase.half[a], turns[a], places[a],
+                broadphase.kind[b], broadphase.half[b], turns[b], places[b],
+                2.0 * (least + TOUCHING_MARGIN), math.inf, scratch.simplex,
             )  # fmt: skip
-            best = min(best, 0.5 * gap - MARGIN)
+            best = min(best, 0.5 * gap - TOUCHING_MARGIN)
     return best
 
 
 @kernel
-def covered(s, turn, at, need, enough, cover, grid, scratch):  # type: ignore[no-untyped-def]
+def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  # type: ignore[no-untyped-def]
     """Bound the room of a shape by its balls.
 
     Less than ``need`` is not worked out in full, and more than ``enough`` is of no interest.
     """
-    child, radii, waiting, frees = cover.child, cover.radius, scratch.queue, scratch.gaps
+    child, radii, waiting, frees = spheres.child, spheres.radius, scratch.queue, scratch.gaps
     best, left, looked = math.inf, 1, 0
-    waiting[0], frees[0] = cover.root[s], around_ball(cover.root[s], turn, at, cover, grid)
+    waiting[0], frees[0] = (
+        spheres.root[s],
+        sphere_clearance(spheres.root[s], turn, at, spheres, grid),
+    )
     while left > 0:
         left -= 1
         ball, free = waiting[left], frees[left]
@@ -246,13 +259,13 @@ def covered(s, turn, at, need, enough, cover, grid, scratch):  # type: ignore[no
             continue
         one, other = child[ball, 0], child[ball, 1]
         looked += 1
-        if (one < 0 and other < 0) or looked > MOST:
+        if (one < 0 and other < 0) or looked > MAX_SUBDIVISIONS:
             best = min(best, free)
             if best < need:
                 break  # what is near must be looked at
             continue
-        free_one = around_ball(one, turn, at, cover, grid) if one >= 0 else math.inf
-        free_other = around_ball(other, turn, at, cover, grid) if other >= 0 else math.inf
+        free_one = sphere_clearance(one, turn, at, spheres, grid) if one >= 0 else math.inf
+        free_other = sphere_clearance(other, turn, at, spheres, grid) if other >= 0 else math.inf
         if free_one < free_other:  # the one with less room goes on top
             one, other, free_one, free_other = other, one, free_other, free_one
         if one >= 0:
@@ -264,43 +277,43 @@ def covered(s, turn, at, need, enough, cover, grid, scratch):  # type: ignore[no
 
 
 @kernel
-def around_ball(ball, turn, at, cover, grid):  # type: ignore[no-untyped-def]
+def sphere_clearance(ball, turn, at, spheres, grid):  # type: ignore[no-untyped-def]
     """Bound the room of one ball of a placed shape."""
-    u, v, w = cover.center[ball, 0], cover.center[ball, 1], cover.center[ball, 2]
+    u, v, w = spheres.center[ball, 0], spheres.center[ball, 1], spheres.center[ball, 2]
     x = at[0] + turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w - grid.low[0]
     y = at[1] + turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w - grid.low[1]
     z = at[2] + turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w - grid.low[2]
-    return bound(grid.width, grid.distance, x, y, z) - cover.radius[ball]
+    return distance_bound(grid.width, grid.distance, x, y, z) - spheres.radius[ball]
 
 
 @kernel
-def covered_line(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
-    """Bound the room of a cable by balls around its pieces, as ``covered`` does."""
-    best, piece = math.inf, half[2] / PIECES
+def cable_clearance(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
+    """Bound the room of a cable by balls around its pieces, as ``sphere_tree_clearance`` does."""
+    best, piece = math.inf, half[2] / CABLE_SPHERES
     radius = math.hypot(half[0], piece) if piece > half[0] else half[0] + piece
-    for i in range(PIECES):
+    for i in range(CABLE_SPHERES):
         z = (2 * i + 1) * piece - half[2]
         x, y, z = at[0] + turn[0, 2] * z, at[1] + turn[1, 2] * z, at[2] + turn[2, 2] * z
         x, y, z = x - grid.low[0], y - grid.low[1], z - grid.low[2]
-        best = min(best, bound(grid.width, grid.distance, x, y, z) - radius)
+        best = min(best, distance_bound(grid.width, grid.distance, x, y, z) - radius)
         if best < need:
             break
     return best
 
 
 @kernel
-def nearest(s, turn, at, box, least, within, all_around, scratch):  # type: ignore[no-untyped-def]
+def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type: ignore[no-untyped-def]
     """Work out the room of one shape less MARGIN, if it is below ``within``; 0 inside a solid."""
-    least += MARGIN
-    scene, fixed, mesh = all_around.scene, all_around.fixtures, all_around.mesh
-    kind, half = scene.kind[s], scene.half[s]
-    best = nearest_triangle(kind, half, turn, at, box, least, within, all_around.triangles, scratch)
-    for k in range(scene.obstacle.shape[0]):
-        if best < least or best <= MARGIN:
+    least += TOUCHING_MARGIN
+    broadphase, fixed, mesh = scene.broadphase, scene.obstacles, scene.mesh
+    kind, half = broadphase.kind[s], broadphase.half[s]
+    best = mesh_clearance(kind, half, turn, at, box, least, within, scene.triangles, scratch)
+    for k in range(broadphase.obstacle.shape[0]):
+        if best < least or best <= TOUCHING_MARGIN:
             break
-        if box_gap(box, scene.obstacle[k]) >= best:
+        if box_gap(box, broadphase.obstacle[k]) >= best:
             continue
-        if scene.mesh[k] < 0:
+        if broadphase.mesh[k] < 0:
             gap = separation_within(
                 kind, half, turn, at,
                 fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
@@ -308,15 +321,15 @@ def nearest(s, turn, at, box, least, within, all_around, scratch):  # type: igno
             )  # fmt: skip
             best = min(best, gap)
         elif inside(
-            at, scene.mesh[k], mesh.triangles, mesh.part, mesh.volume,
+            at, broadphase.mesh[k], mesh.triangles, mesh.part, mesh.volume,
             mesh.frame, mesh.extent, mesh.start, mesh.entries,
         ):  # fmt: skip
             return -1.0
-    return best - MARGIN
+    return best - TOUCHING_MARGIN
 
 
 @kernel
-def nearest_triangle(kind, half, turn, at, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
+def mesh_clearance(kind, half, turn, at, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
     """Bound the gap between a shape and all triangles, if it is below ``within``."""
     best, waiting, gaps = within, scratch.queue, scratch.gaps
     if tree.boxes.shape[0] == 0:
@@ -335,7 +348,7 @@ def nearest_triangle(kind, half, turn, at, box, least, within, tree, scratch):  
                     continue
                 gap = to_triangle(kind, half, turn, at, tree.triangles[t], least, best, scratch)
                 best = min(best, gap)
-                if best < least or best <= MARGIN:
+                if best < least or best <= TOUCHING_MARGIN:
                     return best
             continue
         one, other = tree.child[node, 0], tree.child[node, 1]
@@ -401,20 +414,22 @@ def own_bound(kind, half, turn, at, triangle):  # type: ignore[no-untyped-def]
     return math.sqrt(total)
 
 
-class Room:
-    """Asks ``room_within`` from Python, with scratch memory of its own: one for every thread.
+class ClearanceBound:
+    """Asks ``clearance_within`` from Python, with scratch memory of its own: one for every thread.
 
     Args:
-        all_around: The machine's shapes and the world.
+        scene: The machine's shapes and the world.
     """
 
-    def __init__(self, all_around: Surroundings) -> None:
+    def __init__(self, scene: CollisionScene) -> None:
         # The lengths of cables are written into the scene.
-        half = all_around.scene.half.copy()
-        self._around = Record(all_around._replace(scene=all_around.scene._replace(half=half)))
-        self._scratch = Record(scratch_for(all_around))
+        half = scene.broadphase.half.copy()
+        self._around = Record(scene._replace(broadphase=scene.broadphase._replace(half=half)))
+        self._scratch = Record(scratch_for(scene))
 
     def within(self, poses: Array, ends: Array, need: float, fine: float = math.inf) -> float:
-        """Return the room of a pose, as ``room_within`` does."""
-        table, strung = poses.reshape(-1, 12), ends.reshape(-1, 6)
-        return float(room_within(table, strung, 0.0, 0.0, need, fine, self._scratch, self._around))
+        """Return the room of a pose, as ``clearance_within`` does."""
+        table, cable_rows = poses.reshape(-1, 12), ends.reshape(-1, 6)
+        return float(
+            clearance_within(table, cable_rows, 0.0, 0.0, need, fine, self._scratch, self._around)
+        )

@@ -19,25 +19,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from kinolab.numerics.jit import allocating, kernel
+from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.world.collision.broadphase import bounding_box, inside
 from kinolab.world.collision.gjk import separation
 from kinolab.world.collision.triangle_grid import MeshGrid, mesh_grid
-from kinolab.world.geometry import Array, Kind, placement, sizes
+from kinolab.world.geometry import Array, ShapeKind, placement, sizes
 from kinolab.world.obstacle import Obstacle
-from kinolab.world.redundant_obstacles import outermost
+from kinolab.world.redundant_obstacles import without_redundant
 
-MEMORY = 256 * 2**20  # [bytes] that a grid may take at most
-CELLS = 5_000_000  # that are built in well under a second
-MARGIN = 1e-6  # share by which bounds are lowered, for rounding to single precision
+MAX_BYTES = 256 * 2**20  # [bytes] that a grid may take at most
+MAX_CELLS = 5_000_000  # that are built in well under a second
+ROUNDING_MARGIN = 1e-6  # share by which bounds are lowered, for rounding to single precision
 SLACK, SURE = 1e-6, 1e-8  # of a cell, and in [m], to which separations are known
 STACK = 128  # blocks at once: 3 x 23 halvings of as many cells as there are, and one more each
-REACH = 0.5 * math.sqrt(3.0)  # half the diagonal of a cell of edge 1
+TRANSFORM_REACH = 0.5 * math.sqrt(3.0)  # half the diagonal of a cell of edge 1
 
 Taken = NDArray[np.uint8]
 
 
-class DistanceGrid(NamedTuple):
+class DistanceField(NamedTuple):
     """Lower bounds on distances, for compiled code; without any cell in an empty world."""
 
     low: Array  # (3,) lowest corner in [m]
@@ -45,9 +45,9 @@ class DistanceGrid(NamedTuple):
     distance: NDArray[np.float32]  # (nx, ny, nz) of the cells' centres in [m]
 
 
-def distance_grid(
-    obstacles: Sequence[Obstacle], finest: float = 0.0, memory: int = MEMORY
-) -> DistanceGrid:
+def distance_field(
+    obstacles: Sequence[Obstacle], finest: float = 0.0, memory: int = MAX_BYTES
+) -> DistanceField:
     """Build the grid of some obstacles, as fine as memory and time allow.
 
     Args:
@@ -56,11 +56,11 @@ def distance_grid(
         memory: In [bytes], at most.
     """
     if not obstacles:
-        return DistanceGrid(np.zeros(3), 1.0, np.zeros((0, 0, 0), np.float32))
+        return DistanceField(np.zeros(3), 1.0, np.zeros((0, 0, 0), np.float32))
     corners = [bounding_box(o.vertices, o.primitive) for o in obstacles]
     low = np.min([corner for corner, _ in corners], axis=0)
     span = np.max([corner for _, corner in corners], axis=0) - low
-    cells = max(1, min(CELLS, memory // np.dtype(np.float32).itemsize))
+    cells = max(1, min(MAX_CELLS, memory // np.dtype(np.float32).itemsize))
     width = _width(span, cells, finest)
     shape = tuple(int(n) for n in np.maximum(np.ceil(span / width), 1))
     # A little room, so that what lies in the highest plane lies in the grid.
@@ -71,10 +71,10 @@ def distance_grid(
     if meshes:
         mark_triangles(grid.triangles, low, width, taken)
         _fill_solids(grid, low, width, taken)
-    for obstacle in outermost(obstacles):
+    for obstacle in without_redundant(obstacles):
         if obstacle.primitive is not None:
             _mark_primitive(obstacle, low, width, taken)
-    return DistanceGrid(low, width, _distances(taken, width))
+    return DistanceField(low, width, _distances(taken, width))
 
 
 def digest(obstacles: Sequence[Obstacle]) -> str:
@@ -106,7 +106,7 @@ def _mark_primitive(obstacle: Obstacle, low: Array, width: float, taken: Taken) 
     turn = np.ascontiguousarray(pose[:, :3] @ own[:, :3])
     at = pose[:, :3] @ own[:, 3] + pose[:, 3]
     first, last = bounding_box(obstacle.vertices, obstacle.primitive)
-    mark_shape(int(kind), half, turn, at, first, last, int(Kind.SPHERE), low, width, taken)
+    mark_shape(int(kind), half, turn, at, first, last, int(ShapeKind.SPHERE), low, width, taken)
 
 
 def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None:
@@ -135,8 +135,8 @@ def _distances(taken: Taken, width: float) -> NDArray[np.float32]:
     for axis in range(3):
         transform(squares if axis == 2 else np.moveaxis(squares, axis, 2))
     np.sqrt(squares, out=squares)
-    squares -= REACH
-    squares *= width * (1.0 - MARGIN)
+    squares -= TRANSFORM_REACH
+    squares *= width * (1.0 - ROUNDING_MARGIN)
     return np.maximum(squares, np.float32(0.0), out=squares)
 
 
@@ -151,7 +151,7 @@ def first_cells(label, first):  # type: ignore[no-untyped-def]
                 row[0], row[1], row[2] = i, j, k
 
 
-@allocating
+@allocating_kernel
 def transform(squares):  # type: ignore[no-untyped-def]
     """Lower every value along the last axis to the least of value + squared distance in cells."""
     nx, ny, n = squares.shape
@@ -190,7 +190,7 @@ def cell_range(low, width, count, first, last):  # type: ignore[no-untyped-def]
     return min(max(begin, 0), count - 1), min(max(end, 1), count)
 
 
-@allocating
+@allocating_kernel
 def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells whose centre is within half a diagonal of a convex shape.
 
@@ -198,7 +198,7 @@ def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  #
     marked if its middle is too far away by more than its radius, all of it if its corners are near:
     what is within some distance of a convex shape is convex. What is marked is not asked again.
     """
-    reach = REACH * width
+    reach = TRANSFORM_REACH * width
     slack = SLACK * width + SURE  # nearer than that to a decision each cell is asked itself
     point, center, eye = np.zeros(3), np.zeros(3), np.eye(3)
     stack = np.zeros((STACK, 3, 2), np.int64)  # first cell, one past the last
@@ -257,7 +257,7 @@ def all_taken(block, taken):  # type: ignore[no-untyped-def]
     return True
 
 
-@allocating
+@allocating_kernel
 def mark_triangles(triangles, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells that triangles (m, 9) reach into, by the separating axes of box and triangle.
 
@@ -317,7 +317,7 @@ def edges_separate(corner, edge, center, half, axis):  # type: ignore[no-untyped
 
 
 @kernel
-def bound(width, distance, x, y, z):  # type: ignore[no-untyped-def]
+def distance_bound(width, distance, x, y, z):  # type: ignore[no-untyped-def]
     """Bound the distance of a point to every obstacle from below, in [m]; infinite in no world.
 
     The point is given from the grid's lowest corner.

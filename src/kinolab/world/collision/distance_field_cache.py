@@ -17,20 +17,20 @@ import numpy as np
 
 from kinolab.dynamics.codegen.cache import code_in, folder
 from kinolab.files import read_sealed, write_sealed
-from kinolab.world.collision.distance_field import DistanceGrid, digest, distance_grid
+from kinolab.world.collision.distance_field import DistanceField, digest, distance_field
 from kinolab.world.obstacle import Obstacle
 
 MAGIC = b"kinolab distance grid 1\n"
 SUFFIX = ".distances"
-MOST = 2**30  # [bytes] of all entries
-WORTH = 2**18  # cells, below which building a grid takes hardly longer than reading it
-HEAD = np.dtype([("low", "<f8", 3), ("width", "<f8"), ("shape", "<i8", 3)])
+MAX_BYTES = 2**30  # [bytes] of all entries
+MIN_CELLS = 2**18  # cells, below which building a grid takes hardly longer than reading it
+HEADER = np.dtype([("low", "<f8", 3), ("width", "<f8"), ("shape", "<i8", 3)])
 
 
-def kept_grid(
+def cached_distance_field(
     obstacles: Sequence[Obstacle], finest: float = 0.0, name: str | None = None
-) -> DistanceGrid:
-    """Return the grid of some obstacles as ``distance_grid`` does, from disk where it is there.
+) -> DistanceField:
+    """Return the grid of some obstacles as ``distance_field`` does, from disk where it is there.
 
     Args:
         obstacles: Of a world.
@@ -38,24 +38,24 @@ def kept_grid(
         name: Their ``digest``, where it is known.
     """
     if not obstacles:
-        return distance_grid(obstacles, finest)
+        return distance_field(obstacles, finest)
     path = folder() / f"{_key(name or digest(obstacles), finest)}{SUFFIX}"
     grid = _read(path)
     if grid is None:
-        grid = distance_grid(obstacles, finest)
-        if grid.distance.size >= WORTH:
+        grid = distance_field(obstacles, finest)
+        if grid.distance.size >= MIN_CELLS:
             _write(path, grid)
-            make_room(path)
+            evict(path)
     return grid
 
 
-def make_room(newest: Path) -> None:
-    """Remove the entries that were not used for longest, until all take no more than ``MOST``."""
+def evict(newest: Path) -> None:
+    """Remove the entries unused for longest, until all take no more than ``MAX_BYTES``."""
     with suppress(OSError):
         found = [(path, path.stat()) for path in newest.parent.glob(f"*{SUFFIX}")]
         left = sum(about.st_size for _, about in found)
         for path, about in sorted(found, key=lambda entry: entry[1].st_mtime):
-            if left <= MOST:
+            if left <= MAX_BYTES:
                 return
             if path != newest:
                 path.unlink(missing_ok=True)
@@ -71,20 +71,20 @@ def _own_code() -> str:
     return code_in(Path(__file__).parents[1])
 
 
-def _read(path: Path) -> DistanceGrid | None:
+def _read(path: Path) -> DistanceField | None:
     """Return an entry, None where there is none or it is damaged."""
     content = read_sealed(path, MAGIC)
     if content is None:
         return None
     with suppress(OSError):
         os.utime(path)  # it is used
-    head = np.frombuffer(content, HEAD, 1)[0]
-    distance = np.frombuffer(content, np.float32, offset=HEAD.itemsize).reshape(head["shape"])
+    head = np.frombuffer(content, HEADER, 1)[0]
+    distance = np.frombuffer(content, np.float32, offset=HEADER.itemsize).reshape(head["shape"])
     aligned = np.require(distance, requirements=["ALIGNED", "WRITEABLE"])
-    return DistanceGrid(head["low"].copy(), float(head["width"]), aligned)
+    return DistanceField(head["low"].copy(), float(head["width"]), aligned)
 
 
-def _write(path: Path, grid: DistanceGrid) -> None:
-    head = np.zeros(1, HEAD)
+def _write(path: Path, grid: DistanceField) -> None:
+    head = np.zeros(1, HEADER)
     head["low"], head["width"], head["shape"] = grid.low, grid.width, grid.distance.shape
     write_sealed(path, MAGIC, head.tobytes() + grid.distance.tobytes())

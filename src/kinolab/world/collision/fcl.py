@@ -1,10 +1,10 @@
 """FCL behind one door: does this shape touch that obstacle?
 
 What decides about collision only ever asks FCL whether two things collide, never how far apart or
-how deep they are: see ``separation``. Its answers have a tolerance, which ``TOUCH`` covers: of 1500
-random contacts of a cylinder with a box, python-fcl 0.7.0.11 missed 1092 that overlap by 1e-7 m, 11
-at 1e-6 m, one at 5e-6 m and none at 1e-5 m; the other pairs do better. Its second solver,
-GST_INDEP, misses overlaps of a millimetre and is not used.
+how deep they are: see ``separation``. Its answers have a tolerance, which ``CONTACT_MARGIN``
+covers: of 1500 random contacts of a cylinder with a box, python-fcl 0.7.0.11 missed 1092 that
+overlap by 1e-7 m, 11 at 1e-6 m, one at 5e-6 m and none at 1e-5 m; the other pairs do better. Its
+second solver, GST_INDEP, misses overlaps of a millimetre and is not used.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ from weakref import WeakKeyDictionary
 import fcl
 
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.world.geometry import Kind, placement, sizes
+from kinolab.world.geometry import ShapeKind, placement, sizes
 from kinolab.world.obstacle import Obstacle
 
-TOUCH = 1e-5  # [m] that bodies are inflated by, so that touching is a collision for every pair
+# [m] that bodies are inflated by, so that touching is a collision for every pair
+CONTACT_MARGIN = 1e-5
 
 
 def cable_object(radius: float, grow: float) -> tuple[object, object]:
@@ -82,11 +83,11 @@ def _geometry(shape: Shape, grow: float) -> object:
     """Make the FCL shape; FCL's cylinders and capsules lie along z like our own frames."""
     kind, half = sizes(shape)
     wide = 2.0 * (half + grow)
-    if kind is Kind.BOX:
+    if kind is ShapeKind.BOX:
         return fcl.Box(*wide)
-    if kind is Kind.SPHERE:
+    if kind is ShapeKind.SPHERE:
         return fcl.Sphere(half[0] + grow)
-    if kind is Kind.CAPSULE:
+    if kind is ShapeKind.CAPSULE:
         return fcl.Capsule(half[0] + grow, 2.0 * half[2])
     return fcl.Cylinder(half[0] + grow, wide[2])
 

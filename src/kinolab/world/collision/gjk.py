@@ -14,17 +14,17 @@ import math
 
 import numpy as np
 
-from kinolab.numerics.jit import allocating, kernel
+from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.world.support_functions import core_radius, core_support, dot
 
 # numba would compile everything anew for a literal, here and where others are begun with one.
 TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
 TOLERANCE = 1e-9  # [m] between the bound and a distance that is attained
-MAX_ROUNDS = 64
+MAX_ITERATIONS = 64
 
 
 @kernel
-def farthest(kind, half, turn, at, n, local, point):  # type: ignore[no-untyped-def]
+def support_point(kind, half, turn, at, n, local, point):  # type: ignore[no-untyped-def]
     """Write the farthest point (3,) along n of a core or a triangle; ``local`` is scratch (3,)."""
     if kind == TRIANGLE:
         best = -math.inf
@@ -105,7 +105,7 @@ def beyond(a, b, c, d):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def nearest(simplex, count, v):  # type: ignore[no-untyped-def]
+def closest_on_simplex(simplex, count, v):  # type: ignore[no-untyped-def]
     """Write the point v of a simplex nearest to the origin and keep only the corners it needs.
 
     Returns:
@@ -169,14 +169,14 @@ def separation_within(  # type: ignore[no-untyped-def]
     swollen = (0.0 if kind_a == TRIANGLE else core_radius(kind_a, half_a)) + (
         0.0 if kind_b == TRIANGLE else core_radius(kind_b, half_b)
     )
-    for _ in range(MAX_ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         distance = math.sqrt(dot(v, v))
         if distance <= TOLERANCE or count == 4:
             break
         for k in range(3):
             away[k] = -v[k]
-        farthest(kind_a, half_a, turn_a, at_a, away, local, a)
-        farthest(kind_b, half_b, turn_b, at_b, v, local, b)
+        support_point(kind_a, half_a, turn_a, at_a, away, local, a)
+        support_point(kind_b, half_b, turn_b, at_b, v, local, b)
         bound = max(bound, (dot(v, a) - dot(v, b)) / distance)
         if distance - bound <= TOLERANCE or bound - swollen >= enough:
             break
@@ -184,11 +184,11 @@ def separation_within(  # type: ignore[no-untyped-def]
             break  # the gap is no larger than the distance of two points
         for k in range(3):
             simplex[count, k] = a[k] - b[k]
-        count = nearest(simplex, count + 1, v)
+        count = closest_on_simplex(simplex, count + 1, v)
     return max(bound - swollen, 0.0)
 
 
-@allocating
+@allocating_kernel
 def separation(kind_a, half_a, turn_a, at_a, kind_b, half_b, turn_b, at_b):  # type: ignore[no-untyped-def]
     """Bound a gap as ``separation_within`` does, as closely as it can."""
     scratch = np.empty((9, 3))
@@ -207,7 +207,7 @@ def box_gap(a, b):  # type: ignore[no-untyped-def]
     return math.sqrt(total)
 
 
-@allocating
+@allocating_kernel
 def mesh_separation(kind, half, turn, at, around, triangles, boxes, first, last, best):  # type: ignore[no-untyped-def]
     """Bound the gap between a shape and the triangles first ... last - 1, if it is below ``best``.
 

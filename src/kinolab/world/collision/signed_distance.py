@@ -17,8 +17,8 @@ from kinolab.numerics.jit import kernel
 from kinolab.world.collision.gjk import TRIANGLE, separation_within
 from kinolab.world.support_functions import half_extent
 
-APART = 1e-7  # [m] between cores from which on the search's direction can be trusted
-PARALLEL = 1e-6  # length of a cross product of unit vectors that has no direction
+MIN_CORE_DISTANCE = 1e-7  # [m] between cores from which on the search's direction can be trusted
+PARALLEL_TOLERANCE = 1e-6  # length of a cross product of unit vectors that has no direction
 
 
 @kernel
@@ -63,7 +63,7 @@ def signed_gap(  # type: ignore[no-untyped-def]
     )  # fmt: skip
     v = scratch[4]
     length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    if length > APART:
+    if length > MIN_CORE_DISTANCE:
         for i in range(3):
             n[i] = v[i] / length
         return gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, n)
@@ -119,7 +119,7 @@ def axis_of(i, corners, columns, out):  # type: ignore[no-untyped-def]
 def better(best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
     """Return the gap along a trial direction or its opposite if it is larger; write n then."""
     length = math.sqrt(trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2])
-    if not length > PARALLEL:
+    if not length > PARALLEL_TOLERANCE:
         return best
     for sign in (1.0, -1.0):
         for i in range(3):

@@ -13,13 +13,13 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import Array, Kind, sizes
+from kinolab.world.geometry import Array, ShapeKind, sizes
 
-MOST = 31  # balls of one shape: no more are asked for where three are divided
-SWOLLEN = 1.0 + 1e-9  # for rounding
+MAX_SPHERES = 31  # balls of one shape: no more are asked for where three are divided
+ROUNDING_FACTOR = 1.0 + 1e-9  # for rounding
 
 
-class Cover(NamedTuple):
+class SphereTree(NamedTuple):
     """Balls around the shapes of a machine, in each shape's own frame, for compiled code."""
 
     root: Integers  # (shapes,) the ball around a whole shape
@@ -28,32 +28,35 @@ class Cover(NamedTuple):
     child: Integers  # (balls, 2) balls of its two halves, -1 where there is none
 
 
-def cover(shapes: Sequence[Shape], finest: float) -> Cover:
+def sphere_tree(shapes: Sequence[Shape], finest: float) -> SphereTree:
     """Cover shapes with balls that become as small as ``finest`` in [m], as far as memory goes."""
     rows: list[tuple[Array, float]] = []
     children: list[list[int]] = []
     roots = [_grow(*sizes(shape), finest, rows, children) for shape in shapes]
-    return Cover(
+    return SphereTree(
         root=np.array(roots, dtype=np.int64),
         center=np.array([center for center, _ in rows]).reshape(-1, 3),
-        radius=SWOLLEN * np.array([radius for _, radius in rows], dtype=float),
+        radius=ROUNDING_FACTOR * np.array([radius for _, radius in rows], dtype=float),
         child=np.array(children, dtype=np.int64).reshape(-1, 2),
     )
 
 
 def _grow(
-    kind: Kind,
+    kind: ShapeKind,
     half: Array,
     finest: float,
     rows: list[tuple[Array, float]],
     children: list[list[int]],
 ) -> int:
     """Add the tree of one shape, level by level; return where it begins."""
-    root, reach = len(rows), half + (np.array([0.0, 0.0, half[0]]) if kind is Kind.CAPSULE else 0.0)
+    root, reach = (
+        len(rows),
+        half + (np.array([0.0, 0.0, half[0]]) if kind is ShapeKind.CAPSULE else 0.0),
+    )
     rows.append((np.zeros(3), _around(kind, half)))
     children.append([-1, -1])
-    level = [] if kind is Kind.SPHERE else [(root, -reach, reach)]
-    while level and len(rows) - root + 2 * len(level) <= MOST:
+    level = [] if kind is ShapeKind.SPHERE else [(root, -reach, reach)]
+    while level and len(rows) - root + 2 * len(level) <= MAX_SPHERES:
         finer = []
         for parent, low, high in level:
             if rows[parent][1] <= finest:
@@ -78,24 +81,24 @@ def _halves(low: Array, high: Array) -> Iterator[tuple[Array, Array]]:
     yield last, high
 
 
-def _holds(kind: Kind, half: Array, low: Array, high: Array) -> bool:
+def _holds(kind: ShapeKind, half: Array, low: Array, high: Array) -> bool:
     """Say whether a box in the shape's frame holds any of it, as far as its roundness tells."""
-    if kind is Kind.BOX:
+    if kind is ShapeKind.BOX:
         return True
     nearest = np.clip(0.0, low, high)
     across = float(np.hypot(*nearest[:2]))
-    if kind is Kind.CAPSULE:
+    if kind is ShapeKind.CAPSULE:
         across = float(np.hypot(across, max(abs(nearest[2]) - half[2], 0.0)))
     return bool(across <= half[0])
 
 
-def _around(kind: Kind, half: Array) -> float:
+def _around(kind: ShapeKind, half: Array) -> float:
     match kind:
-        case Kind.BOX:
+        case ShapeKind.BOX:
             return float(np.linalg.norm(half))
-        case Kind.SPHERE:
+        case ShapeKind.SPHERE:
             return float(half[0])
-        case Kind.CYLINDER:
+        case ShapeKind.CYLINDER:
             return float(np.hypot(half[0], half[2]))
-        case Kind.CAPSULE:
+        case ShapeKind.CAPSULE:
             return float(half[0] + half[2])

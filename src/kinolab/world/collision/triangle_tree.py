@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.jit import allocating
-from kinolab.numerics.quickselect import part
+from kinolab.numerics.jit import allocating_kernel
+from kinolab.numerics.quickselect import partition_median
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.geometry import Array
 
-LEAF = 4  # triangles in a leaf at most
+LEAF_SIZE = 4  # triangles in a leaf at most
 
 
 class TriangleTree(NamedTuple):
@@ -51,7 +51,7 @@ def _planes(triangles: Array) -> Array:
     return np.column_stack([unit, (unit * corner[:, 0]).sum(axis=1)])
 
 
-@allocating
+@allocating_kernel
 def build(triangles, middle, order, boxes, child, span):  # type: ignore[no-untyped-def]
     """Fill a tree's arrays level by level and sort ``order`` on the way; return its size."""
     nodes, here = 1, 0
@@ -70,13 +70,13 @@ def build(triangles, middle, order, boxes, child, span):  # type: ignore[no-unty
                 value = triangles[order[at], i]
                 boxes[here, i % 3] = min(boxes[here, i % 3], value)
                 boxes[here, i % 3 + 3] = max(boxes[here, i % 3 + 3], value)
-        if last - first > LEAF:
+        if last - first > LEAF_SIZE:
             axis = 0
             for i in range(1, 3):
                 if high[i] - low[i] > high[axis] - low[axis]:
                     axis = i
             half = (first + last) // 2
-            part(middle, axis, order, first, last - 1, half)
+            partition_median(middle, axis, order, first, last - 1, half)
             child[here, 0], child[here, 1] = nodes, nodes + 1
             span[nodes, 0], span[nodes, 1] = first, half
             span[nodes + 1, 0], span[nodes + 1, 1] = half, last

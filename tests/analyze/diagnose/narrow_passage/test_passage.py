@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kinolab.analyze.diagnose.goal_states import goal_states
-from kinolab.analyze.diagnose.narrow_passage.passage import Passage, can_look, find_passage
+from kinolab.analyze.diagnose.narrow_passage.passage import Passage, find_passage, is_applicable
 from tests.analyze.diagnose.scenarios import COIN, ROBOT, ROOM, box, door, ring
 from tests.support import OPEN, problem_of
 
@@ -52,7 +52,7 @@ def test_a_gate_that_is_1_cm_too_low_is_not_called_2_cm_too_narrow(tmp_path: Pat
     assert found.beside == ("robot – beam",)
 
 
-def test_a_wall_all_around_lets_no_slimmer_machine_through(tmp_path: Path) -> None:
+def test_a_wall_all_around_lets_no_shrunk_machine_through(tmp_path: Path) -> None:
     found = passage(tmp_path, ring(1.0), "start.x=-2")
     assert not found.open
     assert found.narrow_by is None
@@ -61,8 +61,8 @@ def test_a_wall_all_around_lets_no_slimmer_machine_through(tmp_path: Path) -> No
 
 
 def test_where_nothing_can_be_touched_there_is_nothing_to_look_at(tmp_path: Path) -> None:
-    assert not can_look(problem_of(tmp_path / "open", OPEN))
-    assert can_look(problem_of(tmp_path / "ring", ring(1.0)))
+    assert not is_applicable(problem_of(tmp_path / "open", OPEN))
+    assert is_applicable(problem_of(tmp_path / "ring", ring(1.0)))
 
 
 def test_small_gaps_are_given_in_millimetres() -> None:

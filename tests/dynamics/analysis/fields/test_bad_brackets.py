@@ -11,7 +11,7 @@ import sympy as sp
 
 from kinolab.dynamics import VectorField, VectorFields, lie_bracket
 from kinolab.dynamics.analysis.fields.bad_brackets import is_bad, symmetrised
-from kinolab.dynamics.analysis.fields.bracket_filtration import Layers, Word
+from kinolab.dynamics.analysis.fields.bracket_filtration import BracketFiltration, Word
 
 x, y = sp.symbols("x y", real=True)
 COMPONENTS = {
@@ -47,7 +47,7 @@ def test_a_bad_bracket_has_an_odd_number_of_drifts_and_an_even_one_of_each_input
 def test_sums_over_exchanges_are_those_of_expressions(degree: int) -> None:
     """At (1/2, -1/3), of all bad brackets; those that are left out are sums of one kept."""
     point = {"x": 0.5, "y": -1 / 3}
-    layer = list(Layers.at(FIELDS, point, degree))[-1]
+    layer = list(BracketFiltration.at(FIELDS, point, degree))[-1]
     found = symmetrised(layer, ("u", "v"))
     assert 0 < len(found) <= sum(is_bad(one.word) for one in layer)
     for one in found:
@@ -67,5 +67,5 @@ def test_with_many_inputs_every_bad_bracket_stands_for_itself() -> None:
     fields = VectorFields.of(
         (x, y), {name: (1, k) for k, name in enumerate(names)}, drift=(y, x**2)
     )
-    layer = list(Layers.at(fields, {"x": 0.3, "y": 0.1}, 3))[-1]
+    layer = list(BracketFiltration.at(fields, {"x": 0.3, "y": 0.1}, 3))[-1]
     assert len(symmetrised(layer, names)) == sum(is_bad(one.word) for one in layer)

@@ -11,7 +11,7 @@ from sympy.diffgeom import CoordSystem, Manifold, Patch
 
 from kinolab import systems
 from kinolab.dynamics import VectorField, VectorFields, lie_bracket, vector_fields
-from kinolab.dynamics.analysis.fields.bracket_filtration import Layers
+from kinolab.dynamics.analysis.fields.bracket_filtration import BracketFiltration
 from kinolab.dynamics.analysis.fields.brackets import written_length
 from kinolab.dynamics.language.expressions import as_written
 from kinolab.errors import InputError
@@ -109,7 +109,7 @@ def test_brackets_at_a_point_need_no_expressions(name: str, degree: int) -> None
     point = dict(fields.points[0])
     values = {s: point[s.name] for s in fields.symbols}
     values |= {p: system.parameter_values[p.name] for p in system.parameters}
-    for layer in Layers.at(fields, point, degree):
+    for layer in BracketFiltration.at(fields, point, degree):
         for bracket in layer:
             *outer, inner = bracket.word
             expected = fields.field(inner)

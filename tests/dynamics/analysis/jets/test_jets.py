@@ -12,7 +12,7 @@ from kinolab.dynamics.analysis.jets.jet_evaluation import jets_of
 from kinolab.dynamics.analysis.jets.jets import jet_space, size_of, work_of
 from kinolab.dynamics.analysis.jets.scalars import Floats, Rationals, Turn, rational
 from kinolab.dynamics.analysis.jets.taylor_series import taylor
-from kinolab.dynamics.derivation.expression_graph import UNARY, Tape
+from kinolab.dynamics.derivation.expression_graph import UNARY, ExpressionGraph
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.errors import InputError
 
@@ -52,7 +52,7 @@ def test_sizes_are_those_of_the_tables() -> None:
 
 
 def expanded(expression: sp.Expr, at: tuple[float, float], order: int) -> np.ndarray:
-    tape = Tape()
+    tape = ExpressionGraph()
     nodes = {symbol: tape.variable(symbol.name) for symbol in (x, y)}
     node = Lowering(tape, nodes)(expression)
     values = {"x": at[0], "y": at[1]}
@@ -95,7 +95,7 @@ def test_division_by_zero_at_the_point_is_told() -> None:
 
 def test_rational_jets_round_nothing() -> None:
     """sin(x) / (1 + y) at cos x = 3/5, y = 1/3: slopes 3/5 * 3/4 and -4/5 * 9/16."""
-    tape = Tape()
+    tape = ExpressionGraph()
     nodes = {symbol: tape.variable(symbol.name) for symbol in (x, y)}
     node = Lowering(tape, nodes)(sp.sin(x) / (1 + y))
     values = {"x": Turn(Fraction(3, 5), Fraction(4, 5)), "y": Fraction(1, 3)}

@@ -13,8 +13,8 @@ from ompl import util as ou
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.search.ompl import Bridge
-from kinolab.search.ompl.syclop.decomposition import LOOKS, Decomposition
+from kinolab.search.ompl import OmplSetup
+from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
 from kinolab.search.ompl.syclop.regions import Regions
 
 ZOOM = 10.0
@@ -26,20 +26,22 @@ def parking() -> Problem:
     return kinolab.load("vehicle_parking")
 
 
-def regions(bridge: Bridge) -> Regions:
+def regions(bridge: OmplSetup) -> Regions:
     return Regions(bridge.problem, 1000, ZOOM, angles=False)
 
 
-def divided(bridge: Bridge, looks: int, kind: type[Decomposition] = Decomposition) -> Decomposition:
-    return kind(bridge, regions(bridge), looks=looks, most_in_cell=20, seed=1)
+def divided(
+    bridge: OmplSetup, looks: int, kind: type[Decomposition] = Decomposition
+) -> Decomposition:
+    return kind(bridge, regions(bridge), looks=looks, max_states_per_cell=20, seed=1)
 
 
-def answers(bridge: Bridge, looks: int) -> list[tuple[int, bool]]:
+def answers(bridge: OmplSetup, looks: int) -> list[tuple[int, bool]]:
     """What OMPL learns where it estimates free volumes: regions, and whether states are free."""
     decomposition = divided(bridge, looks)
     state, sampler = bridge.space.allocState(), bridge.space_information.allocStateSampler()
     found = []
-    for _ in range(LOOKS):
+    for _ in range(FREE_VOLUME_DRAWS):
         sampler.sampleUniform(state)
         region = decomposition.locateRegion(state)
         if region >= 0:
@@ -56,7 +58,7 @@ def test_a_state_lies_in_the_region_of_its_position_and_its_nearness(parking: Pr
     bridge, generator = parking.to_ompl(), np.random.default_rng(0)
     decomposition = divided(bridge, 0)
     state = bridge.space.allocState()
-    for _ in range(LOOKS):
+    for _ in range(FREE_VOLUME_DRAWS):
         decomposition.locateRegion(state)
     far = generator.uniform(*parking.sampling_bounds.T, (100, 7))
     near = [parking.sample_goal(generator, spread) for spread in generator.uniform(0.5, 12, 100)]

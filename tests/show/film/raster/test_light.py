@@ -8,7 +8,13 @@ import pytest
 from kinolab.dynamics.language.shapes import Box
 from kinolab.show.film.models.surface_mesh import weld
 from kinolab.show.film.raster.camera import frame_scene
-from kinolab.show.film.raster.light import LAMPS, lamps, main_light, shade, shadow_points
+from kinolab.show.film.raster.light import (
+    LIGHT_SAMPLES,
+    light_samples,
+    main_light,
+    shade,
+    shadow_points,
+)
 from kinolab.show.film.raster.rasterizer import GROUND, blank, darken
 from kinolab.show.film.raster.shading import pen
 from kinolab.world.geometry import triangles
@@ -25,15 +31,15 @@ def test_a_shadow_lies_where_the_ray_meets_the_ground() -> None:
 def test_a_point_on_the_ground_is_its_own_shadow() -> None:
     """That is what makes a wheel stand rather than float."""
     points = np.array([[2.0, 3.0, 0.0]])
-    for lamp in lamps(np.array([0.3, -0.2, 0.9])):
+    for lamp in light_samples(np.array([0.3, -0.2, 0.9])):
         assert shadow_points(points, lamp) == pytest.approx(points)
 
 
 def test_every_lamp_is_above_the_horizon_in_every_view() -> None:
     points = np.random.default_rng(0).uniform(-1, 1, (20, 3))
     for view in ("perspective", "top", "front", "side"):
-        found = lamps(main_light(frame_scene(points, UP, view), UP))
-        assert found.shape == (LAMPS, 3)
+        found = light_samples(main_light(frame_scene(points, UP, view), UP))
+        assert found.shape == (LIGHT_SAMPLES, 3)
         assert (found[:, 2] > 0.5).all()
 
 
@@ -54,7 +60,7 @@ def test_faces_that_look_at_a_lamp_cast_the_whole_shadow(turn: float) -> None:
     c, s = np.cos(turn), np.sin(turn)
     tilted = [[1, 0, 0, 0.1], [0, c, -s, 0.0], [0, s, c, 0.9]]
     body = weld(*triangles(Box(0.8, 0.5, 0.6)), (1.0, 0.0, 0.0)).moved(np.ravel(tilted))
-    for k, lamp in enumerate(lamps(tool.light)):
+    for k, lamp in enumerate(light_samples(tool.light)):
         shadows = [tool.shadows(body)[k], tool.at(shadow_points(body.vertices, lamp))[body.faces]]
         assert len(shadows[0]) < len(shadows[1])
         pictures = []

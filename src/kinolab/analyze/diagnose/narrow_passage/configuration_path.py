@@ -15,13 +15,13 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from kinolab.analyze.diagnose.narrow_passage.free_space import Shape
+from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
 from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Effort:
+class SearchEffort:
     """How much a look for a way may cost: configurations judged, and seconds."""
 
     def __init__(self, looks: int, seconds: float) -> None:
@@ -37,12 +37,12 @@ class Effort:
         return self._left <= 0 or time.monotonic() > self._end
 
 
-def find_way(
+def find_path(
     space: Configurations,
-    shape: Shape,
+    shape: FreeSpace,
     begin: Sequence[float],
     ends: Sequence[Sequence[float]],
-    effort: Effort,
+    effort: SearchEffort,
     seed: int,
 ) -> Array | None:
     """Return states along a free way, shape (n, nx); None where none was found in time.

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.problem.task import ROUNDING
+from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.simulation import CompiledStep
 from kinolab.world import CollisionChecker
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Shape:
+class FreeSpace:
     """Judges configurations of a machine, or of a slimmer one.
 
     Args:
@@ -29,12 +29,12 @@ class Shape:
         self._checker, self._cones = checker, problem.keep_outs
         nq, unlimited = problem.model.nq, problem.space.turns
         self._limits = [
-            (i, float(lower) - ROUNDING, float(upper) + ROUNDING)
+            (i, float(lower) - LIMIT_TOLERANCE, float(upper) + LIMIT_TOLERANCE)
             for i, (lower, upper) in enumerate(problem.bounds[:nq])
             if not unlimited[i]
         ]
         self._workspace = [
-            ("xyz".index(axis) * 4 + 3, lower - ROUNDING, upper + ROUNDING)
+            ("xyz".index(axis) * 4 + 3, lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE)
             for axis, (lower, upper) in problem.world.bounds.items()
         ]
 

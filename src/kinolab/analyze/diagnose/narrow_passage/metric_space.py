@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.search.ompl.spaces import States
+from kinolab.search.ompl.spaces import StateCodec
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Configurations(States):
+class Configurations(StateCodec):
     """All coordinates that move the machine; the others stay as at the start.
 
     Args:

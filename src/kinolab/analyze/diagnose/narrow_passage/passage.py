@@ -16,24 +16,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.closed_chains import has_loops
-from kinolab.analyze.diagnose.motion_per_coordinate import reach
-from kinolab.analyze.diagnose.narrow_passage.configuration_path import Effort, find_way
+from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
+from kinolab.analyze.diagnose.narrow_passage.configuration_path import SearchEffort, find_path
 from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
-from kinolab.analyze.diagnose.narrow_passage.path_deformation import Bands
-from kinolab.analyze.diagnose.narrow_passage.path_widening import DENSE, Squeeze
-from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import QUANTUM, Fit
+from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
+from kinolab.analyze.diagnose.narrow_passage.path_widening import RESOLUTION, PathWidening
+from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import (
+    SHRINKAGE_QUANTUM,
+    RequiredShrinkage,
+)
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # looks by quanta per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)
-WAYS = 5  # that are squeezed: a slim machine may pass where a fatter one never does
-ENOUGH = 3  # ways after which no slimmer machine is looked at
-LOOKS = 40_000  # configurations judged in one look for a way
-COARSE = 0.03  # [m] of motion between two looks at it, before it is looked at closely
+MAX_PATHS = 5  # that are squeezed: a slim machine may pass where a fatter one never does
+MIN_PATHS = 3  # ways after which no slimmer machine is looked at
+MAX_CHECKS = 40_000  # configurations judged in one look for a way
+COARSE_RESOLUTION = 0.03  # [m] of motion between two looks at it, before it is looked at closely
 ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of squeezing
-NEARLY = 8  # quanta by which a machine is too fat that tells what is in the way
+QUANTA_BEFORE_CONTACT = 8  # quanta by which a machine is too fat that tells what is in the way
 SIDES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 
 
@@ -66,7 +69,7 @@ class Passage:
         if self.open:
             return "Its dynamics aside, there is a way from the start to the goal."
         if self.narrow_by is None:
-            narrower = f" even for a machine {200 * SLIMMEST * QUANTUM:g} cm narrower"
+            narrower = f" even for a machine {200 * SLIMMEST * SHRINKAGE_QUANTUM:g} cm narrower"
             missing = narrower if self.finished else " in time, its dynamics aside"
             return f"No way was found{missing}."
         width, beside = _width(self.narrow_by), ", ".join(self.beside)
@@ -75,7 +78,7 @@ class Passage:
         return f"No way was found in time, but one for a machine {width} narrower: {beside}."
 
 
-def can_look(problem: Problem) -> bool:
+def is_applicable(problem: Problem) -> bool:
     """Whether there is anything to look at: something to touch, and no loop to keep closed."""
     touchable = bool(problem.world.obstacles or problem.system.collisions)
     return touchable and not has_loops(problem)
@@ -97,21 +100,21 @@ def find_passage(
     """
     search = _Search(problem, goals, seconds)
     say("looking for a way for its shape alone")
-    if search.way(0, 1) is not None:
+    if search.path(0, 1) is not None:
         return Passage(open=True)
-    ways: list[tuple[Array, int]] = []
+    paths: list[tuple[Array, int]] = []
     for slim, looks in SLIMMER.items():
-        if len(ways) < ENOUGH:
-            say(f"looking for a way for its shape, {200 * slim * QUANTUM:g} cm narrower")
-            ways += search.ways(slim, looks)
-    if not ways:
+        if len(paths) < MIN_PATHS:
+            say(f"looking for a way for its shape, {200 * slim * SHRINKAGE_QUANTUM:g} cm narrower")
+            paths += search.paths(slim, looks)
+    if not paths:
         return Passage(open=False, finished=not search.late())
     say("squeezing the machine through")
-    way, slim = search.squeezed(ways[:WAYS])
+    path, slim = search.widened(paths[:MAX_PATHS])
     if slim == 0:
         return Passage(open=True)
-    tight = search.tight(way, slim)
-    lack = QUANTUM * (slim if search.is_one_sided(tight, slim) else 2 * slim)
+    tight = search.tight(path, slim)
+    lack = SHRINKAGE_QUANTUM * (slim if search.is_one_sided(tight, slim) else 2 * slim)
     return Passage(False, lack, search.touched(tight, slim), not search.late())
 
 
@@ -120,11 +123,11 @@ class _Search:
 
     def __init__(self, problem: Problem, goals: Sequence[Array], seconds: float) -> None:
         self._end = time.monotonic() + seconds
-        far = reach(problem, [problem.start, *goals[:4]])
-        self._fit = Fit(problem)
-        self._bands = Bands(problem, far)
-        self._squeeze = Squeeze(self._bands, self._fit, self.late)
-        self._space = Configurations(problem, far, COARSE)
+        far = motion_per_coordinate(problem, [problem.start, *goals[:4]])
+        self._fit = RequiredShrinkage(problem)
+        self._bands = PathDeformation(problem, far)
+        self._squeeze = PathWidening(self._bands, self._fit, self.late)
+        self._space = Configurations(problem, far, COARSE_RESOLUTION)
         self._start = np.clip(problem.start, *problem.bounds.T).tolist()
         free = [x.tolist() for x in goals if self._fit.fits(x, 0)]
         self._goals = free or [x.tolist() for x in goals]
@@ -133,44 +136,44 @@ class _Search:
         """Whether no further look should begin."""
         return time.monotonic() > self._end
 
-    def way(self, slim: int, seed: int) -> Array | None:
+    def path(self, slim: int, seed: int) -> Array | None:
         """Look for a way of a machine that is so many quanta slimmer, and look at it closely."""
-        effort = Effort(LOOKS, self._end - time.monotonic())
+        effort = SearchEffort(MAX_CHECKS, self._end - time.monotonic())
         shape = self._fit.shape(slim)
-        way = find_way(self._space, shape, self._start, self._goals, effort, seed)
-        if way is None or self._fit.blocked(self._bands.filled(way, DENSE), slim).any():
+        path = find_path(self._space, shape, self._start, self._goals, effort, seed)
+        if path is None or self._fit.blocked(self._bands.filled(path, RESOLUTION), slim).any():
             return None
-        return way
+        return path
 
-    def ways(self, slim: int, looks: int) -> list[tuple[Array, int]]:
+    def paths(self, slim: int, looks: int) -> list[tuple[Array, int]]:
         """Look several times for a way of such a machine."""
         seeds = range(1, looks + 1)
-        found = (self.way(slim, seed) for seed in seeds if not self.late())
-        return [(way, slim) for way in found if way is not None]
+        found = (self.path(slim, seed) for seed in seeds if not self.late())
+        return [(path, slim) for path in found if path is not None]
 
-    def squeezed(self, ways: Sequence[tuple[Array, int]]) -> tuple[Array, int]:
+    def widened(self, paths: Sequence[tuple[Array, int]]) -> tuple[Array, int]:
         """Squeeze ways roughly, then the one finely through which the fattest machine fits."""
         rough = []
-        for way, slim in ways:
-            rough.append(self._squeeze.squeezed(way, slim, *ROUGH))
+        for path, slim in paths:
+            rough.append(self._squeeze.widened(path, slim, *ROUGH))
             if rough[-1][1] == 0 or self.late():
                 break
-        way, slim = min(rough, key=lambda found: found[1])
-        return self._squeeze.squeezed(way, slim, *FINE)
+        path, slim = min(rough, key=lambda found: found[1])
+        return self._squeeze.widened(path, slim, *FINE)
 
-    def tight(self, way: Array, slim: int) -> Array:
+    def tight(self, path: Array, slim: int) -> Array:
         """Return the states of a slim machine's way at which one that is hardly fatter touches."""
-        blocked = self._fit.blocked(way, slim - 1)
-        return way[blocked]
+        blocked = self._fit.blocked(path, slim - 1)
+        return path[blocked]
 
     def is_one_sided(self, tight: Array, slim: int) -> bool:
         """Whether half as slim a machine has room where it is moved as a whole, at a low gate."""
-        shape, by = self._fit.shape((slim + 1) // 2), (slim + 1) // 2 * QUANTUM
+        shape, by = self._fit.shape((slim + 1) // 2), (slim + 1) // 2 * SHRINKAGE_QUANTUM
         return any(not any(shape.collides(x, by * side) for x in tight.tolist()) for side in SIDES)
 
     def touched(self, tight: Array, slim: int) -> tuple[str, ...]:
         """Name what a machine touches that is a little too fat for a way, most often first."""
-        shape, counts = self._fit.shape(max(slim - NEARLY, 0)), Counter[str]()
+        shape, counts = self._fit.shape(max(slim - QUANTA_BEFORE_CONTACT, 0)), Counter[str]()
         for x in tight.tolist():
             counts.update(shape.touches(x))
         return tuple(pair for pair, _ in counts.most_common())

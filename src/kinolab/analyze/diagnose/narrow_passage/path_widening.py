@@ -15,40 +15,45 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.analyze.diagnose.narrow_passage.path_deformation import Bands
-from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import Fit
+from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
+from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import RequiredShrinkage
 
 Array: TypeAlias = NDArray[np.float64]
 
-DENSE = 0.004  # [m] of motion between two looks at a way
-NOTHING = 1e-4  # [m] that need not be bent
+RESOLUTION = 0.004  # [m] of motion between two looks at a way
+MIN_DEFORMATION = 1e-4  # [m] that need not be bent
 
 
-class Squeeze:
+class PathWidening:
     """Bends ways of one machine.
 
     Args:
-        bands: Bends them.
-        fit: Tells how slim the machine must be.
-        late: Says whether to stop.
+        deformation: Bends them.
+        shrinkage: Tells how slim the machine must be.
+        cancelled: Says whether to stop.
     """
 
-    def __init__(self, bands: Bands, fit: Fit, late: Callable[[], bool]) -> None:
-        self._bands, self._fit, self._late = bands, fit, late
+    def __init__(
+        self,
+        deformation: PathDeformation,
+        shrinkage: RequiredShrinkage,
+        cancelled: Callable[[], bool],
+    ) -> None:
+        self._bands, self._fit, self._late = deformation, shrinkage, cancelled
         self._draw = np.random.default_rng(0)
 
-    def squeezed(self, way: Array, slim: int, spacing: float, patience: int) -> tuple[Array, int]:
+    def widened(self, path: Array, slim: int, spacing: float, patience: int) -> tuple[Array, int]:
         """Return a way for a fatter machine, and how slim that still is, in quanta.
 
         Args:
-            way: States of a way, shape (n, nx).
+            path: States of a way, shape (n, nx).
             slim: How slim the machine is that passes along it.
             spacing: In [m] of motion between the states that are bent.
             patience: Bends in a row that may be in vain.
         """
-        band, slimmest, aim = self._bands.filled(way, spacing), slim, slim // 2
+        band, slimmest, aim = self._bands.filled(path, spacing), slim, slim // 2
         while aim < slim and not self._late():
-            bent = self._bands.filled(self._bent(band, slim, aim, patience), spacing)
+            bent = self._bands.filled(self._deformed(band, slim, aim, patience), spacing)
             if not self._fit.blocked(bent, slim).any():  # nor between the states that were bent
                 band = bent
             if self._fit.blocked(band, aim).any():
@@ -56,29 +61,32 @@ class Squeeze:
             else:
                 slim = self._fit.least(band, aim)
                 aim = slim // 2
-        dense = self._bands.filled(band, DENSE)
+        dense = self._bands.filled(band, RESOLUTION)
         if self._fit.blocked(dense, slimmest).any():  # where it was not looked at so closely
-            dense = self._bands.filled(way, DENSE)
+            dense = self._bands.filled(path, RESOLUTION)
         return dense, self._fit.least(dense, slimmest)
 
-    def _bent(self, band: Array, slim: int, aim: int, patience: int) -> Array:
+    def _deformed(self, band: Array, slim: int, aim: int, patience: int) -> Array:
         """Bend until a machine slimmer by ``aim`` fits, as far as the patience goes."""
         marks = self._bands.marks(band)
-        blocked, room = self._fit.blocked(band, aim), self._fit.room(band)
+        blocked, clearance = self._fit.blocked(band, aim), self._fit.clearance(band)
         vain = 0
         while blocked.any() and vain < patience and not self._late():
             vain += 1
             k = int(self._draw.choice(np.flatnonzero(blocked)))
-            shift = self._bands.bend(band, marks, k, self._draw)
+            shift = self._bands.deform(band, marks, k, self._draw)
             length = np.abs(shift).sum(axis=1)
-            moved, looked = length > NOTHING, length > np.maximum(room, NOTHING)
+            moved, looked = (
+                length > MIN_DEFORMATION,
+                length > np.maximum(clearance, MIN_DEFORMATION),
+            )
             tried = self._bands.shifted(band, shift)
             now = self._now_blocked(tried[looked], blocked[looked], slim, aim)
             if now is not None:
                 vain = 0 if now.sum() < blocked[looked].sum() else vain
                 band = np.where(moved[:, None], tried, band)
                 blocked[looked] = now
-                room = np.maximum(room - length, 0.0)
+                clearance = np.maximum(clearance - length, 0.0)
         return band
 
     def _now_blocked(

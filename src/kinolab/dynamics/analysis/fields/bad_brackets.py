@@ -15,7 +15,7 @@ import numpy as np
 from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Word
 from kinolab.dynamics.analysis.fields.vector_fields import DRIFT
 
-MOST_INPUTS = 5  # whose exchanges are tried; 120 of them
+MAX_INPUTS = 5  # whose exchanges are tried; 120 of them
 
 
 def is_bad(word: Word) -> bool:
@@ -36,7 +36,7 @@ def symmetrised(layer: Sequence[Bracket], inputs: Sequence[str]) -> list[Bracket
         inputs: Their names, in the order of the layers.
     """
     bad = {bracket.word: bracket for bracket in layer if is_bad(bracket.word)}
-    if len(inputs) > MOST_INPUTS:
+    if len(inputs) > MAX_INPUTS:
         return list(bad.values())
     found, seen = [], set[Word]()
     for word in bad:

@@ -24,7 +24,8 @@ from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers, Floats, Rati
 Word: TypeAlias = tuple[str, ...]  # (X_1, …, X_k) stands for [X_1, [X_2, … X_k]]
 
 ROUNDING = 1e-14  # of a component before cancellation: what is below counts as 0
-EXACT = 1e-6  # likewise: what is below is known to few digits, and is not scaled up to decide ranks
+# likewise: what is below is known to few digits, and is not scaled up to decide ranks
+RANK_DIGITS = 1e-6
 FLOOR = 1e-2  # of a field's largest coefficient: no other one is taken for more exact than that
 
 
@@ -51,11 +52,11 @@ class Bracket:
     def size(self) -> Jet:
         """How large its components count, shape (n,): those that mostly cancelled as larger."""
         own = np.abs(self.vector)
-        return own if self.spread is None else np.maximum(own, EXACT * self.spread[:, 0])
+        return own if self.spread is None else np.maximum(own, RANK_DIGITS * self.spread[:, 0])
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
+class BracketFiltration:
     """The brackets of some fields about one point.
 
     Attributes:
@@ -77,7 +78,7 @@ class Layers:
         *,
         held: Mapping[str, float] | None = None,
         exact: bool = False,
-    ) -> Layers:
+    ) -> BracketFiltration:
         """Expand fields about a point, far enough for brackets of so many fields.
 
         Args:
@@ -101,7 +102,7 @@ class Layers:
         numbers: AbstractNumbers,
         *,
         held: Mapping[str, float] | None = None,
-    ) -> Layers:
+    ) -> BracketFiltration:
         """Expand fields in any kind of numbers; ``values`` are of all variables, by name."""
         outputs = [node for parts in fields.components.values() for node in parts]
         jets = jets_of(fields.tape, outputs, fields.state, values, degree - 1, numbers)

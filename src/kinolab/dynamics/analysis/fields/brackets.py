@@ -15,9 +15,9 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.errors import InputError, Mistake
 
-TIDYING = 2.0  # [s] after which no further component is made more readable
-LONGEST = 400  # symbols and operations of a component that SymPy can simplify in a moment
-PRINTED = 20_000  # of a component that is written out
+SIMPLIFICATION_SECONDS = 2.0  # [s] after which no further component is made more readable
+MAX_SIMPLIFIED = 400  # symbols and operations of a component that SymPy can simplify in a moment
+MAX_PRINTED = 20_000  # of a component that is written out
 
 
 @checked
@@ -50,7 +50,7 @@ class VectorField:
         """Return the field's vector at a point, shape (n, 1)."""
         return sympy.Matrix(self.components).subs(values)
 
-    def tidy(self, budget: float = TIDYING) -> VectorField:
+    def tidy(self, budget: float = SIMPLIFICATION_SECONDS) -> VectorField:
         """Simplify for reading, for so many seconds at most between components."""
         deadline = time.monotonic() + budget
         return VectorField(self.variables, [_tidied(c, deadline) for c in self.components])
@@ -95,7 +95,7 @@ def written_length(expression: sympy.Expr) -> int:
 
 
 def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
-    if written_length(component) > LONGEST or time.monotonic() > deadline:
+    if written_length(component) > MAX_SIMPLIFIED or time.monotonic() > deadline:
         return component
     tried = sympy.trigsimp(sympy.cancel(sympy.expand(component)))
     return min(component, sympy.factor_terms(tried), key=lambda entry: entry.count_ops())
@@ -104,5 +104,9 @@ def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
 def _lines(field: VectorField) -> Iterator[str]:
     for x, component in zip(field.variables, field.components, strict=True):
         length = written_length(component)
-        text = one_line(component) if length <= PRINTED else f"an expression of length {length:.0e}"
+        text = (
+            one_line(component)
+            if length <= MAX_PRINTED
+            else f"an expression of length {length:.0e}"
+        )
         yield f"{one_line(x)}: {text}"

@@ -10,17 +10,22 @@ from typing import Any
 import numpy as np
 
 from kinolab.arguments import checked
-from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Layers, Word, work_for
+from kinolab.dynamics.analysis.fields.bracket_filtration import (
+    Bracket,
+    BracketFiltration,
+    Word,
+    work_for,
+)
 from kinolab.dynamics.analysis.fields.brackets import VectorField
 from kinolab.dynamics.analysis.fields.points import complete_point, rational_point
 from kinolab.dynamics.analysis.fields.smoothness import has_kink
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
-from kinolab.dynamics.analysis.jets.ranks import TOLERANCE, Rank, Vectors, rank_of
+from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, Rank, Vectors, rank_of
 from kinolab.dynamics.language.symbols import Parameter
 from kinolab.errors import InputError, Mistake
 
-HIGHEST_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
-MOST_WORK = 400_000_000  # multiplications that one point may take, a few seconds
+MAX_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
+MAX_WORK = 400_000_000  # multiplications that one point may take, a few seconds
 
 
 @checked
@@ -63,7 +68,7 @@ def growth_vector(
     at: Mapping[Any, Any] | None = None,
     *,
     exact: bool = False,
-    tolerance: float = TOLERANCE,
+    tolerance: float = RANK_TOLERANCE,
 ) -> tuple[int, ...]:
     """Return how many directions brackets of up to 1, 2, … fields span.
 
@@ -93,8 +98,8 @@ def filtration(
     *,
     strong: bool = False,
     exact: bool = False,
-    tolerance: float = TOLERANCE,
-    work: int = MOST_WORK,
+    tolerance: float = RANK_TOLERANCE,
+    work: int = MAX_WORK,
 ) -> Filtration:
     """Return what the brackets of vector fields span; see ``growth_vector``.
 
@@ -109,7 +114,7 @@ def filtration(
     """
 
     def spans(point: Mapping[str, Any], degree: int, *, exact: bool) -> list[Rank]:
-        layers = Layers.at(fields, point, degree, exact=exact)
+        layers = BracketFiltration.at(fields, point, degree, exact=exact)
         return list(_ranks(layers, strong=strong, tolerance=tolerance))
 
     if at is None and exact:
@@ -124,7 +129,7 @@ def filtration(
     while True:
         ranks = spans(point, degree, exact=exact)
         enough = ranks[-1].value >= regular.rank
-        if enough or degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work:
+        if enough or degree == MAX_DEGREE or work_for(fields, degree + 1) > work:
             return _made(fields, ranks, regular.complete and enough)
         degree += 1
 
@@ -142,11 +147,11 @@ def _regular(
     work: int,
 ) -> Filtration:
     """Return what is spanned at regular points, where a layer that adds nothing is the last."""
-    for degree in range(1, HIGHEST_DEGREE + 1):
+    for degree in range(1, MAX_DEGREE + 1):
         ranks = spans(points[0], degree)
         full = ranks[-1].value == fields.dimension
         closed = degree > 1 and ranks[-1].value == ranks[-2].value
-        short = degree == HIGHEST_DEGREE or work_for(fields, degree + 1) > work
+        short = degree == MAX_DEGREE or work_for(fields, degree + 1) > work
         if full or closed or short:
             others = [spans(point, degree) for point in points[1:]]
             best = max([ranks, *others], key=lambda each: [rank.value for rank in each])
@@ -160,14 +165,14 @@ def _made(fields: VectorFields, ranks: Sequence[Rank], complete: bool) -> Filtra
     return Filtration(tuple(values[:length]), fields.dimension, complete, tuple(ranks[:length]))
 
 
-def _ranks(layers: Layers, *, strong: bool, tolerance: float) -> Iterator[Rank]:
+def _ranks(layers: BracketFiltration, *, strong: bool, tolerance: float) -> Iterator[Rank]:
     found: list[Bracket] = [] if strong or layers.drift is None else [layers.drift]
     for layer in layers:
         found += layer
         yield rank_of_brackets(found, tolerance)
 
 
-def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = TOLERANCE) -> Rank:
+def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = RANK_TOLERANCE) -> Rank:
     """Return how many directions brackets span at their point."""
     if not brackets:
         return Rank(0)

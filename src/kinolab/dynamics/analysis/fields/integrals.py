@@ -16,8 +16,8 @@ from kinolab.dynamics.language.symbols import Coordinate, TurnRate
 
 Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # of a function, by coordinate
 
-DIGITS = 9  # of a factor, beyond which there is rounding
-LONGEST = 200  # operations of a slope that SymPy integrates in a moment
+FACTOR_DIGITS = 9  # of a factor, beyond which there is rounding
+MAX_OPERATIONS = 200  # operations of a slope that SymPy integrates in a moment
 
 
 def integral_of(system: System, factors: Mapping[str, float]) -> sympy.Expr | None:
@@ -34,7 +34,7 @@ def integral_of(system: System, factors: Mapping[str, float]) -> sympy.Expr | No
     Source: Flanders, Differential Forms, 1963, section 3.6 (Poincare's lemma).
     """
     terms = (
-        as_written(round(factors[c.name], DIGITS)) * velocity_of(c)
+        as_written(round(factors[c.name], FACTOR_DIGITS)) * velocity_of(c)
         for c in system.constraints
         if factors.get(c.name)
     )
@@ -51,7 +51,7 @@ def _slopes(system: System, velocity: sympy.Expr) -> Slopes | None:
         factor = sympy.diff(velocity, symbol)
         if factor == 0:
             continue
-        if isinstance(symbol, TurnRate) or factor.count_ops() > LONGEST:
+        if isinstance(symbol, TurnRate) or factor.count_ops() > MAX_OPERATIONS:
             return None
         factor = sympy.trigsimp(sympy.expand(factor))
         if factor != 0:

@@ -16,16 +16,20 @@ import sympy
 from numpy.typing import NDArray
 
 from kinolab.arguments import checked
-from kinolab.dynamics.analysis.fields.bracket_filtration import Layers
+from kinolab.dynamics.analysis.fields.bracket_filtration import BracketFiltration
 from kinolab.dynamics.analysis.fields.growth_vectors import Filtration, filtration, stacked
-from kinolab.dynamics.analysis.fields.integrals import DIGITS, integral_of
+from kinolab.dynamics.analysis.fields.integrals import FACTOR_DIGITS, integral_of
 from kinolab.dynamics.analysis.fields.linear_controllability import flow_matrix
 from kinolab.dynamics.analysis.fields.system_fields import allowed_motions
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.fields.wording import combination_text
 from kinolab.dynamics.analysis.jets.ranks import reduced_rows, scales_of
-from kinolab.dynamics.derivation.symbol_table import Binding, tangent_symbols
-from kinolab.dynamics.derivation.velocity_coordinates import Row, constraint_rows, independent_rows
+from kinolab.dynamics.derivation.symbol_table import SymbolTable, tangent_symbols
+from kinolab.dynamics.derivation.velocity_coordinates import (
+    ConstraintRow,
+    constraint_rows,
+    independent_rows,
+)
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import System
@@ -33,7 +37,7 @@ from kinolab.dynamics.language.symbols import TurnRate
 
 Array = NDArray[np.float64]
 
-SAME = 1e-6  # what constant coefficients may differ by between configurations
+COEFFICIENT_TOLERANCE = 1e-6  # what constant coefficients may differ by between configurations
 
 
 @checked
@@ -83,7 +87,7 @@ def involutive_closure(system: System) -> InvolutiveClosure:
     """
     motions = allowed_motions(system)
     whole = filtration(motions)
-    binding = Binding.of(system)
+    binding = SymbolTable.of(system)
     rows = constraint_rows(system, binding)
     kept, redundant = independent_rows(system, binding, rows)
     names = [row.name for row in kept]
@@ -120,14 +124,14 @@ class _Place:
 
     def __init__(
         self,
-        binding: Binding,
+        binding: SymbolTable,
         motions: VectorFields,
         whole: Filtration,
-        rows: Sequence[Row],
+        rows: Sequence[ConstraintRow],
         point: Mapping[str, float],
     ) -> None:
         values = dict(point)
-        layers = Layers.at(motions, point, max(len(whole.growth), 1))
+        layers = BracketFiltration.at(motions, point, max(len(whole.growth), 1))
         brackets = [bracket for layer in layers for bracket in layer]
         flow = np.linalg.pinv(flow_matrix(binding, values))
         moves, sizes = np.zeros((2, 1, len(flow)))
@@ -146,19 +150,21 @@ class _Place:
     @property
     def held(self) -> NDArray[np.bool_]:
         """Which constraints no bracket escapes, shape (m,)."""
-        return np.asarray(np.abs(self.w @ self.reached.T).max(axis=1, initial=0.0) < SAME)
+        return np.asarray(
+            np.abs(self.w @ self.reached.T).max(axis=1, initial=0.0) < COEFFICIENT_TOLERANCE
+        )
 
     @property
     def shares(self) -> Array:
         """The combinations of constraints that no bracket escapes, in echelon form."""
         left, values, _ = np.linalg.svd(self.w @ self.reached.T, full_matrices=True)
-        free = left[:, int((values > SAME).sum()) :]
-        return reduced_rows(free.T / self.lengths, SAME)
+        free = left[:, int((values > COEFFICIENT_TOLERANCE).sum()) :]
+        return reduced_rows(free.T / self.lengths, COEFFICIENT_TOLERANCE)
 
     @property
     def covectors(self) -> Array:
         """What annihilates the closure, in echelon form and unscaled."""
-        return reduced_rows(self.missing / self.scale, SAME)
+        return reduced_rows(self.missing / self.scale, COEFFICIENT_TOLERANCE)
 
 
 def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
@@ -192,7 +198,7 @@ def _linear_integrals(system: System, places: Sequence[_Place]) -> Iterator[symp
         if not row[turning].any():
             pairs = zip(row, symbols, strict=True)
             yield sympy.Add(
-                *(as_written(round(float(c), DIGITS)) * s.coordinate for c, s in pairs if c)
+                *(as_written(round(float(c), FACTOR_DIGITS)) * s.coordinate for c, s in pairs if c)
             )
 
 
@@ -202,4 +208,4 @@ def _common(tables: Sequence[Array]) -> Array:
     if any(table.shape != first.shape for table in tables):
         return first[:0]
     apart = np.max([np.abs(table - first).max(axis=1, initial=0.0) for table in tables], axis=0)
-    return np.asarray(first[apart < SAME])
+    return np.asarray(first[apart < COEFFICIENT_TOLERANCE])

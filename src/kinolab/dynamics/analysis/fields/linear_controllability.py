@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.reachable import reachable_subspace
 from kinolab.dynamics.analysis.fields.wording import combination_text
-from kinolab.dynamics.analysis.jets.ranks import TOLERANCE, reduced_rows
-from kinolab.dynamics.derivation.symbol_table import Binding
+from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, reduced_rows
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.model import Model
@@ -20,8 +20,8 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 
 Array = NDArray[np.float64]
 
-STILL = 1e-6  # of a state's scale per second: what counts as an equilibrium
-DECAYING = 1e-6  # [1/s] real part below which, negated, a mode counts as decaying
+EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: what counts as an equilibrium
+DECAY_RATE = 1e-6  # [1/s] real part below which, negated, a mode counts as decaying
 
 
 @checked
@@ -49,7 +49,7 @@ class LinearControllability:
     @property
     def stabilisable(self) -> bool:
         """Whether everything that no input moves decays by itself (Hautus)."""
-        return all(mode.real < -DECAYING for mode in self.modes)
+        return all(mode.real < -DECAY_RATE for mode in self.modes)
 
 
 @checked
@@ -59,7 +59,7 @@ def linear_controllability(
     u: ArrayLike = (),
     *,
     without: Collection[str] = (),
-    tolerance: float = TOLERANCE,
+    tolerance: float = RANK_TOLERANCE,
 ) -> LinearControllability:
     """Examine the linearisation about an equilibrium, from the exact Jacobians of a model.
 
@@ -107,7 +107,7 @@ def normals_at(model: Model, x: Array) -> Iterator[Array]:
         normal[own] = x[own]
         yield normal
     system = model.system
-    binding = Binding.of(system)
+    binding = SymbolTable.of(system)
     rows = [r for r in constraint_rows(system, binding) if r.name not in model.redundant]
     closed = {c.name for c in system.constraints if isinstance(c, PositionConstraint)}
     values = dict(zip(model.state_names, map(float, x), strict=True)) | system.parameter_values
@@ -123,7 +123,7 @@ def normals_at(model: Model, x: Array) -> Iterator[Array]:
 
 
 def _on_configuration(
-    model: Model, binding: Binding, covector: Array, values: dict[str, float]
+    model: Model, binding: SymbolTable, covector: Array, values: dict[str, float]
 ) -> Array:
     """Return a covector on velocities as one on the numbers of the state."""
     row = np.zeros(model.nx)
@@ -131,7 +131,7 @@ def _on_configuration(
     return row
 
 
-def flow_matrix(binding: Binding, values: dict[str, float]) -> Array:
+def flow_matrix(binding: SymbolTable, values: dict[str, float]) -> Array:
     """Return G with q_dot = G nu at a configuration, shape (nq, nt)."""
     tape = binding.tape
     columns = [tape.derivative(binding.flow_rows, {v: tape.one}) for v in binding.tangent]
@@ -143,7 +143,7 @@ def _complement(reached: Array, normals: Array) -> Array:
     """Return an orthonormal basis of what is perpendicular to both, shape (n, rest)."""
     both = np.hstack([reached, normals.T])
     left, values, _ = np.linalg.svd(both, full_matrices=True)
-    return np.asarray(left[:, int((values > TOLERANCE).sum()) :])
+    return np.asarray(left[:, int((values > RANK_TOLERANCE).sum()) :])
 
 
 def _upright(rows: Array) -> Array:
@@ -160,7 +160,7 @@ def _kept(model: Model, without: Collection[str]) -> list[int]:
 
 def _check_apart(model: Model, names: Sequence[str], slopes: Array) -> None:
     """Refuse to leave out what others depend on."""
-    if slopes.size and np.abs(slopes).max() > STILL:
+    if slopes.size and np.abs(slopes).max() > EQUILIBRIUM_TOLERANCE:
         worst = names[int(np.abs(slopes).max(axis=1).argmax())]
         what = f"{worst} depends on a state that is left out."
         raise InputError([Mistake(f"system {model.system.name!r}", what, "Leave fewer out.")])
@@ -168,7 +168,7 @@ def _check_apart(model: Model, names: Sequence[str], slopes: Array) -> None:
 
 def _check_rest(model: Model, names: Sequence[str], rates: Array) -> None:
     worst = int(np.abs(rates).argmax())
-    if not abs(rates[worst]) <= STILL:
+    if not abs(rates[worst]) <= EQUILIBRIUM_TOLERANCE:
         what = f"it does not stay there: {names[worst]} changes."
         remedy = "Give an equilibrium with the inputs that hold it, or leave states out (without)."
         raise InputError([Mistake(f"system {model.system.name!r}", what, remedy)])

@@ -18,19 +18,22 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 if TYPE_CHECKING:
     from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 
-REGULAR = 3  # sampled states; one alone may lie badly
-GRAIN = 16  # rational points are multiples of 1 / GRAIN, so that their powers stay short
+REGULAR_SAMPLES = 3  # sampled states; one alone may lie badly
+# rational points are multiples of 1 / GRAIN, so that their powers stay short
+RATIONAL_DENOMINATOR = 16
 
 
 def random_points(names: tuple[str, ...]) -> tuple[dict[str, float], ...]:
     """Return values of variables about which nothing is known; the same ones every time."""
     generator = np.random.default_rng(0)
-    return tuple({name: float(generator.uniform(-1, 1)) for name in names} for _ in range(REGULAR))
+    return tuple(
+        {name: float(generator.uniform(-1, 1)) for name in names} for _ in range(REGULAR_SAMPLES)
+    )
 
 
 def first(samples: Iterator[dict[str, float]]) -> tuple[dict[str, float], ...]:
     """Return sampled states of a machine; the very first, at rest, is none of them."""
-    return tuple(islice(samples, 1, 1 + REGULAR))
+    return tuple(islice(samples, 1, 1 + REGULAR_SAMPLES))
 
 
 def complete_point(fields: VectorFields, at: Mapping[Any, Any]) -> dict[str, Any]:
@@ -85,7 +88,7 @@ def turning_variables(fields: VectorFields) -> frozenset[str]:
 
 
 def _grained(value: float) -> Fraction:
-    return Fraction(round(value * GRAIN), GRAIN)
+    return Fraction(round(value * RATIONAL_DENOMINATOR), RATIONAL_DENOMINATOR)
 
 
 def _turn(value: float) -> Turn:

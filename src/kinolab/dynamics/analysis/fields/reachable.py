@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.analysis.jets.ranks import TOLERANCE
+from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE
 
 Array = NDArray[np.float64]
 
 
-def reachable_subspace(A: Array, B: Array, tolerance: float = TOLERANCE) -> Array:
+def reachable_subspace(A: Array, B: Array, tolerance: float = RANK_TOLERANCE) -> Array:
     """Return an orthonormal basis of the span of B, A B, A^2 B, …
 
     One block at a time is made orthogonal to those before it, so that no power of A is formed

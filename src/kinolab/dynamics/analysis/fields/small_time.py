@@ -20,10 +20,15 @@ import numpy as np
 
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.bad_brackets import symmetrised
-from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Layers, Word, work_for
+from kinolab.dynamics.analysis.fields.bracket_filtration import (
+    Bracket,
+    BracketFiltration,
+    Word,
+    work_for,
+)
 from kinolab.dynamics.analysis.fields.growth_vectors import (
-    HIGHEST_DEGREE,
-    MOST_WORK,
+    MAX_DEGREE,
+    MAX_WORK,
     filtration,
     rank_of_brackets,
     stacked,
@@ -32,10 +37,10 @@ from kinolab.dynamics.analysis.fields.points import complete_point
 from kinolab.dynamics.analysis.fields.reachable import reachable_subspace
 from kinolab.dynamics.analysis.fields.smoothness import has_kink
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
-from kinolab.dynamics.analysis.jets.ranks import TOLERANCE
+from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE
 from kinolab.errors import InputError, Mistake
 
-AT_REST = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
+REST_TOLERANCE = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
 
 
 class SmallTime(Enum):
@@ -88,8 +93,8 @@ def small_time_controllability(
     *,
     limits: Mapping[str, tuple[float, float]] | None = None,
     exact: bool = False,
-    tolerance: float = TOLERANCE,
-    work: int = MOST_WORK,
+    tolerance: float = RANK_TOLERANCE,
+    work: int = MAX_WORK,
 ) -> SmallTimeVerdict:
     """Decide, if possible, whether a system is controllable in small time at a state.
 
@@ -108,15 +113,15 @@ def small_time_controllability(
         return SmallTimeVerdict(SmallTime.ONE_SIDED)
     if not filtration(fields, tolerance=tolerance, work=work).full_or_unknown:
         return SmallTimeVerdict(SmallTime.UNREACHABLE)
-    local = Layers.at(fields, point, 2, held=held, exact=exact)
+    local = BracketFiltration.at(fields, point, 2, held=held, exact=exact)
     if local.drift is not None and not _rests(local.drift):
         return SmallTimeVerdict(SmallTime.MOVING, 1)
     if local.drift is not None and not exact and _linear(fields, local):
         return SmallTimeVerdict(SmallTime.LINEAR, 2)
     if has_kink(fields, point):
         return SmallTimeVerdict(SmallTime.KINKED)
-    for degree in range(1, HIGHEST_DEGREE + 1):
-        layers = Layers.at(fields, point, degree, held=held, exact=exact)
+    for degree in range(1, MAX_DEGREE + 1):
+        layers = BracketFiltration.at(fields, point, degree, held=held, exact=exact)
         verdict = _sussmann(layers, fields.dimension, tolerance)
         if verdict is not None:
             return verdict
@@ -125,7 +130,9 @@ def small_time_controllability(
     return SmallTimeVerdict(SmallTime.UNFINISHED, degree)
 
 
-def _sussmann(layers: Layers, dimension: int, tolerance: float) -> SmallTimeVerdict | None:
+def _sussmann(
+    layers: BracketFiltration, dimension: int, tolerance: float
+) -> SmallTimeVerdict | None:
     """Judge all brackets there are; None where longer ones must decide."""
     shorter: list[Bracket] = []
     outcome = SmallTime.DRIFTLESS if layers.drift is None else SmallTime.BRACKETS
@@ -155,10 +162,10 @@ def _not_made_up(
 def _rests(drift: Bracket) -> bool:
     if drift.spread is None:
         return not drift.vector.any()
-    return bool((np.abs(drift.vector) <= AT_REST * drift.spread[:, 0].max()).all())
+    return bool((np.abs(drift.vector) <= REST_TOLERANCE * drift.spread[:, 0].max()).all())
 
 
-def _linear(fields: VectorFields, layers: Layers) -> bool:
+def _linear(fields: VectorFields, layers: BracketFiltration) -> bool:
     """Say whether the linearisation about the state reaches every direction."""
     assert layers.drift is not None
     A = layers.drift.jet[:, 1 : 1 + len(fields.state)]

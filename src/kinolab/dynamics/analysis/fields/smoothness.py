@@ -8,7 +8,7 @@ from typing import Any
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 
 KINKED = ("fabs", "sign", "fmax")
-AT = 1e-9  # of an argument: what counts as being at a kink
+KINK_TOLERANCE = 1e-9  # of an argument: what counts as being at a kink
 
 
 def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
@@ -29,4 +29,4 @@ def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
         return False
     values = {name: float(value) for name, value in (dict(fields.values) | dict(point)).items()}
     gaps = [tape.sub(pair[0], pair[1]) if len(pair) > 1 else pair[0] for pair in kinks]
-    return min(map(abs, tape.evaluate(gaps, values))) < AT
+    return min(map(abs, tape.evaluate(gaps, values))) < KINK_TOLERANCE

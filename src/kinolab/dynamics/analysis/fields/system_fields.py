@@ -13,14 +13,18 @@ from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.points import first
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.derivation.derivation import derive
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
-from kinolab.dynamics.derivation.symbol_table import Binding, configuration_symbols, tangent_symbols
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.derivation.symbol_table import (
+    SymbolTable,
+    configuration_symbols,
+    tangent_symbols,
+)
 from kinolab.dynamics.derivation.symbolic_solve import Guards
 from kinolab.dynamics.derivation.velocity_coordinates import (
-    Chart,
+    VelocityCoordinates,
     constraint_rows,
     feasible_values,
-    find_chart,
+    velocity_coordinates,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
@@ -79,8 +83,8 @@ def allowed_motions(system: System) -> VectorFields:
             independent velocities serves.
     """
     system = _with_own_velocities(system)
-    binding = Binding.of(system)
-    chart = find_chart(system, binding, Guards())
+    binding = SymbolTable.of(system)
+    chart = velocity_coordinates(system, binding, Guards())
     return VectorFields(
         symbols=configuration_symbols(system),
         tape=binding.tape,
@@ -107,7 +111,7 @@ def _is_held(system: System) -> bool:
     return any(isinstance(c, PositionConstraint) for c in system.constraints)
 
 
-def _samples(system: System, binding: Binding) -> Iterator[dict[str, float]]:
+def _samples(system: System, binding: SymbolTable) -> Iterator[dict[str, float]]:
     """Yield states that satisfy the constraints, those on velocities too where all are states."""
     rows = constraint_rows(system, binding) if system.velocities == "all" else []
     flat = [entry for row in rows for entry in row.covector]
@@ -153,8 +157,8 @@ def _within_limits(system: System, point: Mapping[str, float]) -> dict[str, floa
     moved = {}
     for entry in system.inputs:
         lower, upper = bounds_of(entry)
-        share = 0.5 + 0.25 * math.tanh(point[entry.name])
-        moved[entry.name] = lower + share * (upper - lower)
+        fraction = 0.5 + 0.25 * math.tanh(point[entry.name])
+        moved[entry.name] = lower + fraction * (upper - lower)
     return moved
 
 
@@ -167,7 +171,9 @@ def _with_own_velocities(system: System) -> System:
     return System(**content | {"velocities": None, "values": dict(system.values)})
 
 
-def _motions(system: System, binding: Binding, chart: Chart) -> dict[str, tuple[Node, ...]]:
+def _motions(
+    system: System, binding: SymbolTable, chart: VelocityCoordinates
+) -> dict[str, tuple[Node, ...]]:
     """Return the motions of a chart as fields on the configurations, by name."""
     rates = tangent_symbols(system)
     columns = {rates[i].name: d for i, d in zip(chart.independent, chart.directions, strict=True)}
@@ -184,5 +190,5 @@ def _motions(system: System, binding: Binding, chart: Chart) -> dict[str, tuple[
     return found
 
 
-def _label(tape: Tape, node: Node) -> str:
+def _label(tape: ExpressionGraph, node: Node) -> str:
     return tape.operations[node].label

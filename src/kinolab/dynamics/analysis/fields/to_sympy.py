@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.language.expressions import as_written
 
 FUNCTIONS = {
@@ -29,8 +29,8 @@ FUNCTIONS = {
 }
 
 
-def raised(
-    tape: Tape, outputs: Sequence[Node], symbols: Mapping[str, sympy.Symbol]
+def to_sympy(
+    tape: ExpressionGraph, outputs: Sequence[Node], symbols: Mapping[str, sympy.Symbol]
 ) -> list[sympy.Expr]:
     """Return nodes as expressions; nothing is simplified but by SymPy's own constructors.
 

@@ -11,8 +11,8 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.brackets import VectorField
 from kinolab.dynamics.analysis.fields.points import random_points
-from kinolab.dynamics.analysis.fields.to_sympy import raised
-from kinolab.dynamics.derivation.expression_graph import Node, Tape
+from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.expressions import exact
 from kinolab.errors import InputError, Mistake
@@ -44,7 +44,7 @@ class VectorFields:
     """
 
     symbols: tuple[sympy.Symbol, ...]
-    tape: Tape
+    tape: ExpressionGraph
     state: tuple[Node, ...]
     drift: tuple[Node, ...]
     inputs: Mapping[str, tuple[Node, ...]]
@@ -75,7 +75,7 @@ class VectorFields:
         Raises:
             InputError: If a field has not one component per symbol, or an unknown symbol.
         """
-        tape, values = Tape(), values or {}
+        tape, values = ExpressionGraph(), values or {}
         bound = {symbol: tape.variable(symbol.name) for symbol in (*symbols, *values)}
         lower = Lowering(tape, bound)
         given = {DRIFT: drift if drift is not None else [0] * len(symbols), **inputs}
@@ -123,7 +123,7 @@ class VectorFields:
             remedy = f"Known: {', '.join(known)}."
             raise InputError([Mistake("", f"no vector field is called {name!r}.", remedy)])
         named = {symbol.name: symbol for symbol in (*self.symbols, *self.constants)}
-        return VectorField(self.symbols, raised(self.tape, known[name], named))
+        return VectorField(self.symbols, to_sympy(self.tape, known[name], named))
 
     def __iter__(self) -> Iterator[VectorField]:
         """Yield all fields as expressions, the drift first where there is one."""

@@ -10,11 +10,11 @@ import numpy as np
 from kinolab.dynamics.analysis.jets.jets import Jet, JetSpace, jet_space
 from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers
 from kinolab.dynamics.analysis.jets.taylor_series import taylor
-from kinolab.dynamics.derivation.expression_graph import UNARY, Node, Tape
+from kinolab.dynamics.derivation.expression_graph import UNARY, ExpressionGraph, Node
 
 
 def jets_of(
-    tape: Tape,
+    tape: ExpressionGraph,
     outputs: Sequence[Node],
     variables: Sequence[Node],
     values: Mapping[str, Any],
@@ -46,7 +46,7 @@ class _Evaluation:
 
     def __init__(
         self,
-        tape: Tape,
+        tape: ExpressionGraph,
         variables: Sequence[Node],
         values: Mapping[str, Any],
         space: JetSpace,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 Vectors: TypeAlias = NDArray[Any]  # one per row, of floats or Fractions; shape (count, n)
 
-TOLERANCE = 1e-8  # of the largest singular value
-ROUNDS = 4  # of scaling rows and columns in turn, after which little changes
+RANK_TOLERANCE = 1e-8  # of the largest singular value
+SCALING_ROUNDS = 4  # of scaling rows and columns in turn, after which little changes
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Rank:
 
 
 def rank_of(
-    vectors: Vectors, tolerance: float = TOLERANCE, sizes: NDArray[np.float64] | None = None
+    vectors: Vectors, tolerance: float = RANK_TOLERANCE, sizes: NDArray[np.float64] | None = None
 ) -> Rank:
     """Return how many directions vectors span.
 
@@ -68,7 +68,7 @@ def scales_of(sizes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[
         Shapes (m, 1) and (1, n), all positive.
     """
     rows, columns = np.ones((len(sizes), 1)), np.ones((1, sizes.shape[1]))
-    for _ in range(ROUNDS):
+    for _ in range(SCALING_ROUNDS):
         columns = columns * _positive((sizes / rows / columns).max(axis=0, keepdims=True))
         rows = rows * _positive((sizes / rows / columns).max(axis=1, keepdims=True))
     return rows, columns
@@ -98,7 +98,9 @@ def _minus(vector: Sequence[Fraction], row: Sequence[Fraction], factor: Fraction
     return [a - factor * b for a, b in zip(vector, row, strict=True)]
 
 
-def reduced_rows(rows: NDArray[np.float64], tolerance: float = TOLERANCE) -> NDArray[np.float64]:
+def reduced_rows(
+    rows: NDArray[np.float64], tolerance: float = RANK_TOLERANCE
+) -> NDArray[np.float64]:
     """Return the reduced row echelon form of a matrix of floats, rows of zeros left out.
 
     It depends on nothing but the space that the rows span and the order of the columns.

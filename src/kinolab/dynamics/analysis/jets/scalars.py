@@ -72,14 +72,14 @@ class Rationals(AbstractNumbers):
             root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
             if root * root == value:
                 return root
-        elif value == EXACT_AT[name]:
+        elif value == EXACT_VALUES[name]:
             return Fraction(UNARY[name](float(value)))
         what = f"{name}({value}) is not rational."
         remedy = "Give angles as multiples of pi / 2 or as atan of a rational, such as atan(3 / 4)."
         raise InputError([Mistake("exact rank", what, remedy)])
 
 
-EXACT_AT = {"sin": 0, "cos": 0, "tan": 0, "exp": 0, "log": 1, "tanh": 0, "atan": 0, "sqrt": 0}
+EXACT_VALUES = {"sin": 0, "cos": 0, "tan": 0, "exp": 0, "log": 1, "tanh": 0, "atan": 0, "sqrt": 0}
 
 
 @final

@@ -30,8 +30,8 @@ OPERATIONS: dict[str, type] = {
     "sign": sympy.sign,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
-DEEPEST = 200  # nesting; Python's own stack ends at about five times that
-MOST_DIGITS = 300  # of a power of numbers: more than a double can hold
+MAX_DEPTH = 200  # nesting; Python's own stack ends at about five times that
+MAX_DIGITS = 300  # of a power of numbers: more than a double can hold
 
 
 def expression_to_tree(expression: Any) -> Any:
@@ -65,7 +65,7 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
     Raises:
         ValueError: If it has an unknown name or operation, or is nested too deeply.
     """
-    if depth > DEEPEST:
+    if depth > MAX_DEPTH:
         raise ValueError("an expression is nested too deeply")
     match tree:
         case bool() | None:
@@ -102,5 +102,5 @@ def _check_power(name: str, arguments: list[Any]) -> None:
     if name != "pow" or not all(argument.is_number for argument in arguments):
         return
     base, exponent = (abs(float(argument)) for argument in arguments)
-    if exponent * abs(math.log10(base or 1.0)) > MOST_DIGITS:
+    if exponent * abs(math.log10(base or 1.0)) > MAX_DIGITS:
         raise ValueError("a power is too large")

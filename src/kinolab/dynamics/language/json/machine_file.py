@@ -34,7 +34,7 @@ from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation,
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.language.json.expression_tree import expression_to_tree, tree_to_expression
 from kinolab.dynamics.language.json.field_types import check_fields
-from kinolab.dynamics.language.json.size_limits import MOST_BYTES, size_mistakes
+from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.shapes import SHAPES
 from kinolab.dynamics.language.symbols import (
@@ -44,13 +44,13 @@ from kinolab.dynamics.language.symbols import (
     InputSymbol,
     MachineSymbol,
     Parameter,
+    RateSymbol,
     ReferenceSymbol,
     StateSymbol,
     angle,
     length,
     rotation,
 )
-from kinolab.dynamics.language.symbols import Rate as RateSymbol
 from kinolab.errors import InputError, Mistake
 from kinolab.files import read_ordinary
 
@@ -112,7 +112,7 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> System:
         data = _plain(text)
         if data.get("format") != FORMAT or data.get("version") != VERSION:
             raise InputError([Mistake("", f"this is not a {FORMAT} of version {VERSION}.")])
-        return _Reader.of(data).system(data)
+        return _MachineReader.of(data).system(data)
     except InputError as error:
         raise _found_in(where, error) from error
     except DAMAGED as error:
@@ -138,7 +138,7 @@ def feedback_from_tree(system: System, tree: Mapping[str, Any]) -> Feedback | Re
     Raises:
         LookupError, TypeError, ValueError: If it is damaged.
     """
-    feedback = _Reader.beside(system, tree).decode(tree)
+    feedback = _MachineReader.beside(system, tree).decode(tree)
     if not isinstance(feedback, Feedback | Regulator):
         raise TypeError("it is no controller")
     return feedback
@@ -166,7 +166,7 @@ def load_machine(path: Path) -> System:
 def _text(path: Path) -> str:
     """Read a file of text that is no larger than any machine, and an ordinary one."""
     try:
-        return read_ordinary(path, MOST_BYTES).decode()
+        return read_ordinary(path, MAX_FILE_BYTES).decode()
     except UnicodeDecodeError as error:
         what, remedy = "this is not UTF-8 text.", "Save the file as UTF-8."
         raise InputError([Mistake(str(path), what, remedy)]) from error
@@ -227,7 +227,7 @@ def _encode(value: Any) -> Any:
 
 
 @dataclass
-class _Reader:
+class _MachineReader:
     """What names mean in one machine file."""
 
     coordinates: dict[str, Coordinate | Attitude]
@@ -235,7 +235,7 @@ class _Reader:
     bodies: dict[str, Body] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, data: Mapping[str, Any]) -> _Reader:
+    def of(cls, data: Mapping[str, Any]) -> _MachineReader:
         """Declare the symbols of a machine."""
         coordinates = {entry["name"]: _read_coordinate(entry) for entry in data["coordinates"]}
         if len(coordinates) < len(data["coordinates"]):
@@ -253,7 +253,7 @@ class _Reader:
         return cls(coordinates, forces | named)
 
     @classmethod
-    def beside(cls, system: System, feedback: Mapping[str, Any]) -> _Reader:
+    def beside(cls, system: System, feedback: Mapping[str, Any]) -> _MachineReader:
         """Take the symbols of a machine that is there, to read a controller for it."""
         coordinates = {entry.name: entry for entry in system.coordinates}
         symbols: list[MachineSymbol] = [
@@ -293,7 +293,7 @@ class _Reader:
             return None
         outputs = [str(name) for name, _ in data.get("outputs", ())]
         named = {symbol.name: symbol for symbol in output_symbols(outputs)}
-        return _Reader(self.coordinates, named | self.symbols).decode(data)
+        return _MachineReader(self.coordinates, named | self.symbols).decode(data)
 
     def _body(self, data: Mapping[str, Any]) -> Body:
         values = {name: self.decode(data[name]) for name in BODY}

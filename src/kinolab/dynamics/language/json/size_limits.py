@@ -11,12 +11,12 @@ from typing import Any
 
 from kinolab.errors import Mistake, is_broken
 
-MOST_BYTES = 2_000_000  # of a file
-MOST_VALUES = 20_000  # of all expressions, records and lists
-MOST_TERMS = 5_000  # names, numbers and operations of one expression
-MOST_POWERS = 4  # within one another
-MOST_NESTED = 60  # operations within one another
-MOST_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
+MAX_FILE_BYTES = 2_000_000  # of a file
+MAX_VALUES = 20_000  # of all expressions, records and lists
+MAX_EXPRESSION_TERMS = 5_000  # names, numbers and operations of one expression
+MAX_NESTED_POWERS = 4  # within one another
+MAX_NESTED = 60  # operations within one another
+MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
 
 
 def size_mistakes(data: Any) -> Iterator[Mistake]:
@@ -25,7 +25,7 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
     Args:
         data: As JSON has it.
     """
-    for name, most in MOST_ENTRIES.items():
+    for name, most in MAX_ENTRIES.items():
         entries = data.get(name) if isinstance(data, dict) else None
         if isinstance(entries, list) and len(entries) > most:
             what = f"these are {len(entries)} {name}, and a machine may have {most}."
@@ -33,8 +33,8 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
     broken = [text for text in _within(data) if isinstance(text, str) and is_broken(text)]
     for text in dict.fromkeys(broken):
         yield Mistake(f"{text!a}", "this is no Unicode text.", "Write it in UTF-8.")
-    if sum(1 for _ in _within(data)) > MOST_VALUES:
-        what = f"it holds more than {MOST_VALUES} values."
+    if sum(1 for _ in _within(data)) > MAX_VALUES:
+        what = f"it holds more than {MAX_VALUES} values."
         yield Mistake("", what, "Take fewer bodies and shorter expressions.")
     for tree in _expressions(data):
         yield from _expression_mistakes(tree)
@@ -43,14 +43,14 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
 def _expression_mistakes(tree: Any) -> Iterator[Mistake]:
     shown = f"expression {str(tree)[:40]!r}…"
     count = sum(1 for _ in _within(tree))
-    if count > MOST_TERMS:
-        what = f"it has {count} names, numbers and operations; {MOST_TERMS} are the most."
+    if count > MAX_EXPRESSION_TERMS:
+        what = f"it has {count} names, numbers and operations; {MAX_EXPRESSION_TERMS} are the most."
         yield Mistake(shown, what, "Shorten it.")
-    elif _nested(tree, "pow") > MOST_POWERS:
-        what = f"more than {MOST_POWERS} powers are nested in it."
+    elif _nested(tree, "pow") > MAX_NESTED_POWERS:
+        what = f"more than {MAX_NESTED_POWERS} powers are nested in it."
         yield Mistake(shown, what, "Write powers of powers as one power.")
-    elif _nested(tree) > MOST_NESTED:
-        what = f"it is nested too deeply, more than {MOST_NESTED} operations within one another."
+    elif _nested(tree) > MAX_NESTED:
+        what = f"it is nested too deeply, more than {MAX_NESTED} operations within one another."
         yield Mistake(shown, what, "Write sums and products in one list.")
 
 

@@ -17,10 +17,11 @@ from ompl import base as ob
 from ompl import control as oc
 from ompl import util as ou
 
-from kinolab.search.ompl.simple_setup import Bridge
+from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.syclop.regions import Regions
 
-LOOKS = 100_000  # states that OMPL draws to estimate free volumes; the wheel cannot change it
+# states that OMPL draws to estimate free volumes; the wheel cannot change it
+FREE_VOLUME_DRAWS = 100_000
 
 
 class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
@@ -31,30 +32,34 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
     counted. Most are answered by "outside", for looking at all of them would take seconds.
 
     Args:
-        bridge: The problem in OMPL's terms.
+        setup: The problem in OMPL's terms.
         regions: That there are.
         looks: States that free volumes are estimated from.
-        most_in_cell: How many states a cell of the default projection may hold; leads pass by all
-            further ones.
+        max_states_per_cell: How many states a cell of the default projection may hold; leads pass
+            by all further ones.
         seed: Of the states that are drawn.
     """
 
     def __init__(
-        self, bridge: Bridge, regions: Regions, *, looks: int, most_in_cell: int, seed: int
+        self, setup: OmplSetup, regions: Regions, *, looks: int, max_states_per_cell: int, seed: int
     ) -> None:
         bounds = ob.RealVectorBounds(len(regions.low))
         bounds.low, bounds.high = regions.low, regions.high
         super().__init__(regions.cells, len(regions.low), bounds)
         self._keep_regions()
-        self._problem, self._states, self._guide = bridge.problem, bridge.states, bridge.guide
+        self._problem, self._states, self._guide = setup.problem, setup.states, setup.guide
         self._regions, self._generator = regions, np.random.default_rng(seed)
         empty = list(regions.empty())
         self._aside = empty[0] if empty else None
         self._assumed = self._assume(empty, looks)
-        self._every = max(1, (LOOKS - len(self._assumed)) // looks) if looks else LOOKS + 1
+        self._every = (
+            max(1, (FREE_VOLUME_DRAWS - len(self._assumed)) // looks)
+            if looks
+            else FREE_VOLUME_DRAWS + 1
+        )
         self._asked, self._outside = 0, False
-        self._projection, self._held = bridge.projection, Counter[tuple[int, ...]]()
-        self._most = most_in_cell
+        self._projection, self._held = setup.projection, Counter[tuple[int, ...]]()
+        self._most = max_states_per_cell
         self._last: tuple[list[float], list[float]] = ([], [])
 
     def project(self, state: Any, _: list[float]) -> None:
@@ -64,7 +69,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
             values, coordinates = self._assumed[self._asked - 1]
             self._states.write(state, values)
             self._move_under(coordinates)
-        elif self._asked > LOOKS or self._asked % self._every == 0:
+        elif self._asked > FREE_VOLUME_DRAWS or self._asked % self._every == 0:
             self._move_under(self._place(self._states.read(state)))
             self._outside = False
         elif not self._outside:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.problem.metric import projected
-from kinolab.search.ompl.goal_errors import Nearness
+from kinolab.problem.metric import projected_coordinates
+from kinolab.search.ompl.goal_errors import GoalErrors
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -20,13 +20,14 @@ class Regions:
     """A grid of regions, equally many along each axis.
 
     The first axes are coordinates of the configuration. The last one is the level, which counts how
-    often the distance to the goal was halved: 0 is all that is farther away than ``zoom`` times the
+    often the distance to the goal was halved: 0 is all that is farther away than
+        ``goal_region_scale`` times the
     goal's tolerances, and rates count there as well.
 
     Args:
         problem: Whose states and goal.
         count: About how many regions there are to be.
-        zoom: What counts as near the goal, in its tolerances.
+        goal_region_scale: What counts as near the goal, in its tolerances.
         angles: Whether angles are divided too, where there are fewer than three lengths.
 
     Attributes:
@@ -36,9 +37,15 @@ class Regions:
         high: Highest coordinates.
     """
 
-    def __init__(self, problem: Problem, count: int, zoom: float, *, angles: bool) -> None:
-        self._problem, self._zoom, self._near = problem, zoom, Nearness(problem, zoom)
-        self.entries = projected(problem, angles=angles)
+    def __init__(
+        self, problem: Problem, count: int, goal_region_scale: float, *, angles: bool
+    ) -> None:
+        self._problem, self._zoom, self._near = (
+            problem,
+            goal_region_scale,
+            GoalErrors(problem, goal_region_scale),
+        )
+        self.entries = projected_coordinates(problem, angles=angles)
         self.cells = max(2, round(count ** (1 / (len(self.entries) + 1))))
         low, high = problem.sampling_bounds[self.entries].T.tolist()
         self.low, self.high = [*low, 0.0], [*high, float(self.cells)]
@@ -46,7 +53,7 @@ class Regions:
 
     def coordinates(self, values: list[float]) -> list[float]:
         """Return where a state lies in the grid."""
-        shares = self._near.shares(values)
+        shares = self._near.fractions(values)
         level = 1 + math.log2(self._zoom / max(1.0, *map(abs, shares))) if shares else 0.0
         return [*(values[entry] for entry in self.entries), level]
 

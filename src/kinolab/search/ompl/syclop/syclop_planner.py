@@ -9,8 +9,8 @@ from ompl import base as ob
 
 from kinolab.search.ompl.grid_planner import AbstractGridPlanner
 from kinolab.search.ompl.guided_planner import AbstractGuidedPlanner
-from kinolab.search.ompl.simple_setup import Bridge
-from kinolab.search.ompl.syclop.decomposition import LOOKS, Decomposition
+from kinolab.search.ompl.simple_setup import OmplSetup
+from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
 from kinolab.search.ompl.syclop.regions import Regions
 from kinolab.search.planner import setting, with_default
 
@@ -30,31 +30,34 @@ class AbstractSyclopPlanner(AbstractGuidedPlanner):
     )
     angles: bool = with_default(False, AbstractGridPlanner, "angles")
     free_volume_samples: int = setting(
-        5000, 0, LOOKS // 4, meaning="How many random states tell how free the regions are."
+        5000,
+        0,
+        FREE_VOLUME_DRAWS // 4,
+        meaning="How many random states tell how free the regions are.",
     )
-    most_in_cell: int = setting(
+    max_states_per_cell: int = setting(
         20,
         1,
         unit="states",
         meaning="How many states of a cell leads go through; cells are finer than regions.",
     )
 
-    def decomposition(self, bridge: Bridge) -> Decomposition:
+    def decomposition(self, setup: OmplSetup) -> Decomposition:
         """Return the grid of regions."""
         return Decomposition(
-            bridge,
-            Regions(bridge.problem, self.regions, self.goal_zoom, angles=self.angles),
+            setup,
+            Regions(setup.problem, self.regions, self.goal_region_scale, angles=self.angles),
             looks=self.free_volume_samples,
-            most_in_cell=self.most_in_cell,
-            seed=bridge.seed,
+            max_states_per_cell=self.max_states_per_cell,
+            seed=setup.seed,
         )
 
-    def begin(self, bridge: Bridge) -> Any:
+    def begin(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner, which has estimated the free volumes: that can not be ended."""
-        planner = super().begin(bridge)
+        planner = super().begin(setup)
         planner.solve(ob.PlannerTerminationCondition(lambda: True))
         return planner
 
-    def again(self, bridge: Bridge, planner: Any) -> Any:  # noqa: ARG002
+    def again(self, setup: OmplSetup, planner: Any) -> Any:  # noqa: ARG002
         """Return a new planner: the graph of regions grows when OMPL clears one."""
-        return self.begin(bridge)
+        return self.begin(setup)

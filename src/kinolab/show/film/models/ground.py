@@ -7,17 +7,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.show.film.models.surface_mesh import Mesh, weld
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 
 Array: TypeAlias = NDArray[np.float64]
 
 FLOOR = (0.925, 0.925, 0.905)
 SIDE = (0.86, 0.86, 0.84)
-MOST_LINES = 30  # along the longer side; larger worlds take a coarser grid
+MAX_LINES = 30  # along the longer side; larger worlds take a coarser grid
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 
 
-def slab(low: Array, high: Array, thickness: float) -> tuple[Mesh, Mesh]:
+def slab(low: Array, high: Array, thickness: float) -> tuple[SurfaceMesh, SurfaceMesh]:
     """The top of the floor between two corners, shape (2,), and the sides below it."""
     x = np.array([low[0], high[0], high[0], low[0]])
     y = np.array([low[1], low[1], high[1], high[1]])
@@ -39,12 +39,12 @@ def grid(low: Array, high: Array) -> Array:
 
 def grid_step(length: float) -> float:
     """1 m where that gives 3 to 30 lines; else the step from 1, 2, 5, 10, ... that does."""
-    if 3.0 <= length <= MOST_LINES:
+    if 3.0 <= length <= MAX_LINES:
         return 1.0
-    return next((step for step in STEPS if length / step <= MOST_LINES), length)
+    return next((step for step in STEPS if length / step <= MAX_LINES), length)
 
 
-def annulus(centre: ArrayLike, radii: tuple[float, float], color: ArrayLike) -> Mesh:
+def annulus(centre: ArrayLike, radii: tuple[float, float], color: ArrayLike) -> SurfaceMesh:
     """A flat ring on the ground between two radii in [m]; a disc if the first is 0."""
     n = 96
     angle = 2.0 * np.pi * np.arange(n) / n

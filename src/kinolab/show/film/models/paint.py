@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.language.shapes import Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.show.film.models.rotor import rotor
-from kinolab.show.film.models.surface_mesh import Mesh, join, weld
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
 from kinolab.world.geometry import SECTIONS, triangles
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ COARSE = (2.0, 8.0)  # [pixel]: radii up to which the first, and the second of t
 AXES = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # cyclic, so orientation is kept
 
 
-def paint_machine(bodies: Sequence[BodyGeometry], pixel: float = 0.0) -> tuple[Mesh, ...]:
+def paint_machine(bodies: Sequence[BodyGeometry], pixel: float = 0.0) -> tuple[SurfaceMesh, ...]:
     """One mesh per body in the body's frame, in its own colour or in the next free one.
 
     Args:
@@ -58,13 +58,13 @@ def paint_machine(bodies: Sequence[BodyGeometry], pixel: float = 0.0) -> tuple[M
     )
 
 
-def _painted(shape: Shape, body: BodyGeometry, color: Color, pixel: float) -> Mesh:
+def _painted(shape: Shape, body: BodyGeometry, color: Color, pixel: float) -> SurfaceMesh:
     if body.whirl and isinstance(shape, Disk) and shape.axis == "z":
         return rotor(shape, np.asarray(color))
     return paint(shape, color, pixel)
 
 
-def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> Mesh:
+def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
     """The surface of a shape in its body's frame, with a pattern where a turn would go unseen."""
     tint = np.asarray(color, dtype=np.float64)
     if isinstance(shape, Disk):
@@ -77,7 +77,7 @@ def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> Mesh:
     return weld(*triangles(shape, corners), tint)
 
 
-def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> Mesh:
+def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> SurfaceMesh:
     """A sphere whose eight octants alternate between a colour and a pale tint of it."""
     corners = _octahedron()
     for _ in range(QUARTERED[_fineness(radius, pixel)]):
@@ -100,7 +100,7 @@ def _fineness(radius: Any, pixel: float) -> int:
 
 def _round(
     radius: object, length: object, axis: str, at: ArrayLike, color: Array, pixel: float
-) -> Mesh:
+) -> SurfaceMesh:
     """A cylinder with alternating sectors on both caps and along the rim."""
     r, h = float(radius), 0.5 * float(length)  # type: ignore[arg-type]
     segments = SEGMENTS[_fineness(r, pixel)]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Disk
-from kinolab.show.film.models.surface_mesh import Mesh, join, weld
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ RIM, CHORD, HUB = 0.975, 0.075, 0.06  # of the radius: the ring's inside, a blad
 PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which only shows how far the blades reach
 
 
-def rotor(disk: Disk, color: Array) -> Mesh:
+def rotor(disk: Disk, color: Array) -> SurfaceMesh:
     """Two blades, a hub and a ring in place of the disc about z that they sweep."""
     r, h = float(disk.radius), float(disk.thickness)
     parts = [
@@ -57,7 +57,7 @@ def _circle(segments: int) -> Array:
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def _plate(outline: Array, thickness: float, color: Array) -> Mesh:
+def _plate(outline: Array, thickness: float, color: Array) -> SurfaceMesh:
     """A flat solid over a convex outline (n, 2), in the middle of which lies z = 0."""
     n, half = len(outline), 0.5 * thickness
     top, bottom = (np.column_stack([outline, np.full(n, z)]) for z in (half, -half))
@@ -70,7 +70,7 @@ def _plate(outline: Array, thickness: float, color: Array) -> Mesh:
     )
 
 
-def _ring(inner: float, outer: float, thickness: float) -> Mesh:
+def _ring(inner: float, outer: float, thickness: float) -> SurfaceMesh:
     half, circle = 0.5 * thickness, _circle(SEGMENTS)
     loops = [(outer, -half), (outer, half), (inner, half), (inner, -half)]  # turned about z
     points = [np.column_stack([r * circle, np.full(SEGMENTS, z)]) for r, z in loops]

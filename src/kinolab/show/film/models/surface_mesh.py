@@ -17,7 +17,7 @@ CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface an
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class SurfaceMesh:
     """A painted surface.
 
     Args:
@@ -46,17 +46,17 @@ class Mesh:
         """The faces' unit normals, shape (m, 3)."""
         return normals(self.vertices, self.faces)
 
-    def moved(self, pose: ArrayLike) -> Mesh:
+    def moved(self, pose: ArrayLike) -> SurfaceMesh:
         """The mesh at a pose [R | p], 12 numbers in row-major order."""
         g = np.asarray(pose, dtype=np.float64).reshape(3, 4)
         return replace(self, vertices=self.vertices @ g[:, :3].T + g[:, 3])
 
-    def painted(self, color: ArrayLike) -> Mesh:
+    def painted(self, color: ArrayLike) -> SurfaceMesh:
         """The mesh in one colour, RGB in 0..1."""
         return replace(self, colors=np.broadcast_to(np.asarray(color, float), self.colors.shape))
 
 
-def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> Mesh:
+def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> SurfaceMesh:
     """Make a mesh in which equal points are one vertex, so that neighbouring faces know each other.
 
     ``colors`` is one RGB triple in 0..1, or one per face.
@@ -67,14 +67,14 @@ def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> Mesh:
     painted = np.broadcast_to(np.asarray(colors, dtype=np.float64), welded.shape)
     solid = (welded != np.roll(welded, 1, axis=1)).all(axis=1)
     welded, painted = welded[solid], painted[solid]
-    return Mesh(merged, welded, painted, *_edges(merged, welded))
+    return SurfaceMesh(merged, welded, painted, *_edges(merged, welded))
 
 
-def join(meshes: Sequence[Mesh]) -> Mesh:
+def join(meshes: Sequence[SurfaceMesh]) -> SurfaceMesh:
     """Several meshes as one; each keeps its own vertices and edges."""
     n = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     m = np.cumsum([0, *(len(mesh.faces) for mesh in meshes)])
-    return Mesh(
+    return SurfaceMesh(
         np.concatenate([np.zeros((0, 3)), *(mesh.vertices for mesh in meshes)]),
         _stack([mesh.faces + n[i] for i, mesh in enumerate(meshes)], 3),
         np.concatenate([np.zeros((0, 3)), *(mesh.colors for mesh in meshes)]),
@@ -92,7 +92,7 @@ def normals(vertices: Array, faces: Indices) -> Array:
     return cross / np.where(length > 0.0, length, 1.0)
 
 
-def is_room(mesh: Mesh) -> bool:
+def is_room(mesh: SurfaceMesh) -> bool:
     """Whether a closed mesh looks inward (negative volume), so that one looks into it."""
     centred = mesh.vertices - mesh.vertices.mean(axis=0)
     a, b, c = (centred[mesh.faces[:, i]] for i in range(3))

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.show.film.raster.light import LAMPS, SHADOW
+from kinolab.show.film.raster.light import LIGHT_SAMPLES, SHADOW
 from kinolab.show.film.raster.rasterizer import (
     OTHER,
     Box,
@@ -119,7 +119,7 @@ class Shadows(Layer):
 
     def on(self, canvas: Canvas) -> None:
         """Draw it."""
-        darken(canvas, self.corners, SHADOW ** (1.0 / LAMPS))
+        darken(canvas, self.corners, SHADOW ** (1.0 / LIGHT_SAMPLES))
 
     def within(self, box: Box) -> Layer:
         """Return what of it may be seen in a part."""

@@ -12,8 +12,8 @@ from kinolab.show.film.raster.camera import Camera
 Array: TypeAlias = NDArray[np.float64]
 
 AMBIENT, FULL = 0.66, 1.06  # brightness of a face that looks away from the lamp, and into it
-LAMPS = 6  # one lamp, jittered: their shadows overlap to a soft edge
-JITTER = 0.04  # [rad], half the apparent width of the lamp
+LIGHT_SAMPLES = 6  # one lamp, jittered: their shadows overlap to a soft edge
+LIGHT_JITTER = 0.04  # [rad], half the apparent width of the lamp
 SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour remains where no lamp reaches
 
 
@@ -24,13 +24,13 @@ def main_light(camera: Camera, up: Array) -> Array:
     return np.asarray(direction / np.linalg.norm(direction))
 
 
-def lamps(light: Array) -> Array:
+def light_samples(light: Array) -> Array:
     """Directions toward the corners of a small lamp, shape (LAMPS, 3)."""
     a = np.cross(light, (0.3, 0.5, 0.8))
     a /= np.linalg.norm(a)
     b = np.cross(light, a)
-    turn = 2.0 * np.pi * (np.arange(LAMPS)[:, None] + 0.5) / LAMPS
-    return np.asarray(light + JITTER * (np.cos(turn) * a + np.sin(turn) * b))
+    turn = 2.0 * np.pi * (np.arange(LIGHT_SAMPLES)[:, None] + 0.5) / LIGHT_SAMPLES
+    return np.asarray(light + LIGHT_JITTER * (np.cos(turn) * a + np.sin(turn) * b))
 
 
 def shade(

@@ -8,15 +8,15 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.show.film.models.surface_mesh import Mesh
+from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.raster.camera import Camera
-from kinolab.show.film.raster.light import AMBIENT, lamps, main_light, shade, shadow_points
+from kinolab.show.film.raster.light import AMBIENT, light_samples, main_light, shade, shadow_points
 from kinolab.show.film.raster.rasterizer import Facets
 from kinolab.show.film.raster.stroke import strokes
 
 Array: TypeAlias = NDArray[np.float64]
 
-SUNK = 1e-6  # [m] below the ground that is rounding
+GROUND_TOLERANCE = 1e-6  # [m] below the ground that is rounding
 EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m
 
 
@@ -43,19 +43,19 @@ class Pen:
             seen[..., 2] = 1.0 / seen[..., 2]
         return seen
 
-    def faces(self, mesh: Mesh, ambient: float = AMBIENT) -> Facets:
+    def faces(self, mesh: SurfaceMesh, ambient: float = AMBIENT) -> Facets:
         """Every face in its colour and light."""
         corners = self.at(mesh.vertices)
         normal, front = self._facing(mesh)
         toward_viewer = np.where(front[:, None], normal, -normal)
         return Facets(corners[mesh.faces], shade(mesh.colors, toward_viewer, self.light, ambient))
 
-    def front_faces(self, mesh: Mesh) -> Facets:
+    def front_faces(self, mesh: SurfaceMesh) -> Facets:
         """Only the faces that look at the viewer: one looks into a room through its near walls."""
         facets, front = self.faces(mesh), self._facing(mesh)[1]
         return Facets(facets.corners[front], facets.colors[front])
 
-    def edges(self, mesh: Mesh, width: float, color: ArrayLike) -> Facets:
+    def edges(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> Facets:
         """Creases that are in view, and the outline of curved surfaces; width in [pixel]."""
         front = self._facing(mesh)[1][mesh.sides]
         inked = (mesh.creases & front.any(axis=1)) | (front[:, 0] != front[:, 1])
@@ -66,17 +66,17 @@ class Pen:
         """Segments of the world, shape (n, 2, 3); width in [pixel]."""
         return strokes(self.at(segments), width * self.scale, color)
 
-    def shadows(self, mesh: Mesh) -> list[Array]:
+    def shadows(self, mesh: SurfaceMesh) -> list[Array]:
         """The mesh's shadow on the ground for every lamp, as triangles of shape (m, 3, 3).
 
         Of a closed surface above the ground, the faces that look at a lamp cast the whole shadow.
         """
-        whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -SUNK)
+        whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -GROUND_TOLERANCE)
         return [
             self.at(shadow_points(mesh.vertices, lamp))[
                 mesh.faces[whole | (mesh.normals @ lamp > 0.0)]
             ]
-            for lamp in lamps(self.light)
+            for lamp in light_samples(self.light)
         ]
 
     def line_shadows(self, segments: ArrayLike, width: float) -> list[Array]:
@@ -84,10 +84,10 @@ class Pen:
         points = np.asarray(segments, dtype=np.float64)
         return [
             strokes(self.at(shadow_points(points, lamp)), width * self.scale, (0, 0, 0)).corners
-            for lamp in lamps(self.light)
+            for lamp in light_samples(self.light)
         ]
 
-    def _facing(self, mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
+    def _facing(self, mesh: SurfaceMesh) -> tuple[Array, NDArray[np.bool_]]:
         normal = mesh.normals
         to_viewer = self.camera.position - mesh.vertices[mesh.faces[:, 0]]
         return normal, np.sum(normal * to_viewer, axis=1) > 0.0
