@@ -57,7 +57,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_Float(self, expression: sympy.Float) -> str:
         return f"{float(expression):.{DIGITS}g}"
 
-    def _print_Rate(self, expression: RateSymbol) -> str:
+    def _print_RateSymbol(self, expression: RateSymbol) -> str:
         return _dotted(expression.coordinate.name, DOT)
 
     def _print_Acceleration(self, expression: Acceleration) -> str:
