@@ -129,7 +129,7 @@ VALID: dict[str, dict[str, Any]] = {
     "VectorField": {"variables": (X,), "components": (1,)},
     "VectorFields": {name: getattr(FIELDS, name) for name in FIELDS.__dataclass_fields__},
     "Viscous": {"velocity": kd.rate(X), "coefficient": 1.0},
-    "Watched": {"model": MODEL, "expressions": [X]},
+    "StateFunctions": {"model": MODEL, "expressions": [X]},
     "Wrench": {
         "on": BODY,
         "force": (0, 0, 0),

@@ -18,7 +18,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from kinolab import __version__
 from kinolab.dynamics.language.json.machine_file import (
     FEEDBACK_FILE,
     feedback_to_json,
@@ -321,8 +320,8 @@ def goal_distance_by_unit(problem: Problem, plan: Plan) -> dict[str, float] | No
 
 
 def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version(), "kinolab": __version__}
-    for package in RECORDED:
+    found = {"python": platform.python_version()}
+    for package in ("kinolab", *RECORDED):
         try:
             found[package] = version(package)
         except PackageNotFoundError:

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import json
 import struct
+from importlib.metadata import version
 from itertools import count
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from kinolab import __version__
 
 Array: TypeAlias = NDArray[np.float64]
 Color: TypeAlias = tuple[float, float, float]
@@ -101,7 +100,7 @@ class Glb:
         """Return the file."""
         data = bytes(self._blob)
         content: dict[str, Any] = {
-            "asset": {"version": "2.0", "generator": f"kinolab {__version__}"},
+            "asset": {"version": "2.0", "generator": f"kinolab {version('kinolab')}"},
             "scene": 0,
             "scenes": [{"nodes": self._roots}],
             "buffers": [{"byteLength": len(data)}],
