@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kinolab import systems
     from kinolab.analyze.diagnose import Diagnosis, diagnose
-    from kinolab.loading import load
-    from kinolab.problem import Problem
+    from kinolab.api import PlanFacade as Plan
+    from kinolab.api import ProblemFacade as Problem
+    from kinolab.api import load
     from kinolab.show.view import save_glb, save_page
-    from kinolab.solve import Plan
     from kinolab.trajectory import Trajectory
     from kinolab.verification import Certificate, verify
 
-__version__ = "0.1.0.dev0"
+    __version__: str
 
 __all__ = [
     "Certificate",
@@ -32,16 +32,16 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Certificate": "kinolab.verification.certificate",
-    "Diagnosis": "kinolab.analyze.diagnose",
-    "Plan": "kinolab.solve",
-    "Problem": "kinolab.problem.task",
-    "Trajectory": "kinolab.trajectory.trajectory",
-    "diagnose": "kinolab.analyze.diagnose",
-    "load": "kinolab.loading",
-    "save_glb": "kinolab.show.view",
-    "save_page": "kinolab.show.view",
-    "verify": "kinolab.verification.certificate",
+    "Certificate": "kinolab.verification.certificate.Certificate",
+    "Diagnosis": "kinolab.analyze.diagnose.Diagnosis",
+    "Plan": "kinolab.api.PlanFacade",
+    "Problem": "kinolab.api.ProblemFacade",
+    "Trajectory": "kinolab.trajectory.trajectory.Trajectory",
+    "diagnose": "kinolab.analyze.diagnose.diagnose",
+    "load": "kinolab.api.load",
+    "save_glb": "kinolab.show.view.save_glb",
+    "save_page": "kinolab.show.view.save_page",
+    "verify": "kinolab.verification.certificate.verify",
 }
 
 
@@ -49,8 +49,11 @@ def __getattr__(name: str) -> Any:
     """Import late, so that ``plan --help`` answers at once."""
     if name == "systems":
         return import_module("kinolab.systems")
+    if name == "__version__":
+        return import_module("importlib.metadata").version("kinolab")
     if name in _HOMES:
-        value = getattr(import_module(_HOMES[name]), name)
+        module, _, own = _HOMES[name].rpartition(".")
+        value = getattr(import_module(module), own)
         globals()[name] = value
         return value
     raise AttributeError(f"module 'kinolab' has no attribute {name!r}")

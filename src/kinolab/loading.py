@@ -12,8 +12,8 @@ import numpy as np
 
 from kinolab import planners, systems
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.derivation.symbol_table import tangent_symbols
 from kinolab.dynamics.language.json.machine_file import load_machine
+from kinolab.dynamics.language.mechanism_parts import MechanismParts, tangent_symbols
 from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.dynamics.language.tightened_limits import with_tightened_limits
 from kinolab.errors import InputError, MissingPlannerError, Mistake, UnknownNameError
@@ -57,13 +57,7 @@ MIN_STEP = 1e-6  # [s]
 
 
 def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
-    """Read a scenario and build its problem.
-
-    Args:
-        source: Path of a TOML file, the name of a built-in scenario, or the path of an environment
-            of dynobench, a YAML file.
-        overrides: ``KEY=VALUE`` texts that replace keys of the file. Where one names another
-            planner, the settings of the file's own are left out.
+    """Read a scenario, or an environment of dynobench, and build its problem.
 
     Raises:
         InputError: With every mistake that was found.
@@ -132,7 +126,7 @@ def _with_narrower_limits(scenario: Scenario, whole: Model) -> Model:
     """Return the machine with the limits of inputs and references that a scenario sets."""
     limits = {n: scenario.bounds[n] for n in _chosen(whole.system) if n in scenario.bounds}
     try:
-        return with_tightened_limits(whole.system, limits).model() if limits else whole
+        return Model(with_tightened_limits(whole.system, limits)) if limits else whole
     except InputError as error:
         raise InputError(
             _at(scenario, ("bounds", wrong.where), wrong.what, wrong.remedy)
@@ -210,7 +204,7 @@ def _system_from_file(folder: Path, text: str, where: str) -> System:
         path = folder / text
         if not path.is_file():
             raise InputError([Mistake(where, f"there is no file {text}.")])
-        return load_machine(path)
+        return System.of(load_machine(path))
     file, _, function = text.rpartition(":")
     return system_from_python(folder / file, function, where)
 
@@ -255,7 +249,7 @@ def _name_mistakes(scenario: Scenario, system: System) -> list[Mistake]:
     )
 
 
-def _chosen(system: System) -> list[str]:
+def _chosen(system: MechanismParts) -> list[str]:
     """Return the names of inputs, and of the references of feedback."""
     references = () if system.feedback is None else system.feedback.references
     return [entry.name for entry in (*system.inputs, *references)]
@@ -498,7 +492,7 @@ def find_machine(what: str) -> System:
     if file.endswith(".py"):
         return system_from_python(Path(file), function, what)
     if what.endswith(".json"):
-        return load_machine(Path(what))
+        return System.of(load_machine(Path(what)))
     if is_environment(what):
         return find_system(_environment(what))
     if not what.endswith(".toml") and what not in builtin_scenarios():

@@ -655,7 +655,7 @@ def test_a_machine_from_a_file_moves_by_the_same_bits(name: str) -> None:
     text = machine_to_json(system(name))
     back = machine_from_json(text)
     assert machine_to_json(back) == text
-    again, x, u = back.model(), np.array(states(name, 5)), inputs(name)
+    again, x, u = Model(back), np.array(states(name, 5)), inputs(name)
     assert again.state_names == made.state_names
     assert again.f(x, u).tobytes() == made.f(x, u).tobytes()
     assert again.frames(x).tobytes() == made.frames(x).tobytes()

@@ -165,7 +165,7 @@ def _compilation_told(progress: Progress) -> AbstractContextManager[object]:
 
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
     """Load a scenario; mistakes in options are reported as the options that were typed."""
-    from kinolab.loading import load
+    from kinolab.api import load
     from kinolab.scenario import override_place, scenario_path
     from kinolab.search.plugins import seen_from
 

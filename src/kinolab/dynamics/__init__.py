@@ -60,7 +60,6 @@ from kinolab.dynamics.language.frames import (
     velocity,
 )
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
-from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -75,6 +74,7 @@ from kinolab.dynamics.language.symbols import (
     turn_rate,
 )
 from kinolab.dynamics.model import Model
+from kinolab.dynamics.system import SystemFacade as System
 from kinolab.dynamics.variational import VariationalIntegrator
 from kinolab.numerics.riccati import dlqr, lqr, tvlqr
 

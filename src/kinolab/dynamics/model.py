@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,17 +24,14 @@ from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.derivation.derivation import derive
-from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
 from kinolab.dynamics.derivation.velocity_coordinates import condition_number
+from kinolab.dynamics.lagrange.equations import Equations, equations_of
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.json.machine_file import (
-    feedback_from_tree,
-    feedback_to_tree,
-    machine_to_json,
-)
+from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import (
     InputError,
@@ -43,9 +40,6 @@ from kinolab.errors import (
     SingularError,
     UnknownNameError,
 )
-
-if TYPE_CHECKING:
-    from kinolab.dynamics.lagrange.equations import Equations
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -68,8 +62,14 @@ class Model:
     Where the machine has feedback, the inputs u of every method are the references of its law, and
     ``plant`` is the machine without it; ``plant_inputs`` gives the plant's own inputs.
 
+    Args:
+        system: The machine; its feedback, if it has one, is a law.
+
+    Raises:
+        InputError: If the machine cannot be derived, or its regulator is still to be designed.
+
     Attributes:
-        system: What was derived; its feedback, if it has one, is a law.
+        system: What was derived.
         independent: Indices, among all velocities, of those that are states.
         redundant: Names of constraints that follow from the others.
         state_names: Names of the entries of x, shape (nx,).
@@ -83,12 +83,13 @@ class Model:
     """
 
     def __init__(self, system: System) -> None:
-        facts, code = cached(machine_to_json(system), lambda: _build(system))
-        if facts.get("feedback"):
-            system = system.with_feedback(feedback_from_tree(system, facts["feedback"]))
+        law = system.feedback
+        if isinstance(law, Regulator):
+            remedy = "Take system.model(), which finds them."
+            where = f"system {system.name!r} feedback"
+            raise InputError([Mistake(where, "its gains are still to be found.", remedy)])
+        facts, code = cached(machine_to_json(system), lambda: _build(system, law))
         self.system = system
-        feedback = system.feedback
-        law = feedback if isinstance(feedback, Feedback) else None
         self._functions: dict[str, Callable[..., int]] = {}  # compiled ones, as they are needed
         self._sizes: dict[str, int] = facts["sizes"]
         functions = dict.fromkeys((*self._sizes, *FUNCTIONS, *functions_of(law)))
@@ -463,7 +464,7 @@ class Model:
 
     def equations(self) -> Equations:
         """Return the equations of motion for reading, in the author's symbols."""
-        return self.system.equations()
+        return equations_of(self.system)
 
     def _call(
         self, name: str, x: ArrayLike, u: ArrayLike | None, parameters: dict[str, float]
@@ -534,11 +535,8 @@ class Model:
         return {method: self._prototype(f"step_{method}", *types) for method in METHODS}
 
 
-def _build(system: System) -> tuple[dict[str, Any], bytes]:
+def _build(system: System, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
     """Derive and compile a machine; returns what a model must know, and the machine code."""
-    if isinstance(system.feedback, Regulator):
-        lawful = system.with_feedback(_designed(system, system.feedback))
-        return cached(machine_to_json(lawful), lambda: _build(lawful))
     d = derive(system)
     size = len(d.state)
     sizes = {
@@ -559,20 +557,13 @@ def _build(system: System) -> tuple[dict[str, Any], bytes]:
         "jacobian": size * (size + len(d.binding.inputs)),
     }
     facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
-    text, law = emit_module(d), system.feedback
+    text = emit_module(d)
     if law is not None:
         count, references = len(d.binding.inputs), len(law.references)
         sizes["jacobian"] = size * (size + references)
         sizes |= {"law": count, "law_jacobian": count * (size + references)}
-        facts["feedback"] = feedback_to_tree(law)
         text += "\n" + emit_closed_loop(d, system, law)
     return facts, compile_ir(text)
-
-
-def _designed(system: System, regulator: Regulator) -> Feedback:
-    from kinolab.dynamics.analysis.lqr_design import lqr_design  # which asks a model for equilibria
-
-    return lqr_design(Model(system.with_feedback(None)), regulator)
 
 
 def _state_scales(system: System, independent: tuple[int, ...]) -> Array:

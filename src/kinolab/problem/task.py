@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import Model, System
+from kinolab.dynamics import Model
 from kinolab.dynamics.analysis.consistent_states import (
     constraint_violations,
     nearest_consistent_state,
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
 from kinolab.numerics.quaternions import (
@@ -34,10 +35,6 @@ from kinolab.world import (
     CollisionChecker,
     World,
 )
-
-if TYPE_CHECKING:
-    from kinolab.search.ompl import OmplSetup
-    from kinolab.solve import Plan
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -355,45 +352,6 @@ class Problem:
         for own in self.model.space.quaternions:
             bounds[own] = -1.0, 1.0
         return bounds
-
-    def solve(
-        self,
-        planner: str | None = None,
-        seed: int | None = None,
-        time_limit: float | None = None,
-        **options: Any,
-    ) -> Plan:
-        """Search for a plan, re-simulate it and verify it.
-
-        Args:
-            planner: Name of the planner, or ``file.py:Class`` with a path from the working folder;
-                the scenario's when left out.
-            seed: Seed of the random numbers; the scenario's when left out.
-            time_limit: Of the search, in [s]; the scenario's when left out.
-            options: ``max_iterations``, and settings of the planner.
-
-        Raises:
-            EndpointError: If the start or the goal is impossible.
-            InputError: If the planner or a setting does not exist.
-        """
-        from kinolab.solve import solve
-
-        return replace(solve(self, planner, seed, time_limit, **options), problem=self)
-
-    def _repr_html_(self) -> str:
-        """Show world, start and goal in a notebook, in three dimensions."""
-        from kinolab.show.view import notebook_frame
-
-        return notebook_frame(self, None)
-
-    def to_ompl(self) -> OmplSetup:
-        """Return the problem as OMPL objects, for any OMPL control planner.
-
-        ``.space_information`` and ``.problem_definition`` are ready to use.
-        """
-        from kinolab.search.ompl import OmplSetup
-
-        return OmplSetup(self)
 
 
 def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:

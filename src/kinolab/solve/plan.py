@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
@@ -91,7 +90,6 @@ class Plan:
         graph: What the search explored that the motion began with; None where that is not kept.
         refused: How many motions the search found that the verifier refused, by the checks that
             they did not pass; the search went on.
-        problem: What it solves, where ``problem.solve`` gave it; a notebook shows the plan in it.
     """
 
     status: str
@@ -111,15 +109,6 @@ class Plan:
     improvements: tuple[Improvement, ...] = ()
     graph: SearchGraph | None = None
     refused: dict[str, int] = field(default_factory=dict)
-    problem: Problem | None = field(default=None, repr=False, compare=False)
-
-    def _repr_html_(self) -> str | None:
-        """Show it in a notebook, in three dimensions; in words where it does not know its world."""
-        if self.problem is None:
-            return None
-        from kinolab.show.view import notebook_frame
-
-        return notebook_frame(self.problem, self)
 
     @property
     def exit_code(self) -> int:

@@ -9,7 +9,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from kinolab.dynamics.language.flatness import FlatOutputs, evaluate, output
+from kinolab.dynamics.derivation.lowering import evaluate
+from kinolab.dynamics.language.flatness import FlatOutputs, output
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
 

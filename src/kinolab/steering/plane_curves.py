@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves, evaluate
+from kinolab.dynamics.derivation.lowering import evaluate
+from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import kinolab.systems
-from kinolab.dynamics import System
+from kinolab.dynamics import Model, System
 from kinolab.dynamics import model as model_module
 from kinolab.dynamics.codegen.cache import MAGIC, folder
 from kinolab.dynamics.derivation.derivation import derive
@@ -148,7 +148,7 @@ def test_a_second_process_gets_it(home: Path) -> None:
 def work(text: str, pickled: bytes, x: list[float], u: list[float]) -> list[bytes]:
     """What a worker does: the same machine from JSON and from a pickle."""
     systems = (machine_from_json(text), pickle.loads(pickled))
-    return [system.model().step(x, u, 0.01).tobytes() for system in systems]
+    return [Model(system).step(x, u, 0.01).tobytes() for system in systems]
 
 
 @pytest.mark.usefixtures("home")

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
+from kinolab.dynamics.derivation.cancellation import Cancellation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
-from kinolab.dynamics.lagrange.cancellation import Cancellation
 from tests.dynamics.derivation.test_expression_graph import LABELS, build, expressions, states
 
 

@@ -12,8 +12,8 @@ import sympy as sp
 
 import kinolab.systems
 from kinolab.dynamics import Model, System, rate
-from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
 from kinolab.dynamics.lagrange.equations import Equations
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
 from tests.dynamics.machines import compiled, compiled_random
 from tests.dynamics.reference import Reference

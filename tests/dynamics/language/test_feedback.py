@@ -157,13 +157,13 @@ def test_rows_of_references_are_followed_one_by_one(model: Model) -> None:
 
 def test_a_machine_with_feedback_survives_its_file(model: Model) -> None:
     text = machine_to_json(model.system)
-    again = machine_from_json(text).model()
+    again = Model(machine_from_json(text))
     x, r = np.array([0.3, 0.05, 0.2, -0.1]), np.array([1.0])
     assert np.array_equal(again.plant_inputs(x, r), model.plant_inputs(x, r))
     assert machine_to_json(again.system) == text
     stated = machine_from_json(machine_to_json(cart_pole()))  # before it was designed
     assert isinstance(stated.feedback, Regulator)
-    assert np.array_equal(stated.model().plant_inputs(x, r), model.plant_inputs(x, r))
+    assert np.array_equal(System.of(stated).model().plant_inputs(x, r), model.plant_inputs(x, r))
 
 
 def test_other_parameters_give_other_gains() -> None:

@@ -22,7 +22,7 @@ from kinolab.dynamics import (
     output,
     parameter,
 )
-from kinolab.dynamics.language.flatness import evaluate
+from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from kinolab.errors import InputError
 from tests.oracles import crane as newton

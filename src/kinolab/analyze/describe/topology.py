@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinolab.dynamics import Attitude, System
-from kinolab.dynamics.language.mechanism import AnyCoordinate, atoms_of
+from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, atoms_of
 
 
 def space_of(system: System) -> str:

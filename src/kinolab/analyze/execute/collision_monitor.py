@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import System
+from kinolab.dynamics.language.mechanism import System
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]

@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics import Model, System
+from kinolab.dynamics import Model
+from kinolab.dynamics.language.mechanism import System
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.quaternions import turned_at_random
 from kinolab.problem import Problem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import sympy
@@ -12,13 +12,21 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
+from kinolab.dynamics.codegen.cache import cached
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.json.machine_file import (
+    feedback_from_tree,
+    feedback_to_tree,
+    machine_to_json,
+)
+from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.riccati import lqr
 
 Array: TypeAlias = NDArray[np.float64]
+AnySystem = TypeVar("AnySystem", bound=System)
 
 FD_STEP = 1e-6  # of a state's scale, for the derivative of a derivative
 ROUNDING = 1e-12  # share of a polynomial's values below which a coefficient is left out
@@ -38,6 +46,26 @@ def lqr_design(model: Model, regulator: Regulator) -> Feedback:
             own rates of change.
     """
     return _Design(model, regulator).feedback()
+
+
+def with_law(system: AnySystem) -> AnySystem:
+    """Return a machine whose regulator, where it has one, is the law that it asks for.
+
+    It is designed once and kept on disk, as compiled machines are.
+
+    Raises:
+        InputError: As ``lqr_design``.
+    """
+    regulator = system.feedback
+    if not isinstance(regulator, Regulator):
+        return system
+
+    def design() -> tuple[dict[str, Any], bytes]:
+        law = lqr_design(Model(system.with_feedback(None)), regulator)
+        return {"feedback": feedback_to_tree(law)}, b""
+
+    facts, _ = cached(machine_to_json(system), design)
+    return system.with_feedback(feedback_from_tree(system, facts["feedback"]))
 
 
 def linearised(model: Model, watched: StateFunctions, at: Trim) -> tuple[Array, Array, float]:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.arguments import checked
-from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 

@@ -22,11 +22,7 @@ from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
-from kinolab.dynamics.derivation.symbol_table import (
-    SymbolTable,
-    configuration_symbols,
-    tangent_symbols,
-)
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
 from kinolab.dynamics.derivation.velocity_coordinates import (
     ConstraintRow,
@@ -42,6 +38,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
 

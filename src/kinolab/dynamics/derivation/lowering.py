@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
+from typing import TypeAlias
 
+import numpy as np
 import sympy
+from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.errors import InputError, Mistake
+
+Array: TypeAlias = NDArray[np.float64]
 
 FUNCTIONS: dict[type, str] = {
     sympy.sin: "sin",
@@ -19,6 +25,12 @@ FUNCTIONS: dict[type, str] = {
     sympy.atan: "atan",
     sympy.Abs: "fabs",
     sympy.sign: "sign",
+}
+ON_ARRAYS: dict[str, np.ufunc] = {
+    **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")},
+    **{"atan": np.arctan, "fabs": np.abs, "sign": np.sign, "neg": np.negative},
+    **{"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide},
+    "fmax": np.maximum,
 }
 
 
@@ -91,3 +103,31 @@ class Lowering:
             raise InputError([Mistake("", what)])
         logarithm = self.tape.unary("log", self(base))
         return self.tape.unary("exp", self.tape.mul(self(exponent), logarithm))
+
+
+def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:
+    """Return an expression at arrays of values, which broadcast against each other."""
+    tape, names, end = _lowered(expression, tuple(values))
+    arrays = (np.asarray(value, float) for value in values.values())
+    given = dict(zip(names, arrays, strict=True))
+    memo: dict[int, Array] = {}
+    for node in tape.needed([end]):
+        operation = tape.operations[node]
+        if operation.name == "const":
+            memo[node] = np.asarray(operation.value)
+        elif operation.name == "variable":
+            memo[node] = given[node]
+        else:
+            memo[node] = ON_ARRAYS[operation.name](*(memo[o] for o in operation.operands))
+    shape = np.broadcast_shapes(*(array.shape for array in given.values()))
+    return np.broadcast_to(memo[end], shape).copy()
+
+
+@lru_cache(maxsize=256)
+def _lowered(
+    expression: sympy.Expr, symbols: tuple[sympy.Symbol, ...]
+) -> tuple[ExpressionGraph, list[Node], Node]:
+    """Return an expression on a tape of its own, with the nodes of its symbols and its own."""
+    tape = ExpressionGraph()
+    names = [tape.variable(str(k)) for k in range(len(symbols))]
+    return tape, names, Lowering(tape, dict(zip(symbols, names, strict=True)))(expression)

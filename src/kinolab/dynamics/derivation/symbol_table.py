@@ -11,7 +11,7 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.frames import motion_of
 from kinolab.dynamics.language.mechanism import System
-from kinolab.dynamics.language.symbols import Coordinate, rate
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 
 
 @dataclass(frozen=True)
@@ -71,21 +71,3 @@ class SymbolTable:
     def at(self, velocities: Sequence[Node]) -> Mapping[Node, Node]:
         """Return the replacement of the velocities' variables by given nodes."""
         return dict(zip(self.tangent, velocities, strict=True))
-
-
-def configuration_symbols(system: System) -> tuple[sympy.Symbol, ...]:
-    """Return the symbols of q in order; four for an attitude."""
-    return tuple(
-        symbol
-        for c in system.coordinates
-        for symbol in ((c,) if isinstance(c, Coordinate) else c.quaternion)
-    )
-
-
-def tangent_symbols(system: System) -> tuple[sympy.Symbol, ...]:
-    """Return the symbols of the velocities in order; three for an attitude."""
-    return tuple(
-        symbol
-        for c in system.coordinates
-        for symbol in ((rate(c),) if isinstance(c, Coordinate) else c.turn_rate)
-    )

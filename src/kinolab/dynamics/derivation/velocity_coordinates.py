@@ -17,13 +17,14 @@ import sympy
 
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.random_states import sampled_values
-from kinolab.dynamics.derivation.symbol_table import SymbolTable, tangent_symbols
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 

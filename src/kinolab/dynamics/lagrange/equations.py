@@ -16,17 +16,16 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.analysis.fields.brackets import written_length
-from kinolab.dynamics.derivation.symbol_table import tangent_symbols
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
-from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.lagrange.printing import one_line, written_length
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
 
 # [s] of computing after which no further equation is made more readable

@@ -135,3 +135,20 @@ def _order(factor: sympy.Expr) -> tuple[int, str]:
     if base.is_Symbol:
         return 2, str(base).lower()
     return (3 if base.is_Function else 4), str(base)
+
+
+def written_length(expression: sympy.Expr) -> int:
+    """Return how many symbols, numbers and operations an expression has when it is written out.
+
+    Subexpressions that are shared are visited once; written out they may be more than memory holds.
+    """
+    lengths: dict[sympy.Basic, int] = {}
+    stack = [expression]
+    while stack:
+        missing = [part for part in stack[-1].args if part not in lengths]
+        if missing:
+            stack += missing
+        else:
+            part = stack.pop()
+            lengths[part] = 1 + sum(lengths[inner] for inner in part.args)
+    return lengths[expression]

@@ -9,30 +9,17 @@ Source: Fliess, Levine, Martin, Rouchon, Flatness and defect of non-linear syste
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TypeAlias
 
-import numpy as np
 import sympy
-from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import checked
-from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
 
-Array: TypeAlias = NDArray[np.float64]
-
-ON_ARRAYS: dict[str, np.ufunc] = {
-    **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")},
-    **{"atan": np.arctan, "fabs": np.abs, "sign": np.sign, "neg": np.negative},
-    **{"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide},
-    "fmax": np.maximum,
-}
 MAX_ORDERS = 3  # of an output that a flat map may use: 0 to 2, which is what curves are drawn with
 
 
@@ -122,31 +109,3 @@ def symbols_used(flat: Flat) -> set[sympy.Symbol]:
     """Return the symbols of all expressions of a flat map."""
     pairs = flat.steered if isinstance(flat, PlaneCurves) else (*flat.outputs, *flat.determined)
     return {symbol for _, expression in pairs for symbol in exact(expression).free_symbols}
-
-
-def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:
-    """Return an expression at arrays of values, which broadcast against each other."""
-    tape, names, end = _lowered(expression, tuple(values))
-    arrays = (np.asarray(value, float) for value in values.values())
-    given = dict(zip(names, arrays, strict=True))
-    memo: dict[int, Array] = {}
-    for node in tape.needed([end]):
-        operation = tape.operations[node]
-        if operation.name == "const":
-            memo[node] = np.asarray(operation.value)
-        elif operation.name == "variable":
-            memo[node] = given[node]
-        else:
-            memo[node] = ON_ARRAYS[operation.name](*(memo[o] for o in operation.operands))
-    shape = np.broadcast_shapes(*(array.shape for array in given.values()))
-    return np.broadcast_to(memo[end], shape).copy()
-
-
-@lru_cache(maxsize=256)
-def _lowered(
-    expression: sympy.Expr, symbols: tuple[sympy.Symbol, ...]
-) -> tuple[ExpressionGraph, list[Node], Node]:
-    """Return an expression on a tape of its own, with the nodes of its symbols and its own."""
-    tape = ExpressionGraph()
-    names = [tape.variable(str(k)) for k in range(len(symbols))]
-    return tape, names, Lowering(tape, dict(zip(symbols, names, strict=True)))(expression)

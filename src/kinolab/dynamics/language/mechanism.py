@@ -2,43 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
-
-import sympy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Literal, Self
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.auxiliary_states import State
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import AnyCable, Cable, as_cables
+from kinolab.dynamics.language.cables import AnyCable, as_cables
 from kinolab.dynamics.language.constraints import Constraint, Requirement
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.inputs import Input
-from kinolab.dynamics.language.symbols import (
-    Attitude,
-    Coordinate,
-    Parameter,
-    QuaternionEntry,
-    RateSymbol,
-    TurnRate,
+from kinolab.dynamics.language.mechanism_parts import (
+    AnyCoordinate,
+    MechanismParts,
+    atoms_of,
+    coordinate_of,
 )
+from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.language.validation import mistakes_of
 from kinolab.errors import InputError
-
-if TYPE_CHECKING:
-    from kinolab.dynamics.lagrange.agreement import Agreement
-    from kinolab.dynamics.lagrange.equations import Equations
-    from kinolab.dynamics.model import Model
-
-AnyCoordinate: TypeAlias = Coordinate | Attitude
 
 
 @checked
 @dataclass(frozen=True, init=False)
-class System:
+class System(MechanismParts):
     """A mechanical system, frozen; several separate mechanisms may be in one.
 
     Args:
@@ -65,23 +55,6 @@ class System:
         InputError: With every mistake in the description.
     """
 
-    name: str
-    bodies: tuple[Body, ...]
-    constraints: tuple[Constraint, ...]
-    inputs: tuple[Input, ...]
-    efforts: tuple[Effort, ...]
-    gravity: Gravity | None
-    states: tuple[State, ...]
-    requirements: tuple[Requirement, ...]
-    collisions: tuple[tuple[str, str], ...]
-    cables: tuple[Cable, ...]
-    velocities: tuple[AnyCoordinate, ...] | Literal["all"] | None
-    coordinates: tuple[AnyCoordinate, ...]
-    parameters: tuple[Parameter, ...]
-    values: tuple[tuple[str, float], ...]
-    flat: Flat | None
-    feedback: Feedback | Regulator | None
-
     def __init__(
         self,
         name: str,
@@ -101,8 +74,6 @@ class System:
         flat: Flat | None = None,
         feedback: Feedback | Regulator | None = None,
     ) -> None:
-        from kinolab.dynamics.language.validation import mistakes_of
-
         content = {
             "bodies": tuple(bodies),
             "constraints": tuple(constraints),
@@ -115,7 +86,7 @@ class System:
             "feedback": feedback,
         }
         atoms = set(atoms_of(tuple(content.values())))
-        used = {a for a in map(_coordinate_of, atoms) if a is not None}
+        used = {a for a in map(coordinate_of, atoms) if a is not None}
         given = {
             "name": name,
             **content,
@@ -136,104 +107,37 @@ class System:
         if mistakes:
             raise InputError(mistakes)
 
-    def with_parameters(self, **values: float) -> System:
+    @classmethod
+    def of(cls, other: System) -> Self:
+        """Return a machine as one of this class."""
+        return cls(**other._content())
+
+    def with_parameters(self, **values: float) -> Self:
         """Return the same machine with other parameter values; nothing is derived anew.
 
         Raises:
             InputError: If a parameter does not exist or a value is not a number.
         """
-        return self._changed(values=dict(self.values) | values)
+        return self.changed(values=dict(self.values) | values)
 
-    def with_feedback(self, feedback: Feedback | Regulator | None) -> System:
+    def with_feedback(self, feedback: Feedback | Regulator | None) -> Self:
         """Return the same machine with another controller, or with none.
 
         Raises:
             InputError: If the controller does not fit the machine.
         """
-        return self._changed(feedback=feedback)
+        return self.changed(feedback=feedback)
 
-    def with_inputs(self, inputs: Sequence[Input], feedback: Feedback | Regulator | None) -> System:
-        """Return the same machine with other limits of its inputs, and another controller."""
-        return self._changed(inputs=tuple(inputs), feedback=feedback)
+    def changed(self, **content: Any) -> Self:
+        """Return the same machine with other arguments of its constructor.
 
-    def _changed(self, **content: Any) -> System:
-        own = {field.name: getattr(self, field.name) for field in fields(self)}
-        del own["parameters"]  # they follow from the rest
-        return System(**own | {"values": dict(self.values)} | content)
-
-    @property
-    def parameter_values(self) -> dict[str, float]:
-        """Every parameter's value in its SI unit, by name."""
-        return {p.name: p.default for p in self.parameters} | dict(self.values)
-
-    def number(self, expression: Any) -> float:
-        """Evaluate an expression in parameters alone."""
-        stated, values = exact(expression), self.parameter_values
-        known = (entry for entry in stated.atoms(Parameter) if entry.name in values)
-        named = [(entry, values[entry.name]) for entry in known]
-        return float(stated.subs(named) if named else stated)
-
-    def resolved_shapes(self, body: Body) -> tuple[Any, ...]:
-        """Return a body's shapes with their dimensions as numbers."""
-
-        def number(value: Any) -> Any:
-            if isinstance(value, tuple):
-                return tuple(number(entry) for entry in value)
-            return value if isinstance(value, str) else self.number(value)
-
-        return tuple(
-            replace(shape, **{field: number(value) for field, value in vars(shape).items()})
-            for shape in body.shapes
-        )
-
-    def model(self) -> Model:
-        """Derive and compile the equations of motion."""
-        from kinolab.dynamics.model import Model
-
-        return Model(self)
-
-    def equations(self) -> Equations:
-        """Return the equations of motion for reading, in the author's symbols."""
-        from kinolab.dynamics.lagrange.equations import equations_of
-
-        return equations_of(self)
-
-    def agrees_with(self, equations: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
-        """Hold a hand derivation against kinolab's own and name the terms that differ.
-
-        Args:
-            equations: Equations of motion in the machine's symbols, with ``acceleration(x)`` for
-                second derivatives and input symbols for inputs, in any order and each up to a
-                factor; with multipliers lambda_1, … or without.
-
-        Returns:
-            True or False, with ``.verdicts`` in words.
+        Raises:
+            InputError: With every mistake in the description.
         """
-        from kinolab.dynamics.lagrange.agreement import compare
+        return type(self)(**self._content() | content)
 
-        return compare(self.equations(), equations)
-
-    def _repr_latex_(self) -> str:
-        return self.equations().latex()
-
-
-def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:
-    """Yield every symbol and attitude in a tree of dataclasses, tuples and expressions."""
-    if isinstance(part, sympy.Basic):
-        yield from part.free_symbols
-    elif isinstance(part, tuple):
-        for entry in part:
-            yield from atoms_of(entry)
-    elif isinstance(part, Attitude):
-        yield part
-    elif hasattr(part, "__dataclass_fields__"):
-        yield from atoms_of(tuple(getattr(part, name) for name in part.__dataclass_fields__))
-
-
-def _coordinate_of(atom: sympy.Symbol | Attitude) -> AnyCoordinate | None:
-    """Return the coordinate that a symbol belongs to, if any."""
-    if isinstance(atom, RateSymbol):
-        return atom.coordinate
-    if isinstance(atom, QuaternionEntry | TurnRate):
-        return atom.attitude
-    return atom if isinstance(atom, Coordinate | Attitude) else None
+    def _content(self) -> dict[str, Any]:
+        """Return the constructor's arguments; the parameters follow from the rest."""
+        own = {field.name: getattr(self, field.name) for field in fields(self)}
+        del own["parameters"]
+        return own | {"values": dict(self.values)}

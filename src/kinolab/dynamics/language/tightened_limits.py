@@ -39,4 +39,4 @@ def with_tightened_limits(system: System, limits: Mapping[str, tuple[float, floa
         feedback = Feedback([held(entry) for entry in feedback.references], feedback.law)
     if mistakes:
         raise InputError(mistakes)
-    return system.with_inputs(inputs, feedback)
+    return system.changed(inputs=inputs, feedback=feedback)

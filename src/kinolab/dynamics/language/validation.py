@@ -6,19 +6,24 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy
 
-from kinolab.dynamics.derivation.symbol_table import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.cables import Cable
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import output_symbols, symbols_used
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.mechanism import atoms_of
+from kinolab.dynamics.language.mechanism_parts import (
+    AnyCoordinate,
+    MechanismParts,
+    atoms_of,
+    configuration_symbols,
+    tangent_symbols,
+)
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -31,15 +36,12 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake, is_broken, printable, unknown_name
 
-if TYPE_CHECKING:
-    from kinolab.dynamics.language.mechanism import AnyCoordinate, System
-
 MAX_DEGREE = 8  # of polynomials through equilibria
 TRIANGLE_TOLERANCE = 1e-9  # relative rounding that an inertia may show
 
 
 def mistakes_of(
-    system: System, atoms: set[sympy.Symbol | Attitude], used: set[AnyCoordinate]
+    system: MechanismParts, atoms: set[sympy.Symbol | Attitude], used: set[AnyCoordinate]
 ) -> Iterator[Mistake]:
     """Yield everything that is wrong with a description.
 
@@ -73,11 +75,11 @@ def mistakes_of(
             yield from error.mistakes
 
 
-def _where(system: System) -> str:
+def _where(system: MechanismParts) -> str:
     return f"system {system.name!r}"
 
 
-def _naming(system: System) -> Iterator[Mistake]:
+def _naming(system: MechanismParts) -> Iterator[Mistake]:
     symbols = (*configuration_symbols(system), *tangent_symbols(system), *system.parameters)
     references = () if system.feedback is None else system.feedback.references
     named = (*system.inputs, *system.states, *references)
@@ -103,7 +105,7 @@ def _naming(system: System) -> Iterator[Mistake]:
             yield Mistake(f"{entry.name!r}", "this is not a usable name.", remedy)
 
 
-def _values(system: System) -> Iterator[Mistake]:
+def _values(system: MechanismParts) -> Iterator[Mistake]:
     known = [parameter.name for parameter in system.parameters]
     for name, value in system.values:
         if name not in known:
@@ -116,7 +118,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _symbols(system: System, atoms: set[sympy.Symbol | Attitude]) -> Iterator[Mistake]:
+def _symbols(system: MechanismParts, atoms: set[sympy.Symbol | Attitude]) -> Iterator[Mistake]:
     """Name symbols that are no part of the machine's vocabulary, or not of this machine."""
     known: dict[type, set[str]] = {
         InputSymbol: {entry.name for entry in system.inputs},
@@ -142,7 +144,7 @@ def _names(entries: Sequence[Any]) -> set[str]:
     return {entry.name for entry in entries}
 
 
-def _coordinates(system: System, used: set[AnyCoordinate]) -> Iterator[Mistake]:
+def _coordinates(system: MechanismParts, used: set[AnyCoordinate]) -> Iterator[Mistake]:
     listed = set(system.coordinates)
     for coordinate in sorted(used - listed, key=lambda c: c.serial):
         what = f"the coordinate {coordinate.name} is used but not listed in coordinates."
@@ -164,7 +166,7 @@ def _coordinates(system: System, used: set[AnyCoordinate]) -> Iterator[Mistake]:
             yield Mistake(_where(system), what)
 
 
-def _references(system: System) -> Iterator[Mistake]:
+def _references(system: MechanismParts) -> Iterator[Mistake]:
     """Name bodies that are acted on but are not part of the machine."""
     names = [body.name for body in system.bodies]
     for part in (*system.inputs, *system.efforts):
@@ -182,7 +184,7 @@ def _references(system: System) -> Iterator[Mistake]:
                 yield unknown_name(kind, name, known=names, where=f"{_where(system)} collisions")
 
 
-def _places(system: System) -> Iterator[Mistake]:
+def _places(system: MechanismParts) -> Iterator[Mistake]:
     """Frames are functions of position, and gravity is the same everywhere."""
     for body in system.bodies:
         for symbol in sorted(set(atoms_of(body.frame)), key=str):
@@ -198,7 +200,7 @@ def _places(system: System) -> Iterator[Mistake]:
         yield Mistake("gravity", f"{system.gravity.down} is not a unit vector.")
 
 
-def _flatness(system: System) -> Iterator[Mistake]:
+def _flatness(system: MechanismParts) -> Iterator[Mistake]:
     """A flat map speaks of the machine's own coordinates and parameters."""
     if system.flat is None:
         return
@@ -213,7 +215,7 @@ def _flatness(system: System) -> Iterator[Mistake]:
         yield Mistake(where, f"the symbol {symbol} means nothing here.", remedy)
 
 
-def _feedback(system: System) -> Iterator[Mistake]:
+def _feedback(system: MechanismParts) -> Iterator[Mistake]:
     """A controller gives every input of the machine, and nothing else."""
     feedback, where = system.feedback, f"{_where(system)} feedback"
     if feedback is None:
@@ -238,7 +240,7 @@ def _feedback(system: System) -> Iterator[Mistake]:
         yield from _regulator(system, feedback, where)
 
 
-def _regulator(system: System, regulator: Regulator, where: str) -> Iterator[Mistake]:
+def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iterator[Mistake]:
     """What is to be designed must be a question that has an answer."""
     inputs, tracked = [entry.name for entry in system.inputs], [z for z, _ in regulator.tracked]
     for z, _ in regulator.about:
@@ -262,7 +264,7 @@ def _regulator(system: System, regulator: Regulator, where: str) -> Iterator[Mis
             yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
 
 
-def _shape(system: System, body: Body, shape: Any) -> Iterator[Mistake]:
+def _shape(system: MechanismParts, body: Body, shape: Any) -> Iterator[Mistake]:
     """The dimensions of a shape are positive numbers."""
     where = f"body {body.name!r} {type(shape).__name__.lower()}"
     for name, value in vars(shape).items():
@@ -282,7 +284,7 @@ def _shape(system: System, body: Body, shape: Any) -> Iterator[Mistake]:
             yield Mistake(where, f"{name} is {stated}{numbers[0]:g} m.", "It must be positive.")
 
 
-def _cable(system: System, cable: Cable) -> Iterator[Mistake]:
+def _cable(system: MechanismParts, cable: Cable) -> Iterator[Mistake]:
     """The radius of a cable is a positive number."""
     where = f"cable {cable.name!r}"
     try:
@@ -296,7 +298,7 @@ def _cable(system: System, cable: Cable) -> Iterator[Mistake]:
         yield Mistake(where, f"its radius is {radius:g} m.", remedy)
 
 
-def _body(system: System, body: Body) -> Iterator[Mistake]:
+def _body(system: MechanismParts, body: Body) -> Iterator[Mistake]:
     where = f"body {body.name!r}"
     try:
         mass = system.number(body.mass)

@@ -12,7 +12,7 @@ from sympy.diffgeom import CoordSystem, Manifold, Patch
 from kinolab import systems
 from kinolab.dynamics import VectorField, VectorFields, lie_bracket, vector_fields
 from kinolab.dynamics.analysis.fields.bracket_filtration import BracketFiltration
-from kinolab.dynamics.analysis.fields.brackets import written_length
+from kinolab.dynamics.lagrange.printing import written_length
 from kinolab.dynamics.language.expressions import as_written
 from kinolab.errors import InputError
 

@@ -20,11 +20,13 @@ from kinolab.dynamics import (
     Coordinate,
     Cylinder,
     Force,
+    Model,
     System,
     length,
     move,
     parameter,
 )
+from kinolab.dynamics.lagrange.equations import equations_of
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_file import (
     load_machine,
@@ -47,7 +49,7 @@ def test_a_machine_comes_back_with_the_same_bits(name: str) -> None:
     text = machine_to_json(model.system)
     back = machine_from_json(text)
     assert machine_to_json(back) == text
-    again = back.model()
+    again = Model(back)
     assert again.state_names == model.state_names
     assert again.control_names == model.control_names
     np.testing.assert_array_equal(again.control_bounds, model.control_bounds)
@@ -62,7 +64,7 @@ def test_a_machine_comes_back_with_the_same_bits(name: str) -> None:
 def test_a_machine_comes_back_with_the_same_bounds_on_its_speed(name: str) -> None:
     """A coin read from a file still spins about its axle without moving."""
     model = MACHINES[name](name)
-    again = machine_from_json(machine_to_json(model.system)).model()
+    again = Model(machine_from_json(machine_to_json(model.system)))
     x = np.random.default_rng(0).uniform(-0.7, 0.7, (20, model.nx))
     assert again.point_speed(x).tobytes() == model.point_speed(x).tobytes()
 
@@ -390,9 +392,9 @@ def test_no_code_in_a_machine_file_is_run(place: str, tmp_path: Path) -> None:
         assert not mark.exists()
         for body in system.bodies:
             system.resolved_shapes(body)
-        model = system.model()
+        model = Model(system)
         model.point_speed([0.1, 0.2])
-        system.equations().text()
+        equations_of(system).text()
     except Exception:
         assert not mark.exists(), "code from the file was run"
     assert not mark.exists(), "code from the file was run"
@@ -403,7 +405,7 @@ def test_a_shape_of_text_is_not_evaluated(tmp_path: Path) -> None:
     evil = RUNS.format(str(mark))
     shape = record("Cylinder", radius=evil, length=1.0, axis="z", at=[0.0, 0.0, 0.0])
     try:
-        machine_from_json(json.dumps(with_bob(shapes=[shape]))).model()
+        Model(machine_from_json(json.dumps(with_bob(shapes=[shape]))))
     except Exception:
         assert not mark.exists(), "code from the file was run"
     assert not mark.exists(), "code from the file was run"

@@ -12,6 +12,8 @@ import pytest
 import sympy
 
 import kinolab
+from kinolab.dynamics import Model
+from kinolab.dynamics.lagrange.equations import equations_of
 from kinolab.dynamics.language.json.machine_file import (
     FEEDBACK_FILE,
     load_machine,
@@ -87,7 +89,7 @@ LARGE: dict[str, tuple[dict[str, Any], str]] = {
 def test_what_would_take_minutes_is_refused_in_words(data: dict[str, Any], said: str) -> None:
     text = json.dumps(data)
     with within(20), pytest.raises(InputError) as caught:
-        machine_from_json(text).equations()
+        equations_of(machine_from_json(text))
     assert said in str(caught.value)
     assert all(mistake.where.startswith("machine.json") for mistake in caught.value.mistakes)
 
@@ -104,7 +106,7 @@ def test_equations_of_what_is_allowed_are_derived_and_right(tree: Any) -> None:
     m l^2 theta'' + dV/dtheta = torque; the derivative is compared with a central difference.
     """
     with within(60):
-        (equation,) = machine_from_json(json.dumps(with_potential(tree))).equations().balance
+        (equation,) = equations_of(machine_from_json(json.dumps(with_potential(tree)))).balance
     side = equation.lhs
     values = dict.fromkeys(side.free_symbols, 0.0) | {
         symbol: 1.0 for symbol in side.free_symbols if symbol.name in {"m", "l"}
@@ -155,7 +157,7 @@ def test_half_a_character_is_refused_wherever_it_stands(place: Callable[[Any], A
     data = document()
     place(data)
     with pytest.raises(InputError, match=r"this is no Unicode text. Write it in UTF-8."):
-        machine_from_json(json.dumps(data)).model()
+        Model(machine_from_json(json.dumps(data)))
 
 
 def test_a_machine_of_ones_own_has_names_that_can_be_written() -> None:

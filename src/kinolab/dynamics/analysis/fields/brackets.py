@@ -10,7 +10,7 @@ from typing import final
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.lagrange.printing import one_line, written_length
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.errors import InputError, Mistake
@@ -75,23 +75,6 @@ def lie_bracket(f: VectorField, g: VectorField) -> VectorField:
         raise InputError([Mistake("Lie bracket", "the fields have different variables.", remedy)])
     pairs = zip(f.components, g.components, strict=True)
     return VectorField(f.variables, [f.along(b) - g.along(a) for a, b in pairs])
-
-
-def written_length(expression: sympy.Expr) -> int:
-    """Return how many symbols, numbers and operations an expression has when it is written out.
-
-    Subexpressions that are shared are visited once; written out they may be more than memory holds.
-    """
-    lengths: dict[sympy.Basic, int] = {}
-    stack = [expression]
-    while stack:
-        missing = [part for part in stack[-1].args if part not in lengths]
-        if missing:
-            stack += missing
-        else:
-            part = stack.pop()
-            lengths[part] = 1 + sum(lengths[inner] for inner in part.args)
-    return lengths[expression]
 
 
 def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:

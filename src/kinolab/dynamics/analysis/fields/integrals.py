@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 import sympy
 
-from kinolab.dynamics.derivation.symbol_table import tangent_symbols
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate, TurnRate
 
 Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # of a function, by coordinate

@@ -24,7 +24,7 @@ from kinolab.dynamics.analysis.fields.system_fields import allowed_motions
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.fields.wording import combination_text
 from kinolab.dynamics.analysis.jets.ranks import reduced_rows, scales_of
-from kinolab.dynamics.derivation.symbol_table import SymbolTable, tangent_symbols
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import (
     ConstraintRow,
     constraint_rows,
@@ -33,6 +33,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import TurnRate
 
 Array = NDArray[np.float64]

@@ -1,39 +1,21 @@
-"""States at which ranks are decided: sampled ones, chosen ones, and rational ones near them."""
+"""States at which ranks are decided: chosen ones, and rational ones near sampled ones."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
-from itertools import islice
 from math import tan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
 import sympy
 
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.scalars import Turn
 from kinolab.dynamics.language.symbols import QuaternionEntry
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
-if TYPE_CHECKING:
-    from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
-
-REGULAR_SAMPLES = 3  # sampled states; one alone may lie badly
 # rational points are multiples of 1 / GRAIN, so that their powers stay short
 RATIONAL_DENOMINATOR = 16
-
-
-def random_points(names: tuple[str, ...]) -> tuple[dict[str, float], ...]:
-    """Return values of variables about which nothing is known; the same ones every time."""
-    generator = np.random.default_rng(0)
-    return tuple(
-        {name: float(generator.uniform(-1, 1)) for name in names} for _ in range(REGULAR_SAMPLES)
-    )
-
-
-def first(samples: Iterator[dict[str, float]]) -> tuple[dict[str, float], ...]:
-    """Return sampled states of a machine; the very first, at rest, is none of them."""
-    return tuple(islice(samples, 1, 1 + REGULAR_SAMPLES))
 
 
 def complete_point(fields: VectorFields, at: Mapping[Any, Any]) -> dict[str, Any]:

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.analysis.fields.points import first
-from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields, first
 from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.symbol_table import (
-    SymbolTable,
-    configuration_symbols,
-    tangent_symbols,
-)
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
 from kinolab.dynamics.derivation.velocity_coordinates import (
     VelocityCoordinates,
@@ -29,6 +24,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Attitude
 from kinolab.errors import InputError, Mistake
 
@@ -166,9 +162,7 @@ def _with_own_velocities(system: System) -> System:
     """Return the machine with velocities that kinolab chooses, where all are states."""
     if system.velocities != "all":
         return system
-    content = {field.name: getattr(system, field.name) for field in fields(system)}
-    del content["parameters"]
-    return System(**content | {"velocities": None, "values": dict(system.values)})
+    return system.changed(velocities=None)
 
 
 def _motions(

@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 
+import numpy as np
 import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.brackets import VectorField
-from kinolab.dynamics.analysis.fields.points import random_points
 from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.expressions import exact
 from kinolab.errors import InputError, Mistake
 
+REGULAR_SAMPLES = 3  # sampled states; one alone may lie badly
 DRIFT = "drift"  # what the field is called that acts without inputs
 
 
@@ -128,3 +130,16 @@ class VectorFields:
     def __iter__(self) -> Iterator[VectorField]:
         """Yield all fields as expressions, the drift first where there is one."""
         return (self.field(name) for name in self.components)
+
+
+def random_points(names: tuple[str, ...]) -> tuple[dict[str, float], ...]:
+    """Return values of variables about which nothing is known; the same ones every time."""
+    generator = np.random.default_rng(0)
+    return tuple(
+        {name: float(generator.uniform(-1, 1)) for name in names} for _ in range(REGULAR_SAMPLES)
+    )
+
+
+def first(samples: Iterator[dict[str, float]]) -> tuple[dict[str, float], ...]:
+    """Return sampled states of a machine; the very first, at rest, is none of them."""
+    return tuple(islice(samples, 1, 1 + REGULAR_SAMPLES))

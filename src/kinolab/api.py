@@ -1,0 +1,94 @@
+"""Problem and plan as users see them: data, and what all the rest of kinolab makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinolab import loading
+from kinolab.problem import Problem
+from kinolab.solve.plan import Plan
+
+if TYPE_CHECKING:
+    from kinolab.search.ompl import OmplSetup
+
+
+def load(source: str | Path, *, overrides: Sequence[str] = ()) -> ProblemFacade:
+    """Read a scenario and build its problem.
+
+    Args:
+        source: Path of a TOML file, the name of a built-in scenario, or the path of an environment
+            of dynobench, a YAML file.
+        overrides: ``KEY=VALUE`` texts that replace keys of the file. Where one names another
+            planner, the settings of the file's own are left out.
+
+    Raises:
+        InputError: With every mistake that was found.
+    """
+    problem = loading.load(source, overrides=overrides)
+    return ProblemFacade(**{entry.name: getattr(problem, entry.name) for entry in fields(problem)})
+
+
+class ProblemFacade(Problem):
+    """A planning problem that can be solved, shown and handed to OMPL."""
+
+    def solve(
+        self,
+        planner: str | None = None,
+        seed: int | None = None,
+        time_limit: float | None = None,
+        **options: Any,
+    ) -> PlanFacade:
+        """Search for a plan, re-simulate it and verify it.
+
+        Args:
+            planner: Name of the planner, or ``file.py:Class`` with a path from the working folder;
+                the scenario's when left out.
+            seed: Seed of the random numbers; the scenario's when left out.
+            time_limit: Of the search, in [s]; the scenario's when left out.
+            options: ``max_iterations``, and settings of the planner.
+
+        Raises:
+            EndpointError: If the start or the goal is impossible.
+            InputError: If the planner or a setting does not exist.
+        """
+        from kinolab.solve import solve
+
+        plan = solve(self, planner, seed, time_limit, **options)
+        return PlanFacade(**vars(plan), problem=self)
+
+    def _repr_html_(self) -> str:
+        """Show world, start and goal in a notebook, in three dimensions."""
+        from kinolab.show.view import notebook_frame
+
+        return notebook_frame(self, None)
+
+    def to_ompl(self) -> OmplSetup:
+        """Return the problem as OMPL objects, for any OMPL control planner.
+
+        ``.space_information`` and ``.problem_definition`` are ready to use.
+        """
+        from kinolab.search.ompl import OmplSetup
+
+        return OmplSetup(self)
+
+
+@dataclass(frozen=True)
+class PlanFacade(Plan):
+    """What planning gave, and what it solves.
+
+    Attributes:
+        problem: What it solves; a notebook shows the plan in it.
+    """
+
+    problem: Problem | None = field(default=None, repr=False, compare=False)
+
+    def _repr_html_(self) -> str | None:
+        """Show it in a notebook, in three dimensions; in words where it does not know its world."""
+        if self.problem is None:
+            return None
+        from kinolab.show.view import notebook_frame
+
+        return notebook_frame(self.problem, self)

@@ -1,0 +1,117 @@
+"""What a machine is made of, its symbols and its numbers, before anything of it is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias
+
+import sympy
+
+from kinolab.dynamics.language.auxiliary_states import State
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.constraints import Constraint, Requirement
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.flatness import Flat
+from kinolab.dynamics.language.forces import Effort, Gravity
+from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.language.symbols import (
+    Attitude,
+    Coordinate,
+    Parameter,
+    QuaternionEntry,
+    RateSymbol,
+    TurnRate,
+    rate,
+)
+
+AnyCoordinate: TypeAlias = Coordinate | Attitude
+
+
+@dataclass(frozen=True)
+class MechanismParts:
+    """The fields of a machine; ``System`` says what they mean."""
+
+    name: str
+    bodies: tuple[Body, ...]
+    constraints: tuple[Constraint, ...]
+    inputs: tuple[Input, ...]
+    efforts: tuple[Effort, ...]
+    gravity: Gravity | None
+    states: tuple[State, ...]
+    requirements: tuple[Requirement, ...]
+    collisions: tuple[tuple[str, str], ...]
+    cables: tuple[Cable, ...]
+    velocities: tuple[AnyCoordinate, ...] | Literal["all"] | None
+    coordinates: tuple[AnyCoordinate, ...]
+    parameters: tuple[Parameter, ...]
+    values: tuple[tuple[str, float], ...]
+    flat: Flat | None
+    feedback: Feedback | Regulator | None
+
+    @property
+    def parameter_values(self) -> dict[str, float]:
+        """Every parameter's value in its SI unit, by name."""
+        return {p.name: p.default for p in self.parameters} | dict(self.values)
+
+    def number(self, expression: Any) -> float:
+        """Evaluate an expression in parameters alone."""
+        stated, values = exact(expression), self.parameter_values
+        known = (entry for entry in stated.atoms(Parameter) if entry.name in values)
+        named = [(entry, values[entry.name]) for entry in known]
+        return float(stated.subs(named) if named else stated)
+
+    def resolved_shapes(self, body: Body) -> tuple[Any, ...]:
+        """Return a body's shapes with their dimensions as numbers."""
+
+        def number(value: Any) -> Any:
+            if isinstance(value, tuple):
+                return tuple(number(entry) for entry in value)
+            return value if isinstance(value, str) else self.number(value)
+
+        return tuple(
+            replace(shape, **{field: number(value) for field, value in vars(shape).items()})
+            for shape in body.shapes
+        )
+
+
+def configuration_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:
+    """Return the symbols of q in order; four for an attitude."""
+    return tuple(
+        symbol
+        for c in system.coordinates
+        for symbol in ((c,) if isinstance(c, Coordinate) else c.quaternion)
+    )
+
+
+def tangent_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:
+    """Return the symbols of the velocities in order; three for an attitude."""
+    return tuple(
+        symbol
+        for c in system.coordinates
+        for symbol in ((rate(c),) if isinstance(c, Coordinate) else c.turn_rate)
+    )
+
+
+def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:
+    """Yield every symbol and attitude in a tree of dataclasses, tuples and expressions."""
+    if isinstance(part, sympy.Basic):
+        yield from part.free_symbols
+    elif isinstance(part, tuple):
+        for entry in part:
+            yield from atoms_of(entry)
+    elif isinstance(part, Attitude):
+        yield part
+    elif hasattr(part, "__dataclass_fields__"):
+        yield from atoms_of(tuple(getattr(part, name) for name in part.__dataclass_fields__))
+
+
+def coordinate_of(atom: sympy.Symbol | Attitude) -> AnyCoordinate | None:
+    """Return the coordinate that a symbol belongs to, if any."""
+    if isinstance(atom, RateSymbol):
+        return atom.coordinate
+    if isinstance(atom, QuaternionEntry | TurnRate):
+        return atom.attitude
+    return atom if isinstance(atom, Coordinate | Attitude) else None

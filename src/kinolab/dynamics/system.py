@@ -1,0 +1,41 @@
+"""A machine as its author sees it: what is derived from it is a method of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy
+
+from kinolab.dynamics.analysis.lqr_design import with_law
+from kinolab.dynamics.lagrange.agreement import Agreement, compare
+from kinolab.dynamics.lagrange.equations import Equations, equations_of
+from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.model import Model
+
+
+class SystemFacade(System):
+    """A mechanical system, frozen, with the equations of motion that follow from it."""
+
+    def model(self) -> Model:
+        """Derive and compile the equations of motion; a regulator becomes the law it asks for."""
+        return Model(with_law(self))
+
+    def equations(self) -> Equations:
+        """Return the equations of motion for reading, in the author's symbols."""
+        return equations_of(self)
+
+    def agrees_with(self, equations: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
+        """Hold a hand derivation against kinolab's own and name the terms that differ.
+
+        Args:
+            equations: Equations of motion in the machine's symbols, with ``acceleration(x)`` for
+                second derivatives and input symbols for inputs, in any order and each up to a
+                factor; with multipliers lambda_1, … or without.
+
+        Returns:
+            True or False, with ``.verdicts`` in words.
+        """
+        return compare(self.equations(), equations)
+
+    def _repr_latex_(self) -> str:
+        return self.equations().latex()
