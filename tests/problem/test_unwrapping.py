@@ -24,7 +24,7 @@ from kinolab.solve import Plan
 from kinolab.testing import assert_dynamically_feasible
 from kinolab.trajectory import Trajectory
 from kinolab.verification import dynamics_checks, verify
-from kinolab.verification.certificate import DEFECT_TOLERANCE
+from kinolab.verification.checks.knot_defects import DEFECT_TOLERANCE
 from tests.conftest import Solver
 from tests.support import failed
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import kinolab
 from kinolab.dynamics import (
     Body,
     Box,
     Cable,
     Drive,
+    Model,
     System,
     length,
     move,
@@ -27,6 +27,7 @@ from kinolab.dynamics import (
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import EndpointError
 from kinolab.problem import Problem
+from kinolab.simulation.reference import ReferenceMotion, follow
 from kinolab.testing import assert_collision_free
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -308,12 +309,13 @@ def test_the_whole_motion_is_integrated_twice_and_no_more(
     """Once as it is, once with a nudged start; the other integrations are single intervals."""
     problem = load(tmp_path, "start.x_dot=1.0", "start.l=1.5")
     whole = []
-    true_motion = kinolab.verification.certificate.reference_motion
 
-    def counted(problem: Problem, start: Array, t: Array, u: Array, **how: bool) -> object:
+    def counted(
+        model: Model, start: Array, t: Array, u: Array, scales: Array, **how: bool
+    ) -> ReferenceMotion:
         whole.append(len(u) == 40)
-        return true_motion(problem, start, t, u, **how)
+        return follow(model, start, t, u, scales, **how)
 
-    monkeypatch.setattr("kinolab.verification.certificate.reference_motion", counted)
+    monkeypatch.setattr("kinolab.simulation.reference.follow", counted)
     assert verify(problem, gliding(problem, 1.5, 40)).passed
     assert (sum(whole), len(whole)) == (2, 42)

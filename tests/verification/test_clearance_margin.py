@@ -1,4 +1,4 @@
-"""The margin of a motion is its least room, wherever between two knots that is."""
+"""The margin of a motion is its smallest clearance, wherever between two knots that is."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ sphere = 0.2
 position = [{x}, {y}, 0.0]
 """
 RADII = 0.1 + 0.2  # [m] of puck and ball
-REFINED = 1e-7  # [m] above the least room, at most
+REFINED = 1e-7  # [m] above the smallest clearance, at most
 
 
 def passing(folder: Path, *balls: tuple[str, float, float], beside: bool = False) -> Problem:
@@ -66,7 +66,9 @@ def glide(problem: Problem, times: list[float]) -> Certificate:
 
 
 @pytest.mark.parametrize("times", [[0.0, 2.0], [0.0, 0.7, 2.0], [0.0, 1.0, 2.0]])
-def test_the_margin_is_the_least_room_between_knots(times: list[float], tmp_path: Path) -> None:
+def test_the_margin_is_the_smallest_clearance_between_knots(
+    times: list[float], tmp_path: Path
+) -> None:
     """The balls are passed at 0.5 m and, 0.4 s later, at 0.45 m; at the knots there is more."""
     balls = (("first", 0.93, 0.5), ("second", 1.33, -0.45))
     certificate = glide(passing(tmp_path, *balls), times)
@@ -77,7 +79,7 @@ def test_the_margin_is_the_least_room_between_knots(times: list[float], tmp_path
     # Next to its minimum the distance grows with half the square of the time, over 0.45 m.
     assert margin.time == pytest.approx(1.33, abs=math.sqrt(2 * 0.45 * REFINED))
     assert margin.beside == ("puck – second",)
-    assert str(margin).startswith("least room 150 mm at t = 1.3")
+    assert str(margin).startswith("smallest clearance 150 mm at t = 1.3")
 
 
 def test_two_bodies_that_approach_each_other_share_their_gap(tmp_path: Path) -> None:
@@ -118,22 +120,20 @@ def ran(folder: Path, *overrides: str) -> dict[str, object]:
     return report
 
 
-def test_the_report_says_how_much_room_there_is_when_and_beside_what(
+def test_the_report_says_how_small_the_clearance_is_when_and_beside_what(
     tmp_path: Path, capsys: Capture
 ) -> None:
     report = ran(tmp_path)
     margin = report["margin"]
     assert isinstance(margin, dict)
-    assert set(margin) == {"room", "time", "beside"}
-    assert 0.0 < margin["room"] < 1.0 - 0.2 - 0.025  # [m], as at the start
+    assert set(margin) == {"clearance", "time", "beside"}
+    assert 0.0 < margin["clearance"] < 1.0 - 0.2 - 0.025  # [m], as at the start
     assert 0.0 <= margin["time"] <= report["duration"]  # type: ignore[operator]
     assert margin["beside"] == ["coin – ball"]
     capsys.readouterr()
     assert cli.run(["check", str(tmp_path / "run")]) == 0
-    least = (
-        f"  least room {1000 * margin['room']:.3g} mm at t = {margin['time']:.6g} s (coin – ball)"
-    )
-    assert least in capsys.readouterr().out.splitlines()
+    smallest = f"{1000 * margin['clearance']:.3g} mm at t = {margin['time']:.6g} s (coin – ball)"
+    assert f"  smallest clearance {smallest}" in capsys.readouterr().out.splitlines()
 
 
 def test_the_distance_from_the_goal_is_told_in_each_unit(tmp_path: Path, capsys: Capture) -> None:

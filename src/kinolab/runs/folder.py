@@ -303,7 +303,7 @@ def check_to_json(check: Check) -> dict[str, Any]:
 
 
 def margin_to_json(certificate: Certificate | None) -> dict[str, Any] | None:
-    """Return the least room of a verified motion as plain data, in m and s; null without one."""
+    """Return a verified motion's smallest clearance as plain data, in m and s; null without one."""
     if certificate is None or certificate.margin is None:
         return None
     return asdict(certificate.margin)

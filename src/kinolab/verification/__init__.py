@@ -2,10 +2,10 @@
 
 from kinolab.verification.certificate import (
     Certificate,
-    Check,
     collision_check,
     dynamics_checks,
     verify,
 )
+from kinolab.verification.check import Check
 
 __all__ = ["Certificate", "Check", "collision_check", "dynamics_checks", "verify"]

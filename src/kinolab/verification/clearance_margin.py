@@ -1,7 +1,7 @@
-"""How much room a machine has at a state and along a motion, and beside what it has least.
+"""The clearance of a machine at a state and along a motion, and beside what it is smallest.
 
-Along a motion the next look is where the room could have become less than the least so far: no
-point moves further than the room changes.
+Along a motion the next sample is where the clearance could have become less than the smallest so
+far: it changes by no more than points move.
 
 Source: Piyavskii, An algorithm for finding the absolute extremum of a function, USSR Computational
 Mathematics and Mathematical Physics 12(4), 1972 (minima of functions of limited slope).
@@ -22,17 +22,17 @@ from kinolab.world import CollisionChecker
 
 Array: TypeAlias = NDArray[np.float64]
 
-CONTACT_MARGIN = 1e-5  # [m] beyond the room there is, where something touches
-CLEARANCE_TOLERANCE = 1e-4  # [m] by which less room may be overlooked between two looks
-RELATIVE_TOLERANCE = 0.01  # of the least room: the same, where that is more
-MAX_CHECKS = 20_000  # looks, after which twice as much may be overlooked, and so on
+CONTACT_MARGIN = 1e-5  # [m] beyond the clearance there is, where something touches
+CLEARANCE_TOLERANCE = 1e-4  # [m] by which less may be overlooked between two samples
+RELATIVE_TOLERANCE = 0.01  # of the smallest clearance: the same, where that is more
+MAX_CHECKS = 20_000  # samples, after which twice as much may be overlooked, and so on
 GOLDEN = (math.sqrt(5) - 1) / 2
-SECTIONS = 24  # of the neighbourhood of the least room found, to 1e-5 of it
+SECTIONS = 24  # of the neighbourhood of the smallest found, to 1e-5 of it
 
 
 @dataclass(frozen=True)
 class StateClearance:
-    """The room at a state.
+    """The clearance at a state.
 
     Attributes:
         clearance: How far every point may move, in [m]; infinite where nothing is around.
@@ -43,12 +43,12 @@ class StateClearance:
     beside: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{100 * self.clearance:.2g} cm of room ({', '.join(self.beside)})"
+        return f"{100 * self.clearance:.2g} cm ({', '.join(self.beside)})"
 
 
 @dataclass(frozen=True)
 class ClearanceMargin:
-    """The least room along a motion.
+    """The smallest clearance along a motion.
 
     Attributes:
         clearance: How far every point may move before anything can touch, in [m].
@@ -62,11 +62,11 @@ class ClearanceMargin:
 
     def __str__(self) -> str:
         beside = f" ({', '.join(self.beside)})" if self.beside else ""
-        return f"least room {1000 * self.clearance:.3g} mm at t = {self.time:.6g} s{beside}"
+        return f"smallest clearance {1000 * self.clearance:.3g} mm at t = {self.time:.6g} s{beside}"
 
 
 def state_clearance(problem: Problem, x: Array, checker: CollisionChecker) -> StateClearance:
-    """Return the room at a state; 0 where it collides."""
+    """Return the clearance at a state; 0 where it collides."""
     place = problem.placement(x)
     clearance = checker.clearance(*place)
     if math.isinf(clearance):
@@ -76,64 +76,64 @@ def state_clearance(problem: Problem, x: Array, checker: CollisionChecker) -> St
     return StateClearance(clearance, tuple(dict.fromkeys(pairs)))
 
 
-def least_clearance(walk: DenseMotion) -> ClearanceMargin | None:
-    """Return the least room along a motion; None where there is nothing to collide with.
+def least_clearance(dense: DenseMotion) -> ClearanceMargin | None:
+    """Return the smallest clearance along a motion; None where there is nothing to collide with.
 
-    What is overlooked has at most ``CLEARANCE_TOLERANCE`` or ``RELATIVE_TOLERANCE`` less room, as
-    far as the bound on the speed holds.
+    What is overlooked is at most ``CLEARANCE_TOLERANCE`` or ``RELATIVE_TOLERANCE`` smaller, as far
+    as the bound on the speed holds.
 
     Raises:
         TooFastError: Where that bound cannot be had.
     """
-    look = _ClearanceSamples(walk)
-    for k, time in enumerate(walk.motion.t.tolist()):  # much less to look at is left in between
-        look.at_state(time, walk.motion.x[k])
-    if not math.isfinite(look.least):
+    samples = _ClearanceSamples(dense)
+    for k, time in enumerate(dense.motion.t.tolist()):  # spares most samples in between
+        samples.at_state(time, dense.motion.x[k])
+    if not math.isfinite(samples.least):
         return None
-    spare = look.at_state(float(walk.motion.t[0]), walk.motion.x[0])
-    for k, begin, end, speed in walk.steps.rows():
+    left = samples.at_state(float(dense.motion.t[0]), dense.motion.x[0])
+    for k, begin, end, speed in dense.steps.rows():
         now = begin
-        while spare - speed * (end - now) < look.least - look.overlooked:
-            now += (spare - look.least + look.overlooked) / speed
-            spare = look.at(k, now)
-        spare -= speed * (end - now)
-    look.closely()
-    return look.margin()
+        while left - speed * (end - now) < samples.least - samples.overlooked:
+            now += (left - samples.least + samples.overlooked) / speed
+            left = samples.at(k, now)
+        left -= speed * (end - now)
+    samples.refine()
+    return samples.margin()
 
 
 class _ClearanceSamples:
-    """Looks at the room along a motion, of which the least is kept.
+    """Samples of the clearance along a motion, of which the smallest is kept.
 
     Attributes:
-        least: Room so far, in [m].
+        least: Clearance so far, in [m].
     """
 
-    def __init__(self, walk: DenseMotion) -> None:
-        self._problem, self._motion = walk.problem, walk.motion
-        self._checker = walk.problem.checker()
-        self.least, self._time, self._x, self._count = math.inf, 0.0, walk.motion.x[0], 0
+    def __init__(self, dense: DenseMotion) -> None:
+        self._problem, self._motion = dense.problem, dense.motion
+        self._checker = dense.problem.checker()
+        self.least, self._time, self._x, self._count = math.inf, 0.0, dense.motion.x[0], 0
 
     @property
     def overlooked(self) -> float:
-        """By how much less room may be overlooked now, in [m]."""
+        """How much less may be overlooked now, in [m]."""
         return max(CLEARANCE_TOLERANCE, RELATIVE_TOLERANCE * self.least) * 2.0 ** (
             self._count // MAX_CHECKS
         )
 
     def at(self, k: int, time: float) -> float:
-        """Return the room at a time in interval k."""
+        """Return the clearance at a time in interval k."""
         return self.at_state(time, self._motion.between(k, np.array([time]))[0])
 
     def at_state(self, time: float, x: Array) -> float:
-        """Return the room at a state, and keep it if it is the least so far."""
+        """Return the clearance at a state, and keep it if it is the smallest so far."""
         clearance = self._checker.clearance(*self._problem.placement(x))
         self._count += 1
         if clearance < self.least:
             self.least, self._time, self._x = clearance, time, x
         return clearance
 
-    def closely(self) -> None:
-        """Look around the least room by golden sections, on both sides of a knot if it is at one.
+    def refine(self) -> None:
+        """Search around the smallest by golden sections, on both sides of a knot if it is at one.
 
         Source: Kiefer, Sequential minimax search for a maximum, Proc. AMS 4(3), 1953.
         """
@@ -144,7 +144,7 @@ class _ClearanceSamples:
                 self._section(k, float(t[k]), float(t[k + 1]), time)
 
     def _section(self, k: int, begin: float, end: float, time: float) -> None:
-        """Look around a time within an interval."""
+        """Search around a time within an interval."""
         reach = (end - begin) / 8
         low, high = max(begin, time - reach), min(end, time + reach)
         for _ in range(SECTIONS):
@@ -155,6 +155,6 @@ class _ClearanceSamples:
                 low = one
 
     def margin(self) -> ClearanceMargin:
-        """Return the least room."""
+        """Return the smallest clearance."""
         beside = state_clearance(self._problem, self._x, self._checker).beside
         return ClearanceMargin(self.least, self._time, beside)

@@ -1,4 +1,4 @@
-"""Along a true motion, so densely that nothing is missed: what the verifier looks at."""
+"""Along a true motion, so densely that nothing is missed: what the verifier judges."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from kinolab.trajectory import Trajectory
 
 Array: TypeAlias = NDArray[np.float64]
 
-MAX_SPACING = 0.01  # [m] of motion between two looks at limits and requirements, at most
+MAX_SPACING = 0.01  # [m] of motion between two samples of limits and requirements, at most
 MAX_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
 SPEED_PROBES = 5  # of the speed within one integrator step
 SAFETY_FACTOR = 1.2  # factor on the fastest probe
-STATES_PER_BATCH = 20_000  # states, more or less, that are looked at together
+STATES_PER_BATCH = 20_000  # states, more or less, in one batch
 
 
 class TooFastError(Exception):
@@ -55,7 +55,7 @@ class Steps:
 
 @dataclass(frozen=True, eq=False)
 class DenseMotion:
-    """A trajectory's true motion, to be looked at from its beginning to its end.
+    """A trajectory's true motion, to be sampled from its beginning to its end.
 
     Attributes:
         problem: That the trajectory solves.

@@ -151,7 +151,7 @@ def test_the_data_are_plain_and_finite(tmp_path: Path) -> None:
     found = problem.solve(seed=1, max_iterations=5)
     data = kinolab.diagnose(problem, found).to_json()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
-    assert data["start_room"]["clearance"] is None  # there is nothing around
+    assert data["start_clearance"]["clearance"] is None  # there is nothing around
     assert data["passage"] is None
     assert data["goal_held"]["needed"]["torque"] == pytest.approx(9.81, rel=1e-3)
     assert any(math.isclose(entry["target"], math.pi / 2) for entry in data["approach"])

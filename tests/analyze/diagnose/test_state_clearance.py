@@ -1,4 +1,4 @@
-"""Room at a state: known gaps, to known obstacles."""
+"""Clearance at a state: known gaps, to known obstacles."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from kinolab.verification.clearance_margin import StateClearance, state_clearanc
 from tests.support import OPEN, WALL, problem_of
 
 
-def test_the_room_of_a_coin_beside_a_wall_is_the_gap(tmp_path: Path) -> None:
+def test_the_clearance_of_a_coin_beside_a_wall_is_the_gap(tmp_path: Path) -> None:
     """The wall's face is at x = 2.95, the coin's rim 0.25 m ahead of its centre."""
     problem = problem_of(tmp_path, OPEN + WALL, "start.x=2.66")
-    room = state_clearance(problem, problem.start, problem.checker())
-    assert room.clearance == pytest.approx(2.95 - 0.25 - 2.66, abs=2e-5)
-    assert room.beside == ("coin – wall",)
-    assert list(clearance_sentences(room, None)) == [
-        "There is little room at the start: 4 cm of room (coin – wall)."
+    found = state_clearance(problem, problem.start, problem.checker())
+    assert found.clearance == pytest.approx(2.95 - 0.25 - 2.66, abs=2e-5)
+    assert found.beside == ("coin – wall",)
+    assert list(clearance_sentences(found, None)) == [
+        "There is little clearance at the start: 4 cm (coin – wall)."
     ]
 
 
@@ -28,17 +28,17 @@ def test_the_best_of_several_states_counts(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN + WALL)
     near, far = problem.start.copy(), problem.start.copy()
     near[0], far[0] = 2.0, 1.0
-    room = largest_clearance(problem, [near, far], problem.checker())
-    assert room is not None
-    assert room.clearance == pytest.approx(2.95 - 0.25 - 1.0, abs=2e-5)
+    found = largest_clearance(problem, [near, far], problem.checker())
+    assert found is not None
+    assert found.clearance == pytest.approx(2.95 - 0.25 - 1.0, abs=2e-5)
     assert largest_clearance(problem, [], problem.checker()) is None
 
 
-def test_in_the_open_there_is_all_the_room(tmp_path: Path) -> None:
+def test_in_the_open_clearance_is_unbounded(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN)
-    room = state_clearance(problem, problem.start, problem.checker())
-    assert room == StateClearance(math.inf, ())
-    assert list(clearance_sentences(room, room)) == []
+    found = state_clearance(problem, problem.start, problem.checker())
+    assert found == StateClearance(math.inf, ())
+    assert list(clearance_sentences(found, found)) == []
 
 
 def test_what_is_as_near_everywhere_is_no_finding() -> None:

@@ -54,8 +54,8 @@ class Diagnosis:
         sentences: The findings in words, the most useful one first.
         rejections: Share of all refused motions, by cause and by who is to blame.
         approach: What the goal asks for and what was reached, worst first.
-        start_room: Room at the start.
-        goal_room: Room at the best state of the goal; None where no state of it was found.
+        start_clearance: Clearance at the start.
+        goal_clearance: The largest in the goal; None where no state of it was found.
         start_held: How inputs hold the machine at the start; None where that has no answer.
         goal_held: The same, at the state of the goal that is held most easily.
         stiffness: What makes the steps unstable; None where they are stable.
@@ -68,8 +68,8 @@ class Diagnosis:
     sentences: tuple[str, ...]
     rejections: Mapping[str, Mapping[str, float]]
     approach: tuple[GoalEntry, ...]
-    start_room: StateClearance
-    goal_room: StateClearance | None
+    start_clearance: StateClearance
+    goal_clearance: StateClearance | None
     start_held: StaticHolding | None
     goal_held: StaticHolding | None
     stiffness: Stiffness | None
@@ -119,8 +119,8 @@ def _described(problem: Problem, plan: Plan, goals: GoalStates) -> Diagnosis:
         sentences=(),
         rejections=plan.rejections,
         approach=goal_entries(problem, end),
-        start_room=state_clearance(problem, problem.start, checker),
-        goal_room=largest_clearance(problem, goals.inside, checker),
+        start_clearance=state_clearance(problem, problem.start, checker),
+        goal_clearance=largest_clearance(problem, goals.inside, checker),
         start_held=static_holding(problem, problem.start),
         goal_held=best_static_holding(problem, goals.inside),
         stiffness=stiffness(problem, _visited(problem, plan)),
@@ -174,7 +174,7 @@ def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis
     moved = plan.trajectory is not None
     if moved or stiff is None:  # what unstable steps made up is not kept, however near it came
         yield from approach_sentences(found.approach, moved=moved)
-    yield from clearance_sentences(found.start_room, found.goal_room)
+    yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
 

@@ -1,4 +1,4 @@
-"""How much room the machine has at a state, and to what."""
+"""The clearance of the machine at a state, and to what."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from kinolab.world import CollisionChecker
 
 Array: TypeAlias = NDArray[np.float64]
 
-TIGHT_CLEARANCE = 0.05  # [m] of room that is worth a sentence
+TIGHT_CLEARANCE = 0.05  # [m] that are worth a sentence
 
 
 def largest_clearance(
     problem: Problem, states: Sequence[Array], checker: CollisionChecker
 ) -> StateClearance | None:
-    """Return the room at the state that has most of it; None where there are no states."""
+    """Return the largest clearance of any state; None where there are no states."""
     if not states:
         return None
-    rooms = [checker.clearance(*problem.placement(x)) for x in states]
-    return state_clearance(problem, states[int(np.argmax(rooms))], checker)
+    clearances = [checker.clearance(*problem.placement(x)) for x in states]
+    return state_clearance(problem, states[int(np.argmax(clearances))], checker)
 
 
 def clearance_sentences(start: StateClearance, goal: StateClearance | None) -> Iterator[str]:
-    """Say where there is little room; what is the same everywhere is how the machine is built."""
+    """Say where clearance is small; what is the same everywhere is how the machine is built."""
     if start == goal:
         return
     for where, clearance in (("at the start", start), ("in the goal, at best", goal)):
         if clearance is not None and clearance.clearance < TIGHT_CLEARANCE:
-            yield f"There is little room {where}: {clearance}."
+            yield f"There is little clearance {where}: {clearance}."

@@ -15,7 +15,7 @@ from kinolab.simulation.reference import ReferenceMotion, trajectory_under
 from kinolab.simulation.resimulated_goal import BROKEN, MISSED
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
-from kinolab.verification.certificate import difference, motion_checks
+from kinolab.verification.certificate import conduct_checks
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def _refusal(problem: Problem, plan: Plan) -> str:
     own = own_motion(problem, plan.trajectory)
     if own is None:
         return f"{refusal}."
-    passed = {check.name for check in motion_checks(problem, *own) if check.passed}
+    passed = {check.name for check in conduct_checks(problem, *own) if check.passed}
     if not all(check.name in passed for check in failures):
         return f"{refusal}."
     return (
@@ -106,7 +106,7 @@ class _SubsteppedMap:
 
 def _apart(problem: Problem, own: Array, true: Array) -> str:
     """Word the largest difference of two motions' knots, by what counts as large."""
-    errors = np.abs(difference(problem, own, true))
+    errors = np.abs(problem.space.difference(true, own) / problem.scales)
     i = int(np.unravel_index(int(errors.argmax()), errors.shape)[1])
     off, unit = errors[:, i].max() * problem.scales[i], state_units(problem.model)[i]
     return f"{off:.3g} {unit} ({problem.model.state_names[i]})".replace("  ", " ")

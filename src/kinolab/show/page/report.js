@@ -29,7 +29,7 @@ export function buildReport(data) {
                  Iterations: facts.iterations,
                  Duration: facts.duration == null ? null : `${number(facts.duration)} s`,
                  Cost: facts.cost === facts.duration ? null : number(facts.cost),
-                 "Off the goal's centre": offCentre(facts), "Least room": leastRoom(facts.margin) };
+                 "Off the goal's centre": offCentre(facts), "Smallest clearance": smallestClearance(facts.margin) };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(rows))
     if (value !== null && value !== undefined) list.append(element("dt", {}, name), element("dd", {}, String(value)));
@@ -44,11 +44,11 @@ function offCentre({ goal_distance: all, goal_distance_by_unit: parts }) {
   return Object.entries(parts).map(([unit, value]) => `${number(value)} ${unit}`.trim()).join(", ");
 }
 
-/** The least room along the motion: how much, when and beside what. */
-function leastRoom(margin) {
+/** The smallest clearance along the motion: how much, when and beside what. */
+function smallestClearance(margin) {
   if (!margin) return null;
   const beside = margin.beside.length ? ` (${margin.beside.join(", ")})` : "";
-  return `${number(1000 * margin.room)} mm at ${number(margin.time)} s${beside}`;
+  return `${number(1000 * margin.clearance)} mm at ${number(margin.time)} s${beside}`;
 }
 
 /** The checks, folded where all of them passed. */

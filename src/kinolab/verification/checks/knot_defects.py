@@ -1,0 +1,90 @@
+"""Do the stored knots lie on the motion that the stored inputs make?"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.errors import SingularError
+from kinolab.problem import Problem
+from kinolab.simulation.reference import DivergedError, reference_motion
+from kinolab.trajectory import Trajectory
+from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, worst_entry
+
+Array: TypeAlias = NDArray[np.float64]
+
+# of a state's scale: how far a knot may lie from where the one before leads
+DEFECT_TOLERANCE = 1e-6
+DISCRETE_DEFECT = 1e-9  # the same where the integrator's own map is the truth
+MAX_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
+
+
+def start(context: CheckContext) -> Check:
+    """Compare the first knot with the problem's start."""
+    found, wanted = context.trajectory.x[:1], context.problem.start[None]
+    errors = _errors(context.problem, found, wanted)
+    return worst_entry(
+        "start", errors, LIMIT_TOLERANCE, lambda k, i: _named(context, i, found[k], wanted[k])
+    )
+
+
+def dynamics(context: CheckContext) -> Check:
+    """Follow the truth from every stored knot to the next and compare.
+
+    With feedback it is the stored inputs, not the references, that must lead there.
+    """
+    problem, trajectory = context.problem, context.trajectory
+    discrete = problem.scenario.integration.truth == "discrete"
+    limit = DISCRETE_DEFECT if discrete else DEFECT_TOLERANCE
+    try:
+        reached = _from_each(replace(problem, model=problem.model.plant), trajectory)
+    except DivergedError as error:
+        return Check("dynamics", math.inf, limit, False, str(error))
+    t, x = trajectory.t[1:], trajectory.x[1:]
+
+    def words(k: int, i: int) -> str:
+        return f"at t = {t[k]:.6g} s {_named(context, i, x[k], reached[k])}"
+
+    return worst_entry("dynamics", _errors(problem, x, reached), limit, words)
+
+
+def drift(context: CheckContext) -> Check:
+    """Compare the stored knots with the motion from the start.
+
+    Every knot may add a defect, and every defect grows as the motion makes errors grow.
+    """
+    trajectory, (growth, _) = context.trajectory, context.error_growth
+    errors = _errors(context.problem, trajectory.x, context.motion.x)
+    limit = min(DEFECT_TOLERANCE * len(trajectory.t) * max(growth, 1.0), MAX_DRIFT)
+    return worst_entry(
+        "drift", errors, limit, lambda k, _: f"largest at t = {trajectory.t[k]:.6g} s"
+    )
+
+
+def _errors(problem: Problem, found: Array, wanted: Array) -> Array:
+    """Return how far states (n, nx) are from others, in units of the states' scales."""
+    return np.abs(problem.space.difference(wanted, found) / problem.scales)
+
+
+def _named(context: CheckContext, i: int, found: Array, wanted: Array) -> str:
+    name = context.problem.model.state_names[i]
+    return f"{name} is {found[i]:.9g} where {wanted[i]:.9g} is due"
+
+
+def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
+    """Return where the truth leads from every stored knot under the stored inputs, (N, nx)."""
+    settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
+    if settings.truth != "discrete":
+        spans = ((x[k], t[k : k + 2], u[k : k + 1]) for k in range(len(u)))
+        ends = [reference_motion(plant, *one, between=False).x[-1] for one in spans]
+        return np.array(ends).reshape(len(u), plant.model.nx)
+    try:
+        return plant.model.step(
+            x[:-1], u, np.diff(t), method=settings.method, substeps=settings.substeps
+        )
+    except SingularError as error:
+        raise DivergedError(float(t[error.row]), str(error)) from error
