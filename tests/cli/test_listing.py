@@ -151,7 +151,7 @@ def test_a_planner_without_a_word_about_itself_is_told_by_its_name(
         (("systems", "crain"), "no system is called 'crain'. Did you mean 'crane'?"),
         (("scenarios", "two_crans"), "no scenario is called 'two_crans'. Did you mean"),
         (("planners", "nothing.py:At"), "error: there is no Python file nothing.py."),
-        (("machines",), "'machines' is not one of 'scenarios', 'systems', 'planners'."),
+        (("machines",), "'machines' is not one of 'scenarios', 'systems', 'planners', 'options'."),
     ],
 )
 def test_what_is_not_there_is_told(capsys: Capture, arguments: tuple[str, ...], words: str) -> None:

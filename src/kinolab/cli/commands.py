@@ -374,14 +374,16 @@ plan.add_command(view)
 
 
 @plan.command("list")
-@click.argument("group", type=click.Choice(["scenarios", "systems", "planners"]), required=False)
+@click.argument(
+    "group", type=click.Choice(["scenarios", "systems", "planners", "options"]), required=False
+)
 @click.argument("names", nargs=-1)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def _list(group: str | None, names: tuple[str, ...], as_json: bool) -> int:
     """Name the scenarios, systems and planners.
 
     `plan list planners` shows the settings of every planner, `plan list planners NAME` those of
-    one; NAME may be file.py:Class.
+    one; NAME may be file.py:Class. `plan list options` shows all numbers of the optimiser.
     """
     from kinolab.cli.listing import listed, listed_as_text
 

@@ -19,17 +19,11 @@ from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.segments import NEAR_GAPS, Segments
+from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.segments import Segments
 from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
 Array: TypeAlias = NDArray[np.float64]
-
-TAIL_LENGTHS = (100, 200, 50, 400)  # steps of the problem, tried one after the other
-# of the machine's size, for gaps between few knots; tried likewise
-CLEARANCE_FRACTIONS = (4e-2, 5e-3)
-LIMIT_FRACTION = 0.5  # of that, for limits of states
-DEFECT_TOLERANCE = 1e-6  # of a scale: by how much a state may miss where the step before leads
-CENTRE_TOLERANCE = 1e-6  # sum of all that may be missing in the goal, in scales
 
 
 def connect_to_goal(
@@ -46,11 +40,13 @@ def connect_to_goal(
     """
     given, times = variable_step_motion(motion), motion.t - motion.t[0]
     tasks = [
-        TrajectoryProblem(problem, clearance, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
-        for clearance in CLEARANCE_FRACTIONS
+        TrajectoryProblem(
+            problem, clearance, fraction=SHORT.segment_limit_fraction, near=SHORT.near_gaps
+        )
+        for clearance in SHORT.segment_clearances
     ]
     paths = [(task, Segments(task, cancelled)) for task in tasks]
-    for (task, pieces), steps in product(paths, TAIL_LENGTHS):
+    for (task, pieces), steps in product(paths, SHORT.tail_steps):
         if cancelled():
             break
         begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
@@ -62,7 +58,7 @@ def connect_to_goal(
 
 def in_the_centre(problem: Problem, end: Array) -> bool:
     """Say whether a motion that ends so needs no landing."""
-    return bool(np.abs(GoalConstraint(problem, end).residual(end)).sum() <= CENTRE_TOLERANCE)
+    return bool(np.abs(GoalConstraint(problem, end).residual(end)).sum() <= SHORT.centre_tolerance)
 
 
 def _joined(
@@ -78,5 +74,6 @@ def is_motion(task: TrajectoryProblem, motion: Trajectory) -> bool:
     """Say whether a motion begins at the start and every step leads to the next state."""
     away = np.abs(motion.x[0] - task.problem.start) / task.problem.scales
     return (
-        bool(away.max(initial=0.0) <= DEFECT_TOLERANCE) and task.defect(motion) <= DEFECT_TOLERANCE
+        bool(away.max(initial=0.0) <= SHORT.defect_tolerance)
+        and task.defect(motion) <= SHORT.defect_tolerance
     )

@@ -12,23 +12,24 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.connect_to_goal import connect_to_goal, is_motion
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.sqp.coarse_to_fine import coarse_to_fine
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-
-CLEARANCE_FRACTIONS = (1e-2, 5e-2, 2e-3)  # of the machine's size, tried one after the other
-STEP_TOLERANCE = 1e-9  # [s] by which steps that count as even may differ
-LONG_STEPS = 150  # steps of a long motion
-MIN_STEPS = 8  # steps that leave inputs enough freedom
 
 
 def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
     """Return a trajectory as knots with even steps, none longer than the problem's."""
     steps, h = len(trajectory.inputs), problem.step
     spans = np.diff(trajectory.t)
-    even = np.abs(spans - spans[0]).max() <= STEP_TOLERANCE and spans[0] <= h + STEP_TOLERANCE
+    even = (
+        np.abs(spans - spans[0]).max() <= SHORT.even_step_tolerance
+        and spans[0] <= h + SHORT.even_step_tolerance
+    )
     if even:
         return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
-    count = max(steps, MIN_STEPS, math.ceil(trajectory.duration / h - STEP_TOLERANCE))
+    count = max(
+        steps, SHORT.min_steps, math.ceil(trajectory.duration / h - SHORT.even_step_tolerance)
+    )
     space = problem.space
     return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
 
@@ -57,7 +58,7 @@ def is_long(problem: Problem, trajectory: Trajectory) -> bool:
     Discrete ones have steps of one length, so that pieces cannot take a little less time.
     """
     discrete = problem.scenario.integration.truth == "discrete"
-    return not discrete and trajectory.duration > LONG_STEPS * problem.step
+    return not discrete and trajectory.duration > SHORT.long_steps * problem.step
 
 
 def make_exact(
@@ -83,7 +84,7 @@ def make_exact(
     landing = None if held else _in_the_end(problem, trajectory, cancelled)  # its steps are its own
     if landing is not None:
         return landing
-    for clearance in CLEARANCE_FRACTIONS:
+    for clearance in SHORT.exact_clearances:
         task = TrajectoryProblem(problem, clearance)
         if cancelled() or not len(trajectory.inputs):
             return None
@@ -104,7 +105,7 @@ def _in_the_end(
     problem: Problem, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
-    task = TrajectoryProblem(problem, CLEARANCE_FRACTIONS[0])
+    task = TrajectoryProblem(problem, SHORT.exact_clearances[0])
     if not is_long(problem, trajectory) or not is_motion(task, trajectory):
         return None
     return connect_to_goal(problem, trajectory, cancelled)

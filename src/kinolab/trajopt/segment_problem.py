@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.problem.goal import AttitudeTarget, Goal
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
+from kinolab.trajopt.options import SHORT
 
 Array: TypeAlias = NDArray[np.float64]
-
-# of a scale: how far from a state a piece may end; the rest of a motion starts there
-END_TOLERANCE = 1e-6
 
 
 def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
@@ -35,10 +33,10 @@ def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
         matters[own] = False
     met = tuple(np.flatnonzero(matters).tolist())
     attitudes = tuple(
-        AttitudeTarget(name, own.start, tuple(end[own].tolist()), END_TOLERANCE)
+        AttitudeTarget(name, own.start, tuple(end[own].tolist()), SHORT.end_tolerance)
         for name, own in zip(model.attitudes, model.space.quaternions, strict=True)
     )
-    near = END_TOLERANCE * problem.scales[list(met)]
+    near = SHORT.end_tolerance * problem.scales[list(met)]
     goal = Goal(met, end[list(met)], near, problem.circular[list(met)], attitudes=attitudes)
     return replace(problem, start=begin, goal=goal)
 

@@ -12,30 +12,13 @@ from numpy.typing import NDArray
 
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import LOOSE, SHORT, SQP
 from kinolab.trajopt.segment_problem import segment_problem
-from kinolab.trajopt.sqp.minimum_time import (
-    CLOSURE_TOLERANCE,
-    VIOLATION_PENALTY,
-    StoppingTolerances,
-    minimize_time,
-)
+from kinolab.trajopt.sqp.minimum_time import minimize_time
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
 Array: TypeAlias = NDArray[np.float64]
-
-NEAR_GAPS = 0.15  # of half the largest shape: gaps that matter while changes are small
-MAX_FINAL_ITERATIONS = 40  # of the last piece where it must change a lot, at most
-MIN_KNOTS = 8  # knots that leave inputs enough freedom
-LOOSE_TOLERANCES = StoppingTolerances(min_radius=0.03, min_predicted=0.02, min_gain=0.03)
-CLOSURE_ITERATIONS = 8  # subproblems that may close what few knots open
-FAR_ITERATIONS = 25  # subproblems for a guess that is no motion yet, or ends elsewhere
-MIN_GAIN = 0.03  # share of a piece's duration that is worth to replace it
-MIN_DURATION_FRACTION = 0.05  # times the duration of a piece: how short it may get
-STRETCH = (0.4, 2.0)  # times the duration of a guess: how long a motion near it may take
-EASED = (0.9, 1.1)  # times the duration of a piece, for one under inputs that are held for longer
-BOLD_PENALTY = 100.0  # of what is missing, against changes, where a guess may have to change a lot
-MIN_DECREASE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
 
 
 class Segments:
@@ -62,28 +45,36 @@ class Segments:
             last: Whether it ends in the problem's goal.
         """
         task = self._between(course.x[0], None if last else course.x[-1])
-        count = max(MIN_KNOTS, min(knots, len(course.spans)))
+        count = max(SHORT.min_steps, min(knots, len(course.spans)))
         few = course.in_steps(count, self.space)
-        lengths = (EASED[0] * few.h, EASED[1] * few.h)
-        return self._made(task, few, lengths, CLOSURE_ITERATIONS, (1 - MIN_GAIN) * course.duration)
+        lengths = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h)
+        return self._made(
+            task,
+            few,
+            lengths,
+            SQP.closure_iterations,
+            (1 - SHORT.min_segment_gain) * course.duration,
+        )
 
     def along(
         self, guess: Knots, course: VariableStepMotion, *, last: bool
     ) -> VariableStepMotion | None:
         """Return a motion that comes of a guess of another way, as ``quicker``."""
         task = self._between(course.x[0], None if last else course.x[-1])
-        lengths = (STRETCH[0] * guess.h, STRETCH[1] * guess.h)
-        below = (1 - MIN_GAIN) * course.duration
-        return self._made(task, guess, lengths, FAR_ITERATIONS, below, penalty=BOLD_PENALTY)
+        lengths = (SHORT.stretch[0] * guess.h, SHORT.stretch[1] * guess.h)
+        below = (1 - SHORT.min_segment_gain) * course.duration
+        return self._made(
+            task, guess, lengths, SHORT.far_iterations, below, penalty=SQP.bold_penalty
+        )
 
     def ended(self, course: VariableStepMotion) -> VariableStepMotion | None:
         """Return a motion near the last piece that ends in the goal, no faster; or None."""
         task = self._between(course.x[0], None)
         few = course.in_steps(
-            max(MIN_KNOTS, min(MAX_FINAL_ITERATIONS, len(course.spans))), self.space
+            max(SHORT.min_steps, min(SHORT.tail_knots, len(course.spans))), self.space
         )
-        lengths = (STRETCH[0] * few.h, STRETCH[1] * few.h)
-        knots = self._closed(task, few, lengths, FAR_ITERATIONS)
+        lengths = (SHORT.stretch[0] * few.h, SHORT.stretch[1] * few.h)
+        knots = self._closed(task, few, lengths, SHORT.far_iterations)
         return None if knots is None else self._true(task, knots, self._steps(lengths[1], knots.h))
 
     def _between(self, begin: Array, end: Array | None) -> TrajectoryProblem:
@@ -99,7 +90,7 @@ class Segments:
         lengths: tuple[float, float],
         iterations: int,
         below: float,
-        penalty: float = VIOLATION_PENALTY,
+        penalty: float = SQP.violation_penalty,
     ) -> VariableStepMotion | None:
         """Return the true motion that comes of a guess once it is closed and made faster.
 
@@ -108,12 +99,10 @@ class Segments:
         knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
             return None
-        scaling = task.scaling(MIN_DURATION_FRACTION * knots.h, knots.h)
+        scaling = task.scaling(SHORT.min_segment_duration * knots.h, knots.h)
         times = self._steps(lengths[1], knots.h)
         transcription = task.transcription(knots, times)
-        fast = minimize_time(
-            transcription, knots, scaling, tolerances=LOOSE_TOLERANCES, cancelled=self._late
-        )
+        fast = minimize_time(transcription, knots, scaling, tolerances=LOOSE, cancelled=self._late)
         times = self._steps(times * self._problem.step, fast.h)
         found = self._true(task, fast, times) if fast.duration < below else None
         return found if found is not None and found.duration < below else None
@@ -124,7 +113,7 @@ class Segments:
         guess: Knots,
         lengths: tuple[float, float],
         iterations: int,
-        penalty: float = VIOLATION_PENALTY,
+        penalty: float = SQP.violation_penalty,
     ) -> Knots | None:
         """Return knots near a guess from which hardly anything is missing, or None.
 
@@ -134,8 +123,8 @@ class Segments:
             with np.errstate(over="raise", invalid="raise"):
                 return restore_feasibility(
                     task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
-                    lengths=lengths, enough=CLOSURE_TOLERANCE, most=CLOSURE_TOLERANCE,
-                    pace=MIN_DECREASE, penalty=penalty,
+                    lengths=lengths, enough=SQP.closure_tolerance, most=SQP.closure_tolerance,
+                    pace=SQP.min_decrease, penalty=penalty,
                 )  # fmt: skip
         except FloatingPointError:
             return None
@@ -156,10 +145,10 @@ class Segments:
             task,
             fine,
             self._late,
-            iterations=CLOSURE_ITERATIONS,
+            iterations=SQP.closure_iterations,
             lengths=lengths,
-            enough=CLOSURE_TOLERANCE,
-            most=CLOSURE_TOLERANCE,
+            enough=SQP.closure_tolerance,
+            most=SQP.closure_tolerance,
         )
         return None if mended is None else self._kept(task, mended)
 

@@ -13,10 +13,10 @@ from kinolab.problem import Problem
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.segments import NEAR_GAPS, Segments
+from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.segments import Segments
 from kinolab.trajopt.shortening.connection_guesses import ConnectionGuesses
-from kinolab.trajopt.shortening.cycles import BLEND_STEPS, CycleRemoval
-from kinolab.trajopt.shortening.shorten_in_pieces import CLEARANCE_RESERVE, LIMIT_FRACTION
+from kinolab.trajopt.shortening.cycles import CycleRemoval
 from kinolab.trajopt.variable_step_motion import variable_step_motion
 from tests.trajopt.shortening.test_long_plans import STEP, problem_with
 
@@ -28,7 +28,7 @@ def looped(problem: Problem) -> Trajectory:
     """Drive straight on with a full circle in the middle, and stop."""
     faster = round(SPEED / 0.25 / STEP)
     turn = 2 * np.pi / (CIRCLE * STEP / 2) ** 2  # so that it is a full one
-    straight = [(0.0, 0.0)] * (2 * BLEND_STEPS)
+    straight = [(0.0, 0.0)] * (2 * SHORT.blend_steps)
     circle = [(0.0, turn)] * (CIRCLE // 2) + [(0.0, -turn)] * (CIRCLE // 2)
     ends = [(0.25, 0.0)] * faster, [(-0.25, 0.0)] * faster
     u = np.array([*ends[0], *straight, *circle, *straight, *ends[1]])
@@ -40,12 +40,17 @@ def test_a_loop_is_left_out_and_what_is_far_from_it_stays(tmp_path: Path) -> Non
     problem = problem_with(tmp_path)
     given = variable_step_motion(looped(problem))
     assert given.x[:, 2].max() == pytest.approx(2 * np.pi, abs=1e-6)
-    task = TrajectoryProblem(problem, CLEARANCE_RESERVE, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+    task = TrajectoryProblem(
+        problem,
+        SHORT.segment_clearances[0],
+        fraction=SHORT.segment_limit_fraction,
+        near=SHORT.near_gaps,
+    )
     left = CycleRemoval(task, Segments(task, never_cancelled), never_cancelled).without_cycles(
         given
     )
     assert left.duration <= given.duration - 0.9 * CIRCLE * STEP
-    assert np.array_equal(left.x[:BLEND_STEPS], given.x[:BLEND_STEPS])
+    assert np.array_equal(left.x[: SHORT.blend_steps], given.x[: SHORT.blend_steps])
     assert np.abs(left.x[:, 2]).max() < np.pi / 2
     motion = resimulate(problem, left.times, left.u)
     nearly = [given.x[-1, 0], given.x[-1, 1]]
@@ -94,7 +99,12 @@ def test_a_motion_that_is_one_loop_has_nothing_to_be_spliced(tmp_path: Path) -> 
     times = STEP * np.append(np.arange(2 * half + 1.0), 2 * half + 6.0)
     u = np.array([(0.0, turn)] * half + [(0.0, -turn)] * half + [(0.0, 0.0)])
     given = variable_step_motion(resimulate(problem, times, u))
-    task = TrajectoryProblem(problem, CLEARANCE_RESERVE, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+    task = TrajectoryProblem(
+        problem,
+        SHORT.segment_clearances[0],
+        fraction=SHORT.segment_limit_fraction,
+        near=SHORT.near_gaps,
+    )
     assert (
         CycleRemoval(task, Segments(task, never_cancelled), never_cancelled).without_cycles(given)
         is given

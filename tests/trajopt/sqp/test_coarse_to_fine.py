@@ -10,7 +10,8 @@ from kinolab.problem import Problem
 from kinolab.simulation.machine import states_under
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.sqp.coarse_to_fine import MIN_VIOLATION, coarse_to_fine
+from kinolab.trajopt.options import SQP
+from kinolab.trajopt.sqp.coarse_to_fine import coarse_to_fine
 from tests.scenario.dynobench.wheel import environment, needs_wheel
 
 EXACT = 1e-6  # sum of all that is missing, in scales
@@ -37,7 +38,7 @@ def task() -> TrajectoryProblem:
 @needs_wheel
 def test_a_guess_becomes_a_motion_of_the_machine_in_as_many_steps(task: TrajectoryProblem) -> None:
     guess = straight(task.problem, 240)
-    assert sum(task.transcription(guess).violation(guess)) > MIN_VIOLATION
+    assert sum(task.transcription(guess).violation(guess)) > SQP.coarse_violation
     knots = coarse_to_fine(task, guess, never)
     assert (len(knots.u), knots.h) == (240, guess.h)
     assert np.array_equal(knots.u[::4], knots.u[3::4])

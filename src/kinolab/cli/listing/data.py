@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from kinolab import systems
-from kinolab.cli.listing.planner_entry import PlannerEntry, planner_entries
+from kinolab.cli.listing.planner_entry import PlannerEntry, option_entries, planner_entries
 from kinolab.errors import UnknownNameError
 from kinolab.scenario import builtin_scenarios, load_scenario, shared_settings
 from kinolab.settings import Setting
@@ -66,7 +66,7 @@ def listed(group: str | None, wanted: Sequence[str] = ()) -> dict[str, list[dict
     """Return what ``plan list`` says as plain data: names with a line each, planners with all.
 
     Args:
-        group: One of ``GROUPS``; None for the names of all groups.
+        group: One of ``GROUPS`` or ``options``; None for the names of all groups.
         wanted: Names within the group; everything where left out.
 
     Raises:
@@ -77,6 +77,8 @@ def listed(group: str | None, wanted: Sequence[str] = ()) -> dict[str, list[dict
             group: [planner_to_json(entry) for entry in planner_entries(wanted)],
             "shared_settings": [setting_to_json(entry) for entry in shared_settings()],
         }
+    if group == "options":
+        return {group: [planner_to_json(entry) for entry in option_entries(wanted)]}
     return {
         kind: [{"name": name, "summary": line} for name, line in names_of(kind, wanted).items()]
         for kind in ([group] if group else GROUPS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from kinolab.cli.listing.data import GROUPS, names_of
-from kinolab.cli.listing.planner_entry import PlannerEntry, planner_entries
+from kinolab.cli.listing.planner_entry import PlannerEntry, option_entries, planner_entries
 from kinolab.scenario import shared_settings
 from kinolab.scenario.toml_text import value_text
 from kinolab.settings import Setting
@@ -18,7 +18,7 @@ def listed_as_text(group: str | None, wanted: Sequence[str] = ()) -> str:
     """Return what ``plan list`` says.
 
     Args:
-        group: ``scenarios``, ``systems`` or ``planners``; None for the names of all.
+        group: ``scenarios``, ``systems``, ``planners`` or ``options``; None for the names of all.
         wanted: Names within the group; everything where left out.
 
     Raises:
@@ -26,6 +26,8 @@ def listed_as_text(group: str | None, wanted: Sequence[str] = ()) -> str:
     """
     if group is None:
         return "\n".join(line for kind in GROUPS for line in group_lines(kind))
+    if group == "options":
+        return "\n\n".join("\n".join(planner_lines(entry)) for entry in option_entries(wanted))
     if group != "planners":
         return "\n".join(columns(names_of(group, wanted).items()))
     blocks = ["\n".join(planner_lines(entry)) for entry in planner_entries(wanted)]

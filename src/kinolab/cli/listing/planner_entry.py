@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 from kinolab import planners
-from kinolab.errors import InputError, KinolabError
+from kinolab.errors import InputError, KinolabError, UnknownNameError
 from kinolab.search import AbstractPlanner, plugins
 from kinolab.settings import Setting, settings_of
 from kinolab.user_code import python_reference
@@ -53,6 +54,29 @@ def planner_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
     return [entry for name in wanted or planners.names() for entry in _entries_of(name)]
 
 
+def option_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
+    """Return what is told about the options of trajectory optimisation, with their values.
+
+    Args:
+        wanted: Names of groups of them; all where left out.
+
+    Raises:
+        UnknownNameError: If there is no group of a name.
+    """
+    from kinolab.trajopt.options import OPTIONS  # late: loading the optimiser takes long
+
+    for name in wanted:
+        if name not in OPTIONS:
+            raise UnknownNameError("option", name, known=OPTIONS)
+    return [_set_options(name, OPTIONS[name]) for name in wanted or OPTIONS]
+
+
+def _set_options(name: str, options: Any) -> PlannerEntry:
+    entry = _about(type(options), name, "")
+    own = (replace(item, default=getattr(options, item.name)) for item in entry.settings)
+    return replace(entry, settings=tuple(own))
+
+
 def _entries_of(name: str) -> Iterator[PlannerEntry]:
     """Yield kinolab's planner of a name and the one that packages register, or that of a file."""
     own, registered = planners.built_in(), plugins.registered().get(name, [])
@@ -76,7 +100,7 @@ def _entry(name: str, origin: str, find: Callable[[], type[AbstractPlanner]]) ->
         return PlannerEntry(name, origin=origin, fault=str(error))
 
 
-def _about(planner: type[AbstractPlanner], name: str, origin: str) -> PlannerEntry:
+def _about(planner: type, name: str, origin: str) -> PlannerEntry:
     paragraphs = [" ".join(text.split()) for text in _description(planner).split("\n\n")]
     sources = [text for text in paragraphs if text.startswith("Source:")]
     source = " ".join(sources).removeprefix("Source:").strip()

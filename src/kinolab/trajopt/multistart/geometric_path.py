@@ -18,16 +18,10 @@ from numpy.typing import NDArray
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.quaternions import turned_at_random, unit
 from kinolab.problem import Problem
+from kinolab.trajopt.options import GUESS
 from kinolab.world.geometry import placement, sizes
 
 Array: TypeAlias = NDArray[np.float64]
-
-MAX_DRAWS = 50  # of a configuration, for one that is on a way that is short enough
-MAX_SHORTCUTS = 60
-# of the smallest shape: how far a point moves between two looks, more or less
-CHECK_RESOLUTION = 0.25
-FEW, MOST = 4, 4096  # looks at a straight way
-FIRST_CHECK_STRIDE = 8  # looks of which one is taken first: what is not free shows soon
 
 
 class GeometricPaths:
@@ -53,7 +47,7 @@ class GeometricPaths:
         self._weights[problem.model.nq :] = 0.0  # only the way counts
         shapes = [shape for body in problem.bodies for shape in body.shapes]
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
-        self._apart = CHECK_RESOLUTION * min(radii, default=1.0)
+        self._apart = GUESS.path_resolution * min(radii, default=1.0)
         self._reach = max(
             (
                 np.linalg.norm(placement(shape)[:, 3]) + radius
@@ -105,7 +99,7 @@ class GeometricPaths:
     def is_free(self, begin: Array, end: Array) -> bool:
         """Say whether the straight way between two states is free wherever it is looked at."""
         line = self._line(begin, end)
-        return all(self.are_free(line[::apart]) for apart in (FIRST_CHECK_STRIDE, 1))
+        return all(self.are_free(line[::apart]) for apart in (GUESS.first_check_stride, 1))
 
     def are_free(self, states: Array) -> bool:
         """Say whether a machine touches nothing in any of some states, shape (m, nx)."""
@@ -118,7 +112,7 @@ class GeometricPaths:
 
         It is the last one drawn where none of DRAWS is.
         """
-        for _ in range(MAX_DRAWS):
+        for _ in range(GUESS.max_draws):
             x = self._anywhere(start, end, turning)
             if within(np.stack([start, x, end])):
                 break
@@ -160,12 +154,18 @@ class GeometricPaths:
 
     def _line(self, begin: Array, end: Array) -> Array:
         """Return states on the shortest straight way, so many that no point moves far between."""
-        few = self._between(begin, end, FEW)
+        few = self._between(begin, end, GUESS.min_path_samples)
         poses = self._problem.frames(few).reshape(len(few), -1, 3, 4)
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
         turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
         length = float((moved + self._reach * turned).sum(axis=0).max(initial=0.0))
-        return self._between(begin, end, min(max(FEW, math.ceil(length / self._apart)), MOST))
+        return self._between(
+            begin,
+            end,
+            min(
+                max(GUESS.min_path_samples, math.ceil(length / self._apart)), GUESS.max_path_samples
+            ),
+        )
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
         """Return states at even shares of the shortest straight way, shape (count + 1, nx)."""
@@ -190,7 +190,7 @@ class GeometricPaths:
 
     def _shorter(self, path: Array) -> Array:
         """Return a way with some of its corners cut off."""
-        for _ in range(MAX_SHORTCUTS):
+        for _ in range(GUESS.max_path_shortcuts):
             raise_if_cancelled(self._stop)
             lengths = [self._apart_by(a, b[None])[0] for a, b in pairwise(path)]
             along = np.concatenate([[0.0], np.cumsum(lengths)])

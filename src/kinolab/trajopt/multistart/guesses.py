@@ -16,13 +16,9 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.problem.pointing import pointed
 from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.options import GUESS
 
 Array: TypeAlias = NDArray[np.float64]
-
-SPEED_SAMPLES = 200  # states and inputs that are drawn to see how quickly each entry changes
-MAX_DETOUR = 0.25  # of the range of a coordinate: how far from the straight way at most
-UNLIMITED_SECONDS = 100.0  # [s] of speeding up that tells of no limit
-PERTURBATION = 0.01  # of their range: inputs that are all alike may be where a derivative vanishes
 
 
 class Guesses:
@@ -69,7 +65,7 @@ class Guesses:
         begin, end = self.straight(turns.tolist())
         via = (begin + end) / 2
         lower, upper = problem.sampling_bounds[:nq].T
-        aside = MAX_DETOUR * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
+        aside = GUESS.max_detour * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
         for own in problem.space.quaternions:
             aside[own] = 0.0
         via[:nq] += aside
@@ -108,7 +104,7 @@ class Guesses:
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
         held = np.tile((lower + upper) / 2, (len(path) - 1, 1))
         even = resampled(times, path, held, steps, problem.space)
-        shaken = PERTURBATION * generator.standard_normal(even.u.shape) * (upper - lower)
+        shaken = GUESS.perturbation * generator.standard_normal(even.u.shape) * (upper - lower)
         return Knots(even.x, even.u + shaken, h)
 
     def _times(self, path: Array) -> Array:
@@ -124,7 +120,7 @@ class Guesses:
         limits = np.abs(problem.bounds[problem.model.nq :]).max(axis=1, initial=0.0)
         slopes = np.median(np.abs(self._slopes[:, problem.model.nq :]), axis=0)
         times = limits[np.isfinite(limits)] / np.maximum(slopes[np.isfinite(limits)], 1e-9)
-        return float(times[times < UNLIMITED_SECONDS].max(initial=0.0))
+        return float(times[times < GUESS.unlimited].max(initial=0.0))
 
     @cached_property
     def _fastest(self) -> Array:
@@ -139,8 +135,8 @@ class Guesses:
         problem, generator = self._problem, np.random.default_rng(0)
         model = problem.model
         lower, upper = np.clip(problem.sampling_bounds.T, -1e3, 1e3)
-        x = model.space.unit(generator.uniform(lower, upper, (SPEED_SAMPLES, model.nx)))
+        x = model.space.unit(generator.uniform(lower, upper, (GUESS.speed_samples, model.nx)))
         lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
-        u = generator.uniform(lower, upper, (SPEED_SAMPLES, model.nu))
+        u = generator.uniform(lower, upper, (GUESS.speed_samples, model.nu))
         slopes: Array = np.stack([model.f(a, b) for a, b in zip(x, u, strict=True)])
         return slopes

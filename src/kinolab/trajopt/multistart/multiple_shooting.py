@@ -21,16 +21,9 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import GUESS, SQP
 from kinolab.trajopt.sqp.minimum_time import minimize_time
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-
-CLEARANCE_RESERVE = 1e-2  # of the machine's size, that gaps keep in reserve while knots are few
-# sum of all that is missing, in scales, from which on knots may become many
-CLOSURE_TOLERANCE = 1e-6
-MIN_DECREASE = 0.05  # share of what is missing that goes in a few subproblems, or all hope does
-FINE_ITERATIONS = 12  # subproblems with many knots, where little is missing
-# times the duration of a motion that makes errors grow: how short it may get
-MIN_DURATION_FRACTION = 0.25
 
 
 def shoot(
@@ -49,7 +42,7 @@ def shoot(
         iterations: Largest number of subproblems with few knots.
         cancelled: Whether to give up.
     """
-    task = TrajectoryProblem(problem, CLEARANCE_RESERVE)
+    task = TrajectoryProblem(problem, GUESS.clearance)
     knots = _closed(task, guess, block, iterations, cancelled)
     if knots is None:
         return None
@@ -58,7 +51,7 @@ def shoot(
     return (
         None
         if motion is None
-        else make_exact(problem, motion, cancelled, FINE_ITERATIONS, held=True)
+        else make_exact(problem, motion, cancelled, GUESS.fine_iterations, held=True)
     )
 
 
@@ -71,9 +64,9 @@ def _closed(
 ) -> Knots | None:
     """Return knots of the same step length from which hardly anything is missing, or None."""
     return restore_feasibility(
-        task, guess, cancelled, iterations=iterations, times=block, enough=CLOSURE_TOLERANCE / 10,
-        most=CLOSURE_TOLERANCE,
-        pace=MIN_DECREASE,
+        task, guess, cancelled, iterations=iterations, times=block,
+        enough=GUESS.few_knots_tolerance / 10, most=GUESS.few_knots_tolerance,
+        pace=SQP.min_decrease,
     )  # fmt: skip
 
 
@@ -87,14 +80,16 @@ def _faster(
     task: TrajectoryProblem, knots: Knots, block: int, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a faster motion in whole steps of the problem, fewer per knot; or None."""
-    exact = _closed(task, knots, block, FINE_ITERATIONS, cancelled)
+    exact = _closed(task, knots, block, GUESS.fine_iterations, cancelled)
     if exact is None:
         return None
-    scaling = task.scaling(MIN_DURATION_FRACTION * knots.h, knots.h)
+    scaling = task.scaling(GUESS.min_repeatable * knots.h, knots.h)
     fast = minimize_time(task.transcription(exact, block), exact, scaling, cancelled=cancelled)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = math.ceil(fast.duration / (block * h))
     guess = fast.in_steps(steps, task.problem.space)
-    found = _closed(task, Knots(guess.x, guess.u, block * h), block, FINE_ITERATIONS, cancelled)
+    found = _closed(
+        task, Knots(guess.x, guess.u, block * h), block, GUESS.fine_iterations, cancelled
+    )
     return None if found is None else _step_by_step(task, found, block)

@@ -18,18 +18,9 @@ from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.multiple_shooting import shoot
 from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.options import GUESS
 
 Array: TypeAlias = NDArray[np.float64]
-
-DURATION_FACTORS = (2.0, 3.0, 1.4, 4.0, 2.5, 6.0)  # times the quickest motion, one after the other
-DURATION_JITTER = 0.2  # of the logarithm of that
-WINDING = math.nan  # no free way, but one through a random configuration
-TURNING = (0.1, 0.3, 1.0, WINDING)  # how far ways turn at random, as a share of half a turn
-ODDS = (0.4, 0.1, 0.25, 0.25)  # of each of these
-MAX_BRANCHES = (600, 2500)  # of trees for a way, and for one that must be short
-SHORTER = (0.4, 1.0)  # times the duration of what there is: how quick a way must be at least
-PATIENCE = (20, 30)  # subproblems for each of the first guesses, and for later ones
-MIN_STEPS = 10  # steps of a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +65,9 @@ class Multistart:
         """Have everything compiled and loaded that a guess needs, by a short one."""
         problem, path = self._problem, self._guesses.straight()
         self._ways.is_free(*path)
-        guess = Guesses(problem, np.random.default_rng(0)).knots(path, MIN_STEPS, problem.step)
+        guess = Guesses(problem, np.random.default_rng(0)).knots(
+            path, GUESS.min_guess_steps, problem.step
+        )
         self._shot(guess, 1, 1, never_cancelled)
 
     def next(self) -> GuessResult:
@@ -84,21 +77,21 @@ class Multistart:
             StoppedError: If it is too late to look for ways.
         """
         guess, block = self._guess()
-        patience = PATIENCE[self._count > len(DURATION_FACTORS)]
+        patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
         motion = self._shot(guess, block, patience, self._late)
         return GuessResult(motion, len(guess.u) * block)
 
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess, and how many steps of the problem lie from knot to knot."""
         guesses, step = self._guesses, self._problem.step
-        longer = DURATION_FACTORS[self._count % len(DURATION_FACTORS)]
-        longer *= math.exp(self._generator.uniform(-DURATION_JITTER, DURATION_JITTER))
+        longer = GUESS.durations[self._count % len(GUESS.durations)]
+        longer *= math.exp(self._generator.uniform(-GUESS.duration_jitter, GUESS.duration_jitter))
         self._count += 1
         if math.isfinite(self._below):
-            self._most = self._below * self._generator.uniform(*SHORTER)
+            self._most = self._below * self._generator.uniform(*GUESS.shorter)
         path = self._path()
         quickest = guesses.quickest(path) + guesses.starting
-        count = max(math.ceil(longer * quickest / step), MIN_STEPS)
+        count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
         return guesses.knots(path, math.ceil(count / block), block * step), block
 
@@ -118,9 +111,9 @@ class Multistart:
         Where the straight way is free most ways need not be looked for.
         """
         begin, end = self._guesses.straight()
-        turning = float(self._generator.choice(TURNING, p=ODDS))
-        if turning == TURNING[0] or not (self._straight_is_free or math.isnan(turning)):
-            branches = MAX_BRANCHES[math.isfinite(self._below)]
+        turning = float(self._generator.choice((*GUESS.turning, math.nan), p=GUESS.odds))
+        if turning == GUESS.turning[0] or not (self._straight_is_free or math.isnan(turning)):
+            branches = GUESS.max_branches[math.isfinite(self._below)]
             path = self._ways.find(begin, end, turning, self._short_enough, branches)
             if path is not None and self._short_enough(path):
                 return path

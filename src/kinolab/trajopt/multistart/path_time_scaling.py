@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.options import GUESS
 
 Array: TypeAlias = NDArray[np.float64]
-
-RANK_TOLERANCE = 1e-6  # of the largest singular value: directions in which a velocity leads nowhere
 
 
 def path_time_scaling(problem: Problem, knots: Knots) -> Knots:
@@ -35,7 +34,7 @@ def path_time_scaling(problem: Problem, knots: Knots) -> Knots:
     large = problem.scales[matters]
     rates = (x[2:, matters] - x[:-2, matters]) / (2 * knots.h) / large
     possible = np.linalg.pinv(
-        _directions(problem, x[1:-1], matters) / large[:, None], rcond=RANK_TOLERANCE
+        _directions(problem, x[1:-1], matters) / large[:, None], rcond=GUESS.rank_tolerance
     )
     speeds = (possible @ rates[..., None])[..., 0]
     x[1:-1, nq:] = np.clip(speeds, *problem.bounds[nq:].T)

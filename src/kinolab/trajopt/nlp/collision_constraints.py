@@ -30,6 +30,7 @@ from kinolab.world.redundant_obstacles import without_redundant
 
 Array: TypeAlias = NDArray[np.float64]
 
+# Compiled into machine code, which is made anew when this file changes.
 FD_STEP = 1e-6  # of a coordinate
 TOUCHING_GAP = 1e-12  # [m] of gap that counts as none
 MAX_GAPS = 64  # gaps of one pose that are kept

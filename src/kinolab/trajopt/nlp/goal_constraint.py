@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
+from kinolab.trajopt.options import NLP
 
 Array: TypeAlias = NDArray[np.float64]
-
-FD_STEP = 1e-6  # of every entry of a state, for derivatives of poses
 
 
 class GoalConstraint:
@@ -53,8 +52,8 @@ class GoalConstraint:
             return own
         columns = [
             (np.concatenate([*self._of_bodies(x + d)]) - np.concatenate([*self._of_bodies(x - d)]))
-            / (2 * FD_STEP)
-            for d in FD_STEP * np.eye(nx)
+            / (2 * NLP.fd_step)
+            for d in NLP.fd_step * np.eye(nx)
         ]
         return np.vstack([own, np.column_stack(columns)])
 

@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities, no_inequalities
 from kinolab.trajopt.nlp.samples import Samples
+from kinolab.trajopt.options import NLP
 
 Array: TypeAlias = NDArray[np.float64]
-
-FD_STEP = 1e-6  # of what counts as large
-RANDOM_STATES = 8  # at random, at which it shows what inputs decide
 
 
 class PathConstraints:
@@ -69,10 +67,10 @@ class PathConstraints:
         change = np.zeros(value.shape)
         for j, large in enumerate(np.concatenate(self._steps)):
             d = np.zeros(nx + nu)
-            d[j] = FD_STEP * large
+            d[j] = NLP.scaled_fd_step * large
             ahead = self.margins(at.x + d[:nx], at.u + d[nx:])
             behind = self.margins(at.x - d[:nx], at.u - d[nx:])
-            slopes[..., j] = (ahead - behind) / (2 * FD_STEP * large)
+            slopes[..., j] = (ahead - behind) / (2 * NLP.scaled_fd_step * large)
             change += np.abs(slopes[..., j]) * large * reach
         which, kind = np.nonzero(value < 2 * change)
         slope = slopes[which, kind]
@@ -110,7 +108,7 @@ def _decided_by_inputs(problem: Problem) -> NDArray[np.bool_]:
     if not problem.system.requirements:
         return np.zeros(0, dtype=bool)
     random, half = np.random.default_rng(0), _half_ranges(problem)
-    x = np.array([problem.start, *(problem.sample_goal(random) for _ in range(RANDOM_STATES))])
+    x = np.array([problem.start, *(problem.sample_goal(random) for _ in range(NLP.random_states))])
     some = (random.uniform(-half, half, (len(x), len(half))) for _ in range(2))
     one, other = (problem.model.requirements(x, u) for u in some)
     return np.asarray((np.abs(one - other) > 0).any(axis=0))

@@ -31,19 +31,9 @@ from kinolab.trajopt.nlp.path_constraints import PathConstraints
 from kinolab.trajopt.nlp.samples import Samples, beginnings, samples
 from kinolab.trajopt.nlp.scaling import Scaling
 from kinolab.trajopt.nlp.transcription import Inequalities, MultipleShooting
+from kinolab.trajopt.options import NLP
 
 Array: TypeAlias = NDArray[np.float64]
-
-STEP_TOLERANCE = 1e-9  # of a state's scale: largest error of one step of a continuous problem's map
-MAX_SUBSTEPS = 64
-DERIVATIVE_TOLERANCE = 1e-4  # of a scale: largest error of a derivative, which costs no exactness
-SAMPLED_STEP_STRIDE = 4  # steps of which one is looked at for that
-CHECK_RESOLUTION = 0.12  # of the machine's size that it moves at most between two looks
-MAX_CHECKS_PER_STEP = 8  # looks per step
-LIMIT_FRACTION = 0.05  # of the room, for limits that a motion may pass between two knots
-AMPLIFIED_TOLERANCE = 1e-6  # of what counts as large: what is left of equations, after it has grown
-DURATION_DIGITS = 9  # digits after which lengths of steps, in [s], count as equal
-CHECK_FACTOR = 4  # times as many looks where a motion is judged
 
 
 class TrajectoryProblem:
@@ -62,14 +52,14 @@ class TrajectoryProblem:
         problem: Problem,
         clearance: float,
         *,
-        fraction: float = LIMIT_FRACTION,
+        fraction: float = NLP.limit_fraction,
         near: float = 1.0,
     ) -> None:
         self.problem, self.room = problem, clearance
         self.discrete = problem.scenario.integration.truth == "discrete"
         self._bare = CollisionConstraints(problem, 0.0)
         self._obstacles = CollisionConstraints(problem, clearance * self._bare.size, near)
-        reserve = AMPLIFIED_TOLERANCE if self.discrete else fraction * clearance
+        reserve = NLP.amplified_tolerance if self.discrete else fraction * clearance
         self._demands = [
             PathConstraints(problem, reserve, begins=begins) for begins in (False, True)
         ]
@@ -181,7 +171,7 @@ class TrajectoryProblem:
 
     def defect(self, trajectory: Trajectory) -> float:
         """Return the largest distance of a state from where the step before leads, in scales."""
-        spans = np.round(np.diff(trajectory.t), DURATION_DIGITS)
+        spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
         step = self._map(Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
         largest = 0.0
         for span in np.unique(spans):
@@ -205,9 +195,9 @@ class TrajectoryProblem:
 
         A discrete motion is those lines.
         """
-        spans = np.round(np.diff(trajectory.t), DURATION_DIGITS)
+        spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
         knots = Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0)))
-        at = samples(knots, CHECK_FACTOR * self._pieces(knots))
+        at = samples(knots, NLP.check_factor * self._pieces(knots))
         if self.discrete:
             return at
         step, looks = self._map(knots), len(at.x) // max(len(knots.u), 1)
@@ -241,9 +231,9 @@ class TrajectoryProblem:
             return settings.method, settings.substeps
         substeps, step = 1, partial(StepSensitivities, model, "rk4", acts=acts)
         coarse = step(1).after(knots.x, knots.u, knots.h)
-        while substeps < MAX_SUBSTEPS:
+        while substeps < NLP.max_substeps:
             fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
-            if _apart(coarse, fine, self.problem.scales) <= STEP_TOLERANCE:
+            if _apart(coarse, fine, self.problem.scales) <= NLP.step_tolerance:
                 break
             substeps, coarse = 2 * substeps, fine
         if np.isfinite(coarse).all():
@@ -258,11 +248,11 @@ class TrajectoryProblem:
         if self.discrete:
             return StepSensitivities(model, method, times * substeps // acts, acts=acts)
         step = partial(StepSensitivities, model, method, acts=acts)
-        x, u = knots.x[:-1][::SAMPLED_STEP_STRIDE], knots.u[::SAMPLED_STEP_STRIDE]
+        x, u = knots.x[:-1][:: NLP.sampled_step_stride], knots.u[:: NLP.sampled_step_stride]
         few, coarse = 1, step(1).linearized(x, u, knots.h)[1]
         while few < substeps:
             fine = step(2 * few).linearized(x, u, knots.h)[1]
-            if self._wrong(coarse, fine) <= DERIVATIVE_TOLERANCE:
+            if self._wrong(coarse, fine) <= NLP.derivative_tolerance:
                 break
             few, coarse = 2 * few, fine
         return step(substeps, few)
@@ -283,8 +273,8 @@ class TrajectoryProblem:
         if not self._size:
             return 1
         return min(
-            max(1, math.ceil(float(speed) * knots.h / (CHECK_RESOLUTION * self._size))),
-            MAX_CHECKS_PER_STEP,
+            max(1, math.ceil(float(speed) * knots.h / (NLP.check_resolution * self._size))),
+            NLP.max_samples_per_step,
         )
 
     @cached_property

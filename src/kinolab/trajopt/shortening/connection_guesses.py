@@ -19,12 +19,10 @@ from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.path_time_scaling import path_time_scaling
 from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segment_problem import straight
-from kinolab.trajopt.segments import MIN_KNOTS
 
 Array: TypeAlias = NDArray[np.float64]
-
-DURATION_FACTOR = 1.5  # times the quickest motion along a straight way: how long a guess takes
 
 
 class ConnectionGuesses:
@@ -64,7 +62,7 @@ class ConnectionGuesses:
             yield self._straight(path, knots)
 
     def _straight(self, path: Array, knots: int) -> Knots:
-        duration = DURATION_FACTOR * self.least(*path)
+        duration = SHORT.shortcut_duration * self.least(*path)
         count = self._count(duration, knots)
         return path_time_scaling(self._problem, self._guesses.knots(path, count, duration / count))
 
@@ -90,4 +88,4 @@ class ConnectionGuesses:
         return resting
 
     def _count(self, duration: float, most: int) -> int:
-        return max(MIN_KNOTS, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))
+        return max(SHORT.min_steps, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))

@@ -19,24 +19,12 @@ from numpy.typing import NDArray
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segment_problem import straight
-from kinolab.trajopt.segments import MIN_KNOTS, Segments
+from kinolab.trajopt.segments import Segments
 from kinolab.trajopt.variable_step_motion import VariableStepMotion
 
 Array: TypeAlias = NDArray[np.float64]
-
-MAX_SAMPLES = 300  # of a motion that are compared, at most
-MIN_SPACING = 5  # steps between two of them, at least
-BLEND_STEPS = 50  # steps before and after a loop over which its gap is spread
-MIN_CYCLE_STEPS = 20  # steps of a loop that is worth it
-MAX_GAP_FRACTION = 0.16  # times the length of a loop: how far apart its ends may be
-# of the way that a margin takes on average: gaps below are as good as none
-NEGLIGIBLE_GAP_FRACTION = 0.1
-GAP_EXPONENT = 1.5  # power of a gap that counts against a loop, where its duration counts for it
-# places by which the ends of two loops differ in all that count as the same
-SAME_CYCLE_DISTANCE = 4
-MAX_KNOTS = 40  # of a guess, at most
-MAX_FAILURES = 8  # in a row, after which no more are tried
 
 
 class CycleRemoval:
@@ -65,13 +53,13 @@ class CycleRemoval:
 
     def _once(self, course: VariableStepMotion) -> VariableStepMotion | None:
         """Return a motion with one loop less."""
-        t, margin = course.times, BLEND_STEPS * self._problem.step
+        t, margin = course.times, SHORT.blend_steps * self._problem.step
         for tried, (begin, end) in enumerate(self._cycles(course)):
-            if tried == MAX_FAILURES or self._late():
+            if tried == SHORT.max_failed_cycles or self._late():
                 break
             before = int(np.searchsorted(t, t[begin] - margin))
             after = min(int(np.searchsorted(t, t[end] + margin)), len(t) - 1)
-            if begin - before + after - end < MIN_KNOTS:
+            if begin - before + after - end < SHORT.min_steps:
                 continue  # too few steps are left to take up the gap
             given, last = course.piece(before, after), after == len(course.spans)
             guess = self._closed_gap(given, begin - before, end - before)
@@ -93,24 +81,26 @@ class CycleRemoval:
         x[: begin + 1] += fraction[: begin + 1] * (there - here)
         x[begin + 1 :] -= (1 - fraction[begin + 1 :]) * (there - here)
         u = np.vstack([before.u, after.u])
-        return resampled(times, x, u, min(MAX_KNOTS, len(spans)), self._pieces.space)
+        return resampled(times, x, u, min(SHORT.cycle_knots, len(spans)), self._pieces.space)
 
     def _cycles(self, course: VariableStepMotion) -> Iterator[tuple[int, int]]:
         """Yield the ends of loops, those that take long and end near where they begin first."""
         t, step = course.times, self._problem.step
-        apart = max(MIN_SPACING * step, t[-1] / MAX_SAMPLES)
+        apart = max(SHORT.min_cycle_spacing * step, t[-1] / SHORT.cycle_samples)
         places = np.unique(np.minimum(np.searchsorted(t, np.arange(0, t[-1], apart)), len(t) - 1))
         gap, taken = self._gaps(course.x[places]), t[places] - t[places][:, None]
         path = np.concatenate([[0.0], np.cumsum(np.diagonal(gap, 1))])
         length = path - path[:, None]
-        alike = NEGLIGIBLE_GAP_FRACTION * BLEND_STEPS * step * path[-1] / t[-1]
-        loops = (taken >= MIN_CYCLE_STEPS * step) & (gap <= MAX_GAP_FRACTION * length)
-        worth = np.where(loops, taken / (gap + alike) ** GAP_EXPONENT, 0.0)
+        alike = SHORT.negligible_gap * SHORT.blend_steps * step * path[-1] / t[-1]
+        loops = (taken >= SHORT.min_cycle_steps * step) & (gap <= SHORT.max_cycle_gap * length)
+        worth = np.where(loops, taken / (gap + alike) ** SHORT.gap_exponent, 0.0)
         while worth.any():
             i, j = np.unravel_index(int(worth.argmax()), worth.shape)
             yield int(places[i]), int(places[j])
-            near = slice(max(0, i - SAME_CYCLE_DISTANCE), i + SAME_CYCLE_DISTANCE + 1)
-            worth[near, max(0, j - SAME_CYCLE_DISTANCE) : j + SAME_CYCLE_DISTANCE + 1] = 0.0
+            near = slice(max(0, i - SHORT.same_cycle_samples), i + SHORT.same_cycle_samples + 1)
+            worth[near, max(0, j - SHORT.same_cycle_samples) : j + SHORT.same_cycle_samples + 1] = (
+                0.0
+            )
 
     def _gaps(self, x: Array) -> Array:
         """Return the weighted distance of each state from each other one, shape (m, m)."""

@@ -11,16 +11,10 @@ from itertools import combinations, cycle
 import numpy as np
 
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments
 from kinolab.trajopt.shortening.connection_guesses import ConnectionGuesses
 from kinolab.trajopt.variable_step_motion import VariableStepMotion
-
-MAX_SAMPLES = (24, 31, 27)  # of a motion between which ways are tried, in turn
-MAX_SLOW_PATHS = 20  # ways that take longer than what they replace, after which no more are tried
-MAX_FAILURES = 5  # in a row, after which no more are
-PROMISED_FRACTION = 0.7  # times the duration of a piece: how quick a way must promise to be
-MAX_KNOTS = 20  # of a guess, at most
-SMALL_GAIN = 0.05  # share of the duration of a gain after which other things may gain more
 
 
 class Shortcuts:
@@ -36,7 +30,7 @@ class Shortcuts:
         self, task: TrajectoryProblem, pieces: Segments, cancelled: Callable[[], bool]
     ) -> None:
         self._pieces, self._late = pieces, cancelled
-        self._bridges, self._places = ConnectionGuesses(task.problem), cycle(MAX_SAMPLES)
+        self._bridges, self._places = ConnectionGuesses(task.problem), cycle(SHORT.shortcut_samples)
 
     def with_shortcuts(self, course: VariableStepMotion) -> VariableStepMotion:
         """Return a motion that is shorter or the same."""
@@ -44,7 +38,7 @@ class Shortcuts:
             shorter = self._once(course)
             if shorter is None:
                 break
-            little = shorter.duration > (1 - SMALL_GAIN) * course.duration
+            little = shorter.duration > (1 - SHORT.small_gain) * course.duration
             course = shorter
             if little:
                 break
@@ -54,10 +48,14 @@ class Shortcuts:
         """Return a motion with one detour less."""
         failures, slow, places = 0, 0, next(self._places)
         for begin, end in self._pairs(course, places):
-            if failures == MAX_FAILURES or slow == MAX_SLOW_PATHS or self._late():
+            if (
+                failures == SHORT.max_failed_shortcuts
+                or slow == SHORT.max_slow_shortcuts
+                or self._late()
+            ):
                 break
             given, last = course.piece(begin, end), end == len(course.spans)
-            for guess in self._bridges.between(given.x[0], given.x[-1], MAX_KNOTS):
+            for guess in self._bridges.between(given.x[0], given.x[-1], SHORT.shortcut_knots):
                 if not guess.duration < given.duration:
                     slow += 1
                     continue
@@ -76,7 +74,7 @@ class Shortcuts:
         for begin, end in combinations(knots, 2):
             least = self._bridges.least(course.x[begin], course.x[end])
             duration = float(t[end] - t[begin])
-            if least < PROMISED_FRACTION * duration:
+            if least < SHORT.promised_duration * duration:
                 gains.append((least - duration, begin, end))
         for _, begin, end in sorted(gains):
             yield begin, end

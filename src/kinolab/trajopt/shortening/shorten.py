@@ -12,26 +12,13 @@ from kinolab.problem import Problem
 from kinolab.search.budget import IsSpent, thread_seconds, throttled
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.connect_to_goal import in_the_centre
-from kinolab.trajopt.exact import MIN_STEPS, is_long, knots_of, make_knots_exact
+from kinolab.trajopt.exact import is_long, knots_of, make_knots_exact
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import SHORT, SQP
 from kinolab.trajopt.shortening.shorten_in_pieces import shorten_segments
-from kinolab.trajopt.sqp.minimum_time import CLOSURE_TOLERANCE, minimize_time
+from kinolab.trajopt.sqp.minimum_time import minimize_time
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-
-CLEARANCE_FRACTIONS = (7e-2, 2e-2, 4e-2, 2e-3)  # of the machine's size, tried one after the other
-COARSE_KNOTS = 50  # knots, more or less, of the first motion that is made faster
-MIN_DURATION_FRACTION = 0.1  # times its duration: how short it may get
-# share of the time for pieces of a long motion, as long as they get shorter
-SEGMENT_TIME_FRACTION = 0.9
-INEXACT_TIME_FRACTION = 0.7  # the same where its end is not exact yet, which takes time too
-SEGMENT_SUBPROBLEMS = 5  # subproblems of pieces count as one
-FIRST_TRY_FRACTION = 0.8  # share of the time for the first try; later ones begin with what it found
-# share of the step length below which there are fewer steps before it goes on
-STEP_REDUCTION_FRACTION = 0.7
-MAX_ROUNDS = 20
-MAX_STEP_COUNTS = 4  # numbers of steps that are tried at most
-MIN_GAIN = 1e-3  # share of the duration that is worth another round
 
 
 def shorten(problem: Problem, trajectory: Trajectory, seconds: float | IsSpent) -> Trajectory:
@@ -48,7 +35,7 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | IsSpent) 
     spent: IsSpent = seconds
 
     def cancelled() -> bool:
-        return spent() >= FIRST_TRY_FRACTION
+        return spent() >= SHORT.first_try_budget
 
     def over() -> bool:
         return spent() >= 1.0
@@ -57,18 +44,18 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | IsSpent) 
         return trajectory
     if is_long(problem, trajectory):
         fraction = (
-            SEGMENT_TIME_FRACTION
+            SHORT.segment_budget
             if in_the_centre(problem, trajectory.x[-1])
-            else INEXACT_TIME_FRACTION
+            else SHORT.inexact_segment_budget
         )
-        enough = throttled(lambda: spent() >= fraction, SEGMENT_SUBPROBLEMS)
+        enough = throttled(lambda: spent() >= fraction, SHORT.segment_subproblems)
         trajectory = shorten_segments(
-            problem, trajectory, enough, throttled(over, SEGMENT_SUBPROBLEMS)
+            problem, trajectory, enough, throttled(over, SHORT.segment_subproblems)
         )
         if cancelled():
             return trajectory
     guess, best = _with_few_knots(problem, trajectory, cancelled), trajectory
-    for clearance in CLEARANCE_FRACTIONS:
+    for clearance in SHORT.short_clearances:
         if over():
             break
         task = TrajectoryProblem(problem, clearance)
@@ -97,13 +84,13 @@ def _with_few_knots(
 ) -> Knots | None:
     """Return a fast motion under inputs that are held for several steps each, step by step."""
     task, block = (
-        TrajectoryProblem(problem, CLEARANCE_FRACTIONS[1]),
-        round(len(trajectory.inputs) / COARSE_KNOTS),
+        TrajectoryProblem(problem, SHORT.coarse_clearance),
+        round(len(trajectory.inputs) / SHORT.coarse_knots),
     )
     while block > 1 and not cancelled():
         knots = _closed(task, trajectory, block, cancelled)
         if knots is not None:
-            scaling = task.scaling(MIN_DURATION_FRACTION * knots.h, knots.h)
+            scaling = task.scaling(SHORT.min_duration * knots.h, knots.h)
             fast = minimize_time(
                 task.transcription(knots, block), knots, scaling, cancelled=cancelled
             )
@@ -127,22 +114,22 @@ def _closed(
         iterations=15,
         times=block,
         lengths=lengths,
-        enough=CLOSURE_TOLERANCE,
-        most=CLOSURE_TOLERANCE,
+        enough=SQP.closure_tolerance,
+        most=SQP.closure_tolerance,
     )
 
 
 def _shorter(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
     """Return exact knots of a shorter duration, or the same ones."""
-    for _ in range(MAX_ROUNDS):
+    for _ in range(SHORT.max_rounds):
         if cancelled():
             break
         before = knots.duration
         longest = task.problem.step
-        scaling = task.scaling(min(STEP_REDUCTION_FRACTION * longest, knots.h), longest)
+        scaling = task.scaling(min(SHORT.step_reduction * longest, knots.h), longest)
         fast = minimize_time(task.transcription(knots), knots, scaling, cancelled=cancelled)
         knots = _with_fewer_steps(task, fast, knots, cancelled)
-        if knots.duration > before * (1 - MIN_GAIN):
+        if knots.duration > before * (1 - SHORT.min_round_gain):
             break
     return knots
 
@@ -152,7 +139,7 @@ def _with_fewer_steps(
 ) -> Knots:
     """Return the fast motion in steps of the problem's length, the slow one where that fails."""
     h = task.problem.step
-    fewest = max(math.ceil(fast.duration / h - 1e-6), MIN_STEPS)
+    fewest = max(math.ceil(fast.duration / h - 1e-6), SHORT.min_steps)
     if not task.discrete:
         if fewest > 0.8 * len(fast.u):
             return fast
@@ -164,8 +151,8 @@ def _in_steps(
     task: TrajectoryProblem, fast: Knots, most: int, cancelled: Callable[[], bool]
 ) -> Knots | None:
     """Return a motion in steps of the problem's length, fewer than a number of them; or None."""
-    count = max(math.ceil(fast.duration / task.problem.step - 1e-6), MIN_STEPS)
-    for attempt in range(MAX_STEP_COUNTS):
+    count = max(math.ceil(fast.duration / task.problem.step - 1e-6), SHORT.min_steps)
+    for attempt in range(SHORT.max_step_counts):
         if count >= most or cancelled():
             break
         found = _in(task, fast, count, cancelled)

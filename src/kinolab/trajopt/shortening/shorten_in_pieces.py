@@ -9,15 +9,12 @@ from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.connect_to_goal import connect_to_goal, in_the_centre, is_motion
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.segments import NEAR_GAPS, Segments
+from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.segments import Segments
 from kinolab.trajopt.shortening.cycles import CycleRemoval
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
 from kinolab.trajopt.shortening.sliding_window import SlidingWindow
 from kinolab.trajopt.variable_step_motion import variable_step_motion
-
-CLEARANCE_RESERVE = 4e-2  # of the machine's size, for gaps between few knots
-LIMIT_FRACTION = 0.5  # of that, for limits of states
-MIN_GAIN = 0.03  # share of the duration that is worth another round
 
 
 def shorten_segments(
@@ -34,7 +31,12 @@ def shorten_segments(
         cancelled: Whether to stop making it shorter.
         over: Whether to stop making what is shorter exact.
     """
-    task = TrajectoryProblem(problem, CLEARANCE_RESERVE, fraction=LIMIT_FRACTION, near=NEAR_GAPS)
+    task = TrajectoryProblem(
+        problem,
+        SHORT.segment_clearances[0],
+        fraction=SHORT.segment_limit_fraction,
+        near=SHORT.near_gaps,
+    )
     if not is_motion(task, given):
         return given
     pieces = Segments(task, cancelled)
@@ -44,7 +46,7 @@ def shorten_segments(
     while not cancelled():
         before = course.duration
         course = windows.sweep(splices.without_cycles(shortcuts.with_shortcuts(course)))
-        if course.duration > (1 - MIN_GAIN) * before:
+        if course.duration > (1 - SHORT.min_sweep_gain) * before:
             break
     if not course.duration < given.duration:
         return given

@@ -13,12 +13,8 @@ from collections.abc import Callable
 
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-
-MIN_VIOLATION = 1.0  # sum of all that is missing, in scales, from which on it is worth a try
-COARSENING_FACTORS = (4, 3, 2)  # steps for which inputs are held
-MIN_STEPS = 50  # of such steps that leave inputs enough freedom
-MAX_ITERATIONS = 30  # subproblems
 
 
 def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
@@ -30,10 +26,15 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[]
         cancelled: Whether to give up.
     """
     steps = len(knots.u)
-    times = next((k for k in COARSENING_FACTORS if steps % k == 0 and steps >= k * MIN_STEPS), 1)
-    if times == 1 or not sum(task.transcription(knots).violation(knots)) > MIN_VIOLATION:
+    times = next(
+        (k for k in SQP.coarsening_factors if steps % k == 0 and steps >= k * SQP.min_coarse_steps),
+        1,
+    )
+    if times == 1 or not sum(task.transcription(knots).violation(knots)) > SQP.coarse_violation:
         return knots
     held = knots.u.reshape(steps // times, times, -1).mean(axis=1)
     coarse = Knots(knots.x[::times], held, times * knots.h)
-    found = restore_feasibility(task, coarse, cancelled, iterations=MAX_ITERATIONS, times=times)
+    found = restore_feasibility(
+        task, coarse, cancelled, iterations=SQP.coarse_iterations, times=times
+    )
     return knots if found is None else task.refined(found, times)

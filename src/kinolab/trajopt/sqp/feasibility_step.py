@@ -20,17 +20,11 @@ from kinolab.numerics.block_banded import BlockBandedSystem, transposed
 from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
 from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
+from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.trust_region import inequalities_within, trust_region
 
 Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
-
-MAX_ACTIVE_SETS = 12  # of the active set, after which it is given up
-RELEASING_ACTIVE_SETS = 6  # guesses that may let go what others held
-# by which a variable may pass its limit, as a share of what counts as large
-BOUND_TOLERANCE = 1e-12
-INEQUALITY_TOLERANCE = 1e-11  # by which an inequality may
-STEP_LENGTH_WEIGHT = 1e-6  # price of a change of the step length, against that of a state
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +61,11 @@ def feasibility_step(
     """
     program = _Program(linearization, scaling, radius)
     guess = program.first()
-    for count in range(MAX_ACTIVE_SETS):
+    for count in range(SQP.max_active_sets):
         found = program.solved(guess)
         if found is None:
             return None
-        following = program.next(guess, found, free=count < RELEASING_ACTIVE_SETS)
+        following = program.next(guess, found, free=count < SQP.releasing_active_sets)
         if following is None:
             return _change(linearization, scaling, weights, found, count + 1)
         guess = following
@@ -102,7 +96,7 @@ class _Program:
         z = np.where(guess.low, self._least, np.where(guess.high, self._most, 0.0))
         w = np.where(guess.low | guess.high, 0.0, self._w)
         closed = chain.closed(
-            z, guess.step or 0.0, w, 1 / STEP_LENGTH_WEIGHT if guess.step is None else 0.0
+            z, guess.step or 0.0, w, 1 / SQP.step_length_weight if guess.step is None else 0.0
         )
         if closed is None:
             return None
@@ -110,23 +104,23 @@ class _Program:
         pushes = np.zeros(len(guess.rows))
         pushes[guess.rows] = by[place]
         pulled = self._w * transposed(chain.knot, chain.rows, by, *z.shape)
-        pulled_step = float(chain.shared @ by) / STEP_LENGTH_WEIGHT
+        pulled_step = float(chain.shared @ by) / SQP.step_length_weight
         return LeastNormSolution(z, h, pulled, pulled_step, pushes)
 
     def next(self, guess: ActiveSet, found: LeastNormSolution, *, free: bool) -> ActiveSet | None:
         """Return another guess, None where what was found breaks nothing."""
         step, z = found.h, found.z
         over = guess.step is None and not self._step[0] <= step <= self._step[1]
-        broken = ~guess.rows & (self._margins.residual(z, 0.0) > INEQUALITY_TOLERANCE)
-        low, high = z < self._least - BOUND_TOLERANCE, z > self._most + BOUND_TOLERANCE
+        broken = ~guess.rows & (self._margins.residual(z, 0.0) > SQP.inequality_tolerance)
+        low, high = z < self._least - SQP.bound_tolerance, z > self._most + SQP.bound_tolerance
         if not (over or broken.any() or low.any() or high.any()):
             return None
         held = float(np.clip(step, *self._step)) if over else guess.step
         if not free:
             return ActiveSet(low | guess.low, high | guess.high, broken | guess.rows, held)
         low, high = (
-            found.pulled < self._least - BOUND_TOLERANCE,
-            found.pulled > self._most + BOUND_TOLERANCE,
+            found.pulled < self._least - SQP.bound_tolerance,
+            found.pulled > self._most + SQP.bound_tolerance,
         )
         if guess.step is not None and self._let_go(guess.step, found.pulled_step):
             held = None

@@ -21,14 +21,10 @@ from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
 from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
+from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.trust_region import TrustRegion, inequalities_within, trust_region
 
 Array: TypeAlias = NDArray[np.float64]
-
-DEFECT_TOLERANCE = 1e-9  # sum of defects below which none of them is left open
-OPTIMALITY_TOLERANCE = 1e-8  # share of what the merit is at most, to which it is minimised
-REGULARISATION = 1e-8  # regularisation; with less of it programs with many best points are given up
-STEP_DAMPING = 1e-8  # of a change, squared: makes the program strictly convex
 
 
 def solve(
@@ -63,9 +59,9 @@ def solve(
     settings = solver.settings
     settings.eps_abs, settings.eps_rel = accuracy, accuracy
     settings.max_iter = 60
-    settings.reg_lower_limit = REGULARISATION
+    settings.reg_lower_limit = SQP.regularisation
     worst = weights.penalty * missing + weights.time * knots.duration
-    settings.eps_duality_gap_abs = max(OPTIMALITY_TOLERANCE * worst, accuracy)
+    settings.eps_duality_gap_abs = max(SQP.optimality_tolerance * worst, accuracy)
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
     if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
@@ -154,7 +150,7 @@ def _cost(
     knots: Knots, scaling: Scaling, weights: Weights, at: _Columns, open_defects: float
 ) -> tuple[Any, Array]:
     steps, nu = knots.u.shape
-    square, linear = np.full(at.size, STEP_DAMPING), np.zeros(at.size)
+    square, linear = np.full(at.size, SQP.step_damping), np.zeros(at.size)
     fraction = np.divide(knots.u, scaling.u)
     linear[at.h] = weights.time * steps * knots.h
     linear[at.u] = 2 * weights.effort * fraction / max(steps * nu, 1)
@@ -173,6 +169,6 @@ def _limits(limits: TrustRegion, at: _Columns, open_defects: float) -> tuple[Arr
         lower[place], upper[place] = least, most
     for part in (at.slack, at.over, at.under):
         lower[part], upper[part] = 0.0, np.inf
-    lower[at.left], upper[at.left] = 0.0, float(open_defects > DEFECT_TOLERANCE)
+    lower[at.left], upper[at.left] = 0.0, float(open_defects > SQP.no_defect)
     lower[at.x[0]], upper[at.x[0]] = -np.inf, np.inf  # fixed by an equation
     return lower, upper

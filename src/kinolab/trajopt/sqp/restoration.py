@@ -14,11 +14,9 @@ from collections.abc import Callable
 
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.sqp.minimum_time import VIOLATION_PENALTY, restoration_weights
-from kinolab.trajopt.sqp.solver import EXACT_VIOLATION, minimize
-
-# sum of all that is missing, in scales, that rounding may leave
-ROUNDING_VIOLATION = 100 * EXACT_VIOLATION
+from kinolab.trajopt.options import SQP
+from kinolab.trajopt.sqp.minimum_time import restoration_weights
+from kinolab.trajopt.sqp.solver import minimize
 
 
 def restore_feasibility(
@@ -29,10 +27,10 @@ def restore_feasibility(
     iterations: int,
     times: int = 1,
     lengths: tuple[float, float] | None = None,
-    enough: float = EXACT_VIOLATION,
-    most: float = ROUNDING_VIOLATION,
+    enough: float = SQP.exact_violation,
+    most: float = SQP.rounding_violation,
     pace: float = 0.0,
-    penalty: float = VIOLATION_PENALTY,
+    penalty: float = SQP.violation_penalty,
 ) -> Knots | None:
     """Return knots near given ones from which nothing is missing; None where none are found.
 

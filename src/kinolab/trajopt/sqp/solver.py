@@ -13,20 +13,9 @@ from dataclasses import dataclass
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.scaling import Scaling, Weights
 from kinolab.trajopt.nlp.transcription import MultipleShooting, cost
+from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve
-
-ACCEPTED, GOOD = 0.1, 0.7  # shares of the promise: what is kept, and what lets the region grow
-MIN_RADIUS = 1e-7  # trust region, as a share of what counts as large
-MAX_RADIUS = 4.0
-NARROW, WIDE, AMPLE = 0.02, 1.0, 10.0  # first region: its limits, and times what is missing
-# promise, as a share of the cost, that is not worth another subproblem
-MIN_PREDICTED_REDUCTION = 1e-4
-# share of what was missing where it could not be closed at once, to try that again
-NEAR_FRACTION = 0.3
-PACE_ITERATIONS = 3  # subproblems after which the pace is looked at
-EXACT_VIOLATION = 1e-11  # sum of all that is missing, in scales, that counts as nothing
-NEARLY_EXACT_VIOLATION = 1e-8  # of the same: a subproblem that does not halve it is the last one
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +40,7 @@ def minimize(
     weights: Weights,
     *,
     iterations: int = 60,
-    enough: float = EXACT_VIOLATION,
+    enough: float = SQP.exact_violation,
     worth: float = math.inf,
     pace: float = 0.0,
     cancelled: Callable[[], bool] = lambda: False,
@@ -76,7 +65,9 @@ def minimize(
     if not math.isfinite(sum(missing)):
         return SqpResult(knots, missing, made)
     # What misses little needs no large change, and what is far away need not be looked at then.
-    radius = min(max(AMPLE * sum(missing), NARROW), WIDE)
+    radius = min(
+        max(SQP.radius_per_violation * sum(missing), SQP.min_good_radius), SQP.max_first_radius
+    )
     while made < iterations and not cancelled():
         if restoring and sum(missing) <= enough:
             break
@@ -84,14 +75,14 @@ def minimize(
             linearization = transcription.linearization(knots, radius)
         made += 1
         change = None
-        if restoring and sum(missing) <= NEAR_FRACTION * refused:
+        if restoring and sum(missing) <= SQP.retry_ratio * refused:
             change = feasibility_step(linearization, scaling, weights, radius)
             refused = refused if change is not None else sum(missing)
         if change is None:
             change = solve(linearization, scaling, weights, radius)
         if change is None:
             radius /= 4
-            if radius < MIN_RADIUS:
+            if radius < SQP.min_radius:
                 break
             continue
         before = cost(knots, scaling, weights)
@@ -103,24 +94,25 @@ def minimize(
         if sum(found) > max(worth * sum(missing), enough):
             break
         ratio = gained / change.predicted if change.predicted > 0 else -math.inf
-        if ratio > ACCEPTED:
+        if ratio > SQP.accept_ratio:
             knots, missing, linearization = candidate, found, None
-        done = change.predicted <= MIN_PREDICTED_REDUCTION * before and sum(missing) <= enough
-        stuck = restoring and so_far < NEARLY_EXACT_VIOLATION and sum(found) > 0.5 * so_far
+        done = change.predicted <= SQP.min_predicted * before and sum(missing) <= enough
+        stuck = restoring and so_far < SQP.nearly_exact_violation and sum(found) > 0.5 * so_far
         radius = _radius(radius, ratio, change.length)
         # else a region has yet to be found
-        if ratio > ACCEPTED or len(course) > 1 or made > PACE_ITERATIONS:
+        if ratio > SQP.accept_ratio or len(course) > 1 or made > SQP.pace_iterations:
             course.append(sum(missing))
         stuck |= (
-            len(course) > PACE_ITERATIONS and course[-1] > (1 - pace) * course[-1 - PACE_ITERATIONS]
+            len(course) > SQP.pace_iterations
+            and course[-1] > (1 - pace) * course[-1 - SQP.pace_iterations]
         )
-        if done or stuck or radius < MIN_RADIUS:
+        if done or stuck or radius < SQP.min_radius:
             break
     return SqpResult(knots, missing, made)
 
 
 def _radius(radius: float, ratio: float, length: float) -> float:
     """Return the next region: larger where it was in the way, smaller where it was not needed."""
-    if ratio > GOOD:
-        return min(max(2 * length, NARROW), MAX_RADIUS)
-    return radius if ratio > ACCEPTED else radius / 4
+    if ratio > SQP.expand_ratio:
+        return min(max(2 * length, SQP.min_good_radius), SQP.max_radius)
+    return radius if ratio > SQP.accept_ratio else radius / 4

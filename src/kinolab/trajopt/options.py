@@ -1,0 +1,185 @@
+"""Every number of trajectory optimisation: thresholds, weights, tolerances and counts.
+
+Violations and tolerances count in scales, so that what is large of each entry is 1, gaps in machine
+sizes, and lengths of time as fractions, where no unit stands. What is compiled into machine code
+stands beside that code, which is made anew when its own file changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from kinolab.settings import setting
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class NlpOptions:
+    """A problem as equations and inequalities, and how closely its motions are checked."""
+
+    step_tolerance: float = setting(1e-9, meaning="Error of one step of the map.")
+    max_substeps: int = setting(64, meaning="Substeps of a step at most.")
+    derivative_tolerance: float = setting(1e-4, meaning="Error of derivatives: none of a motion.")
+    sampled_step_stride: int = setting(4, meaning="Steps of which one shows that error.")
+    check_resolution: float = setting(0.12, meaning="Motion between two samples, about.")
+    max_samples_per_step: int = setting(8, meaning="Samples of a step at most.")
+    check_factor: int = setting(4, meaning="Times as many samples where a motion is judged.")
+    limit_fraction: float = setting(0.05, meaning="Reserve of limits, of that of gaps.")
+    amplified_tolerance: float = setting(1e-6, meaning="Reserve of limits of discrete motions.")
+    duration_digits: int = setting(9, meaning="Digits in which equal steps agree.", unit="s")
+    fd_step: float = setting(1e-6, meaning="Finite difference of a state's entry, in its unit.")
+    scaled_fd_step: float = setting(1e-6, meaning="Finite difference in scales, for margins.")
+    random_states: int = setting(8, meaning="States that show which margins inputs decide.")
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SqpOptions:
+    """Sequential quadratic programming: trust regions, merit, subproblems, restoration."""
+
+    accept_ratio: float = setting(0.1, meaning="Actual of predicted reduction to take a step.")
+    expand_ratio: float = setting(0.7, meaning="The same to let the trust region grow.")
+    min_radius: float = setting(1e-7, meaning="Trust region that ends a sequence.")
+    max_radius: float = setting(4.0, meaning="Trust region at most.")
+    min_good_radius: float = setting(0.02, meaning="Trust region at first and after good steps.")
+    max_first_radius: float = setting(1.0, meaning="Trust region at first, at most.")
+    radius_per_violation: float = setting(10.0, meaning="First trust region over the violation.")
+    time_radius: float = setting(0.5, meaning="First trust region where time is minimised.")
+    min_predicted: float = setting(1e-4, meaning="Predicted reduction, of the cost, to go on.")
+    retry_ratio: float = setting(0.3, meaning="Violation, of the last, for a least-norm step.")
+    pace_iterations: int = setting(3, meaning="Subproblems after which the pace is checked.")
+    min_decrease: float = setting(0.05, meaning="Decrease of a far guess's violation in these.")
+    exact_violation: float = setting(1e-11, meaning="Violation that counts as nothing.")
+    nearly_exact_violation: float = setting(1e-8, meaning="Violation that each step must halve.")
+    rounding_violation: float = setting(100 * 1e-11, meaning="Violation that rounding may leave.")
+    closure_tolerance: float = setting(1e-8, meaning="Violation on the way to a restoration.")
+    closure_iterations: int = setting(8, meaning="Subproblems that close what a step opened.")
+    max_contraction: float = setting(0.7, meaning="Part of the violation that one may leave.")
+    violation_penalty: float = setting(10.0, meaning="Merit of a violation; costs are about 1.")
+    bold_penalty: float = setting(100.0, meaning="The same for guesses that must change a lot.")
+    step_accuracy: float = setting(1e-6, meaning="Accuracy of a step that is closed afterwards.")
+    optimality_tolerance: float = setting(1e-8, meaning="Duality gap of a program, of its merit.")
+    regularisation: float = setting(1e-8, meaning="Least one; less gives up on many optima.")
+    step_damping: float = setting(1e-8, meaning="Weight of squared changes: strict convexity.")
+    no_defect: float = setting(1e-9, meaning="Sum of defects below which none is left open.")
+    max_active_sets: int = setting(12, meaning="Active sets of a least-norm step at most.")
+    releasing_active_sets: int = setting(6, meaning="The first of them, which may let go.")
+    bound_tolerance: float = setting(1e-12, meaning="How far variables may pass their limits.")
+    inequality_tolerance: float = setting(1e-11, meaning="How far inequalities may.")
+    step_length_weight: float = setting(1e-6, meaning="Weight of the step length, of a state's.")
+    coarse_violation: float = setting(1.0, meaning="Violation from which coarse knots come first.")
+    coarsening_factors: tuple[int, ...] = setting((4, 3, 2), meaning="Steps between coarse knots.")
+    min_coarse_steps: int = setting(50, meaning="Coarse steps at least.")
+    coarse_iterations: int = setting(30, meaning="Subproblems for coarse knots.")
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class StoppingTolerances:
+    """How long a motion is made faster; the loose ones are those of segments."""
+
+    min_radius: float = setting(1e-3, meaning="Trust region below which nothing is gained.")
+    min_predicted: float = setting(1e-3, meaning="Predicted gain, of the cost, to go on.")
+    min_gain: float = setting(0.0, meaning="Actual gain, of the cost, to go on.")
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ShorteningOptions:
+    """Motions made exact, cut into segments and made shorter."""
+
+    exact_clearances: tuple[float, float] = setting((1e-2, 5e-2, 2e-3), meaning="Reserves of gaps.")
+    short_clearances: tuple[float, float] = setting((7e-2, 2e-2, 4e-2, 2e-3), meaning="Likewise.")
+    coarse_clearance: float = setting(2e-2, meaning="The same for coarse knots.")
+    segment_clearances: tuple[float, float] = setting(
+        (4e-2, 5e-3), meaning="The same for segments."
+    )
+    segment_limit_fraction: float = setting(0.5, meaning="Reserve of limits, of that of gaps.")
+    near_gaps: float = setting(0.15, meaning="Gaps that matter, of half the largest shape.")
+    even_step_tolerance: float = setting(1e-9, unit="s", meaning="Difference of even steps.")
+    long_steps: int = setting(150, meaning="Steps of a long motion, which is cut into segments.")
+    min_steps: int = setting(8, meaning="Steps that leave inputs enough freedom.")
+    defect_tolerance: float = setting(1e-6, meaning="Defect of a true motion.")
+    centre_tolerance: float = setting(1e-6, meaning="Violation of the goal at its centre.")
+    tail_steps: tuple[int, ...] = setting((100, 200, 50, 400), meaning="Last steps.")
+    tail_knots: int = setting(40, meaning="Knots of these at most.")
+    end_tolerance: float = setting(1e-6, meaning="How far from its end a segment may end.")
+    min_round_gain: float = setting(1e-3, meaning="Gain of a round to go on.")
+    min_sweep_gain: float = setting(0.03, meaning="Gain of a sweep over segments to go on.")
+    min_segment_gain: float = setting(0.03, meaning="Gain for which a segment is replaced.")
+    small_gain: float = setting(0.05, meaning="Gain of a shortcut after which cycles are tried.")
+    min_duration: float = setting(0.1, meaning="Duration of a faster motion at least.")
+    min_segment_duration: float = setting(0.05, meaning="Duration of a faster segment at least.")
+    stretch: tuple[float, float] = setting((0.4, 2.0), meaning="Durations near a guess.")
+    eased: tuple[float, float] = setting(
+        (0.9, 1.1), meaning="The same where inputs are held for longer."
+    )
+    far_iterations: int = setting(25, meaning="Subproblems for a guess that is no motion yet.")
+    coarse_knots: int = setting(50, meaning="Coarse knots of the first faster motion, about.")
+    segment_budget: float = setting(0.9, meaning="Budget for segments.")
+    inexact_segment_budget: float = setting(0.7, meaning="Where the goal is not met yet.")
+    first_try_budget: float = setting(0.8, meaning="Budget for the first reserve of gaps.")
+    segment_subproblems: int = setting(5, meaning="Subproblems of segments that count as one.")
+    step_reduction: float = setting(0.7, meaning="Shortest step before there are fewer of them.")
+    max_rounds: int = setting(20, meaning="Rounds with fewer and fewer steps at most.")
+    max_step_counts: int = setting(4, meaning="Numbers of steps that are tried at most.")
+    window_knots: tuple[int, int] = setting((20, 40), meaning="Knots of a window: first, later.")
+    steps_per_knot: float = setting(16.0, meaning="Steps between its knots at first.")
+    min_steps_per_knot: float = setting(2.0, meaning="The same, at least.")
+    max_steps_per_knot: float = setting(32.0, meaning="The same, at most.")
+    window_growth: float = setting(1.3, meaning="Next window's length after one that worked.")
+    window_shrinkage: float = setting(0.5, meaning="The same after one that did not.")
+    min_remainder: float = setting(1 / 3, meaning="Part of a window that is one at the end.")
+    shortcut_samples: tuple[int, ...] = setting((24, 31, 27), meaning="Samples of a motion.")
+    max_slow_shortcuts: int = setting(20, meaning="Slow guesses of shortcuts before it ends.")
+    max_failed_shortcuts: int = setting(5, meaning="Failed shortcuts before it ends.")
+    promised_duration: float = setting(0.7, meaning="Least time of a shortcut worth a try.")
+    shortcut_knots: int = setting(20, meaning="Knots of a shortcut at most.")
+    shortcut_duration: float = setting(1.5, meaning="Duration of a straight guess, of the least.")
+    cycle_samples: int = setting(300, meaning="Samples that are compared at most.")
+    min_cycle_spacing: int = setting(5, meaning="Steps between two of them at least.")
+    blend_steps: int = setting(50, meaning="Steps on each side over which a gap is spread.")
+    min_cycle_steps: int = setting(20, meaning="Steps of a cycle at least.")
+    max_cycle_gap: float = setting(0.16, meaning="Gap between its ends at most, of its length.")
+    negligible_gap: float = setting(0.1, meaning="Gap that is none, of what those steps take.")
+    gap_exponent: float = setting(1.5, meaning="Power of a gap that counts against its duration.")
+    same_cycle_samples: int = setting(4, meaning="Samples between the ends of alike cycles.")
+    cycle_knots: int = setting(40, meaning="Knots of a guess without a cycle at most.")
+    max_failed_cycles: int = setting(8, meaning="Failed cycles before it ends.")
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class GuessOptions:
+    """Guesses of motions through free configurations, each shot at the goal."""
+
+    clearance: float = setting(1e-2, meaning="Reserve of gaps.")
+    few_knots_tolerance: float = setting(1e-6, meaning="Violation from which knots become many.")
+    fine_iterations: int = setting(12, meaning="Subproblems with many knots.")
+    max_iterations: tuple[int, int] = setting((20, 30), meaning="Subproblems: first, later.")
+    min_repeatable: float = setting(0.25, meaning="Duration at least, where errors grow.")
+    durations: tuple[float, float] = setting((2.0, 3.0, 1.4, 4.0, 2.5, 6.0), meaning="In turn.")
+    duration_jitter: float = setting(0.2, meaning="How far its logarithm is off at random.")
+    turning: tuple[float, float] = setting((0.1, 0.3, 1.0), meaning="Random half turns of paths.")
+    odds: tuple[float, float] = setting((0.4, 0.1, 0.25, 0.25), meaning="And of a detour.")
+    max_branches: tuple[int, int] = setting((600, 2500), meaning="Of trees, and for short paths.")
+    shorter: tuple[float, float] = setting((0.4, 1.0), meaning="Range of a path's duration.")
+    min_guess_steps: int = setting(10, meaning="Steps of a guess at least.")
+    max_draws: int = setting(50, meaning="Draws of a configuration on a path that is short.")
+    max_path_shortcuts: int = setting(60, meaning="Shortcuts of a path that are tried.")
+    path_resolution: float = setting(0.25, meaning="Motion between samples, of the least radius.")
+    min_path_samples: int = setting(4, meaning="Samples of a straight path at least.")
+    max_path_samples: int = setting(4096, meaning="The same, at most.")
+    first_check_stride: int = setting(8, meaning="Samples of which one is checked first.")
+    speed_samples: int = setting(200, meaning="States and inputs that show largest rates.")
+    max_detour: float = setting(0.25, meaning="Random detour, of a coordinate's range.")
+    unlimited: float = setting(100.0, unit="s", meaning="Speeding up that tells of no limit.")
+    perturbation: float = setting(0.01, meaning="Noise of the inputs, of their range.")
+    rank_tolerance: float = setting(1e-6, meaning="Singular values that are none, of the largest.")
+
+
+NLP, SQP, SHORT, GUESS = NlpOptions(), SqpOptions(), ShorteningOptions(), GuessOptions()
+TIGHT = StoppingTolerances()
+LOOSE = StoppingTolerances(min_radius=0.03, min_predicted=0.02, min_gain=0.03)
+OPTIONS = {"nlp": NLP, "sqp": SQP, "shorten": SHORT, "guess": GUESS, "tight": TIGHT, "loose": LOOSE}
