@@ -22,7 +22,7 @@ from kinolab.search.tree import (
     SearchState,
     SubSearch,
 )
-from kinolab.trajopt.multistart.multistart import Multistart
+from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 Array: TypeAlias = NDArray[np.float64]
 

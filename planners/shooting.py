@@ -11,7 +11,7 @@ from kinolab.cancel import CancelledError
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.multistart import Multistart
+from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 
 @final

@@ -12,7 +12,7 @@ from kinolab import planners
 from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
-from kinolab.trajopt.multistart.multistart import Multistart
+from kinolab.trajopt.multistart.multiple_shooting import Multistart
 from tests.planners.test_planners import bits
 from tests.support import problem_of
 from tests.trajopt.multistart.test_geometric_path import door, hall

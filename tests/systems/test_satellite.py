@@ -17,7 +17,7 @@ from kinolab import systems
 from kinolab.dynamics import Model
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.multistart import Multistart
+from kinolab.trajopt.multistart.multiple_shooting import Multistart
 from tests.oracles.rigid_body import Top, polhode_frequency
 
 Array: TypeAlias = NDArray[np.float64]

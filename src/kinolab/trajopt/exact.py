@@ -1,20 +1,31 @@
-"""A planned motion made exact: its end is the goal's centre, and every knot follows."""
+"""A planned motion made exact: its end is the goal's centre, and every knot follows.
+
+Of a long true motion the last part alone is changed, so that it takes no longer than a short one.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import product
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
+from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.connect_to_goal import connect_to_goal, is_motion
 from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.sqp.coarse_to_fine import coarse_to_fine
-from kinolab.trajopt.sqp.restoration import restore_feasibility
+from kinolab.trajopt.segments import Segments
+from kinolab.trajopt.sqp.restoration import coarse_to_fine, restore_feasibility
+from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
@@ -109,3 +120,56 @@ def _in_the_end(
     if not is_long(problem, trajectory) or not is_motion(task, trajectory):
         return None
     return connect_to_goal(problem, trajectory, cancelled)
+
+
+def connect_to_goal(
+    problem: Problem, motion: Trajectory, cancelled: Callable[[], bool] = never_cancelled
+) -> Trajectory | None:
+    """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
+
+    What comes before its last steps is looked at from knot to knot, no closer than that.
+
+    Args:
+        problem: That the motion solves.
+        motion: A true one from its start.
+        cancelled: Whether to give up.
+    """
+    given, times = variable_step_motion(motion), motion.t - motion.t[0]
+    tasks = [
+        TrajectoryProblem(
+            problem, clearance, fraction=SHORT.segment_limit_fraction, near=SHORT.near_gaps
+        )
+        for clearance in SHORT.segment_clearances
+    ]
+    paths = [(task, Segments(task, cancelled)) for task in tasks]
+    for (task, pieces), steps in product(paths, SHORT.tail_steps):
+        if cancelled():
+            break
+        begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
+        tail = pieces.ended(given.piece(begin, len(given.spans)))
+        if tail is not None and in_the_centre(problem, tail.x[-1]):
+            return _joined(task, given, begin, tail)
+    return None
+
+
+def in_the_centre(problem: Problem, end: Array) -> bool:
+    """Say whether a motion that ends so needs no landing."""
+    return bool(np.abs(GoalConstraint(problem, end).residual(end)).sum() <= SHORT.centre_tolerance)
+
+
+def _joined(
+    task: TrajectoryProblem, given: VariableStepMotion, begin: int, tail: VariableStepMotion
+) -> Trajectory | None:
+    """Return a motion with another tail, None where the whole breaks anything."""
+    course = given.with_piece(begin, len(given.spans), tail, task.problem.space)
+    made = trajectory_under(task.problem.model, course.times, course.x, course.u)
+    return made if task.satisfies_all_at_knots(made) else None
+
+
+def is_motion(task: TrajectoryProblem, motion: Trajectory) -> bool:
+    """Say whether a motion begins at the start and every step leads to the next state."""
+    away = np.abs(motion.x[0] - task.problem.start) / task.problem.scales
+    return (
+        bool(away.max(initial=0.0) <= SHORT.defect_tolerance)
+        and task.defect(motion) <= SHORT.defect_tolerance
+    )

@@ -1,4 +1,11 @@
-"""One piece of a motion, replaced by a quicker one between the same two states."""
+"""Segments of a motion, replaced by quicker ones between the same two states, one after the other.
+
+Systems do not depend on time, so that a segment may be replaced by any other motion between the
+same two states. What nothing depends on, such as how far wheels have rolled, need not be met. Going
+through all of a long motion takes time in proportion to its length: windows overlap by half from
+one sweep to the next, get longer as long as that works, and shorter where inputs that are held for
+so long follow nothing.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +17,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.problem import Problem
+from kinolab.problem.goal import AttitudeTarget, Goal
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
+from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import LOOSE, SHORT, SQP
-from kinolab.trajopt.segment_problem import segment_problem
-from kinolab.trajopt.sqp.minimum_time import minimize_time
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
@@ -168,3 +177,71 @@ class Segments:
     def _times(self, h: float) -> int:
         """Return how many steps of the problem a step of knots is, at least."""
         return max(1, math.ceil(h / self._problem.step - 1e-9))
+
+
+def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
+    """Return the problem of moving from one state to another, among the same obstacles.
+
+    Args:
+        problem: With the machine, its world and its limits.
+        begin: Shape (nx,).
+        end: Shape (nx,).
+    """
+    model, matters = problem.model, ~cyclic_coordinates(problem)
+    for own in model.space.quaternions:
+        matters[own] = False
+    met = tuple(np.flatnonzero(matters).tolist())
+    attitudes = tuple(
+        AttitudeTarget(name, own.start, tuple(end[own].tolist()), SHORT.end_tolerance)
+        for name, own in zip(model.attitudes, model.space.quaternions, strict=True)
+    )
+    near = SHORT.end_tolerance * problem.scales[list(met)]
+    goal = Goal(met, end[list(met)], near, problem.circular[list(met)], attitudes=attitudes)
+    return replace(problem, start=begin, goal=goal)
+
+
+def straight(problem: Problem, begin: Array, end: Array) -> Array:
+    """Return the straight way between two states, shape (2, nx), by the shorter way round."""
+    near = problem.space.nearest(begin, end)
+    return np.stack([begin, np.where(cyclic_coordinates(problem), begin, near)])
+
+
+class SlidingWindow:
+    """Sweeps along a motion.
+
+    Args:
+        task: The problem that the whole motion solves.
+        pieces: Gives quicker ones.
+        cancelled: Whether to stop.
+    """
+
+    def __init__(
+        self, task: TrajectoryProblem, pieces: Segments, cancelled: Callable[[], bool]
+    ) -> None:
+        self._step, self._pieces, self._late = task.problem.step, pieces, cancelled
+        self._held, self._sweeps = SHORT.steps_per_knot, 0
+
+    def sweep(self, course: VariableStepMotion) -> VariableStepMotion:
+        """Return a motion that is shorter or the same."""
+        begin, fraction = 0, 0.5 if self._sweeps % 2 else 1.0
+        knots = SHORT.window_knots[min(self._sweeps, len(SHORT.window_knots) - 1)]
+        self._sweeps += 1
+        while begin < len(course.spans) and not self._late():
+            end = self._end(course, begin, fraction * knots * self._held * self._step)
+            given, last = course.piece(begin, end), end == len(course.spans)
+            piece = self._pieces.quicker(given, knots, last=last)
+            if piece is not None:
+                course = course.with_piece(begin, end, piece, self._pieces.space)
+                begin, fraction = begin + len(piece.spans), 1.0
+                self._held = min(SHORT.window_growth * self._held, SHORT.max_steps_per_knot)
+            elif self._held > SHORT.min_steps_per_knot:
+                self._held = max(SHORT.window_shrinkage * self._held, SHORT.min_steps_per_knot)
+            else:
+                begin, fraction = end, 1.0
+        return course
+
+    def _end(self, course: VariableStepMotion, begin: int, length: float) -> int:
+        """Return where a piece of about a length in [s] ends."""
+        t = course.times
+        end = min(int(np.searchsorted(t, t[begin] + length)), len(t) - 1)
+        return len(t) - 1 if t[-1] - t[end] < SHORT.min_remainder * length else end

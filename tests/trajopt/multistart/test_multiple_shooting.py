@@ -13,7 +13,7 @@ from kinolab.problem import Problem
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import shorten
-from kinolab.trajopt.multistart.multistart import Multistart
+from kinolab.trajopt.multistart.multiple_shooting import Multistart
 from tests.support import problem_of
 from tests.trajopt.scenarios import DISCRETE, FLY
 from tests.trajopt.test_trajopt import DRIVE, EXACT, PATIENCE, repaired

@@ -14,9 +14,8 @@ from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.path_constraints import PathConstraints
+from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.nlp.samples import Samples
 from tests.support import OPEN, problem_of
 
 Array = NDArray[np.float64]

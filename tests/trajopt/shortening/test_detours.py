@@ -15,8 +15,8 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments
-from kinolab.trajopt.shortening.connection_guesses import ConnectionGuesses
 from kinolab.trajopt.shortening.cycles import CycleRemoval
+from kinolab.trajopt.shortening.shortcuts import ConnectionGuesses
 from kinolab.trajopt.variable_step_motion import variable_step_motion
 from tests.trajopt.shortening.test_long_plans import STEP, problem_with
 

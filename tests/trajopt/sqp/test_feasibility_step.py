@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
+from kinolab.trajopt.nlp.decision import Knots, Scaling
 from kinolab.trajopt.nlp.linearization import Linearization, Step
-from kinolab.trajopt.nlp.scaling import Scaling
+from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
-from kinolab.trajopt.sqp.minimum_time import restoration_weights
 from kinolab.trajopt.sqp.qp import solve
+from kinolab.trajopt.sqp.restoration import restoration_weights
 
 STEPS, NX, NU, COUNT = 12, 3, 2, 20
 RADIUS = 0.3

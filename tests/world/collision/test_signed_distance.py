@@ -8,7 +8,7 @@ import pytest
 import kinolab
 from kinolab.problem import Problem
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
-from kinolab.trajopt.nlp.samples import Samples
+from kinolab.trajopt.nlp.path_constraints import Samples
 from tests.support import OPEN, WALL, problem_of
 
 RADIUS, HALF = 0.25, 0.025  # [m] of the coin: radius, half thickness

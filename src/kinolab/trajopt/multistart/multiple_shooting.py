@@ -1,6 +1,7 @@
-"""From a guess that breaks everything to a motion that breaks nothing: direct multiple shooting.
+"""From guesses that break everything to motions that break nothing: direct multiple shooting.
 
-First with few knots, between which the inputs are held for several steps of the problem; then with
+Guesses differ in how long they take, how they turn and which way they go. Each is first shot at the
+goal with few knots, between which the inputs are held for several steps of the problem; then with
 a knot after every step. Where a motion would make errors grow too much to be repeated, a faster one
 is looked for in between.
 
@@ -12,18 +13,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
+from kinolab.trajopt.minimum_time import minimize_time
+from kinolab.trajopt.multistart.geometric_path import GeometricPaths
+from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import GUESS, SQP
-from kinolab.trajopt.sqp.minimum_time import minimize_time
 from kinolab.trajopt.sqp.restoration import restore_feasibility
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 def shoot(
@@ -93,3 +103,107 @@ def _faster(
         task, Knots(guess.x, guess.u, block * h), block, GUESS.fine_iterations, cancelled
     )
     return None if found is None else _step_by_step(task, found, block)
+
+
+@dataclass(frozen=True, eq=False)
+class GuessResult:
+    """What came of a guess.
+
+    Attributes:
+        motion: From the start exactly into the goal's centre; None where none came of it.
+        steps: How many steps of the problem the guess was long.
+    """
+
+    motion: Trajectory | None
+    steps: int
+
+
+class Multistart:
+    """Guesses that differ in how long they take, how they turn and which way they go.
+
+    Args:
+        problem: To solve.
+        knots: How many knots a guess has, more or less.
+        seed: Of the random numbers.
+        cancelled: Whether to give up.
+        below: Duration in [s] of a motion that there is already.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        knots: int,
+        seed: int,
+        cancelled: Callable[[], bool],
+        below: float = math.inf,
+    ) -> None:
+        self._problem, self._knots, self._late = problem, knots, cancelled
+        self._generator = np.random.default_rng([seed, 1])
+        self._guesses = Guesses(problem, self._generator)
+        self._ways = GeometricPaths(problem, self._generator, cancelled)
+        self._count, self._below, self._most = 0, below, math.inf
+
+    def prepare(self) -> None:
+        """Have everything compiled and loaded that a guess needs, by a short one."""
+        problem, path = self._problem, self._guesses.straight()
+        self._ways.is_free(*path)
+        guess = Guesses(problem, np.random.default_rng(0)).knots(
+            path, GUESS.min_guess_steps, problem.step
+        )
+        self._shot(guess, 1, 1, never_cancelled)
+
+    def next(self) -> GuessResult:
+        """Return what comes of the next guess.
+
+        Raises:
+            StoppedError: If it is too late to look for ways.
+        """
+        guess, block = self._guess()
+        patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
+        motion = self._shot(guess, block, patience, self._late)
+        return GuessResult(motion, len(guess.u) * block)
+
+    def _guess(self) -> tuple[Knots, int]:
+        """Return the next guess, and how many steps of the problem lie from knot to knot."""
+        guesses, step = self._guesses, self._problem.step
+        longer = GUESS.durations[self._count % len(GUESS.durations)]
+        longer *= math.exp(self._generator.uniform(-GUESS.duration_jitter, GUESS.duration_jitter))
+        self._count += 1
+        if math.isfinite(self._below):
+            self._most = self._below * self._generator.uniform(*GUESS.shorter)
+        path = self._path()
+        quickest = guesses.quickest(path) + guesses.starting
+        count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
+        block = max(1, round(count / self._knots))
+        return guesses.knots(path, math.ceil(count / block), block * step), block
+
+    def _shot(
+        self, guess: Knots, block: int, patience: int, cancelled: Callable[[], bool]
+    ) -> Trajectory | None:
+        """Return what comes of a guess; None too where its steps are so long that they run away."""
+        try:
+            with np.errstate(over="raise", invalid="raise"):
+                return shoot(self._problem, guess, block, patience, cancelled)
+        except FloatingPointError:
+            return None
+
+    def _path(self) -> Array:
+        """Return a free way that is short enough, or a winding one; shape (m, nx).
+
+        Where the straight way is free most ways need not be looked for.
+        """
+        begin, end = self._guesses.straight()
+        turning = float(self._generator.choice((*GUESS.turning, math.nan), p=GUESS.odds))
+        if turning == GUESS.turning[0] or not (self._straight_is_free or math.isnan(turning)):
+            branches = GUESS.max_branches[math.isfinite(self._below)]
+            path = self._ways.find(begin, end, turning, self._short_enough, branches)
+            if path is not None and self._short_enough(path):
+                return path
+        return self._guesses.winding()
+
+    def _short_enough(self, path: Array) -> bool:
+        return self._guesses.quickest(path) <= self._most
+
+    @cached_property
+    def _straight_is_free(self) -> bool:
+        return self._ways.is_free(*self._guesses.straight())

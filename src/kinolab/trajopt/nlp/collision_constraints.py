@@ -14,8 +14,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.simulation.machine import call_at
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
-from kinolab.trajopt.nlp.samples import Samples
+from kinolab.trajopt.nlp.path_constraints import LinearInequalities, Samples
 from kinolab.world.cable import span
 from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_broadphase, place
 from kinolab.world.collision.checker import own_pairs

@@ -1,4 +1,4 @@
-"""The unknowns: states at knots, inputs between them, and one step length for all."""
+"""The unknowns, what counts as large of them, what is allowed, and what a trajectory costs."""
 
 from __future__ import annotations
 
@@ -61,3 +61,45 @@ def resampled(t: Array, x: Array, u: Array, count: int, space: StateSpace) -> Kn
     h = float(t[-1] - t[0]) / count
     held = np.diff(total, axis=0).reshape(count, u.shape[1]) / h
     return Knots(states, held, h)
+
+
+@dataclass(frozen=True, eq=False)
+class Scaling:
+    """What counts as large, and what is allowed.
+
+    Attributes:
+        x: Shape (nx,).
+        u: Shape (nu,).
+        x_bounds: Lower and upper limits, shape (nx, 2).
+        u_bounds: Shape (nu, 2).
+        h_bounds: Shortest and longest step in [s].
+    """
+
+    x: Array
+    u: Array
+    x_bounds: Array
+    u_bounds: Array
+    h_bounds: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What a trajectory costs.
+
+    Attributes:
+        time: Of its duration, per [s].
+        effort: Of the mean square of its inputs, as shares of their limits.
+        stay: Of the mean square change of states and inputs, as shares of what counts as large.
+        penalty: Of what is missing: defects, goal and inequalities.
+    """
+
+    time: float
+    effort: float
+    stay: float
+    penalty: float
+
+
+def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
+    """Return what a trajectory costs apart from what is missing."""
+    effort = float(np.mean((knots.u / scaling.u) ** 2)) if knots.u.size else 0.0
+    return weights.time * knots.duration + weights.effort * effort

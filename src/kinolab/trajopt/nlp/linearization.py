@@ -8,9 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
-from kinolab.trajopt.nlp.scaling import Scaling
+from kinolab.trajopt.nlp.decision import Knots, Scaling
+from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 
 Array: TypeAlias = NDArray[np.float64]
 

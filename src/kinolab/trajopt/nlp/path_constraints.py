@@ -1,21 +1,21 @@
-"""What a machine and its world demand of every state, beside limits of the state itself.
+"""What a machine and its world demand of every state, and inequalities along a trajectory.
 
-These are requirements, limits of dependent rates, the limits of the workspace and cones that axes
+Demands are requirements, limits of dependent rates, the limits of the workspace and cones that axes
 keep out of: functions of state and inputs that come as numbers, so that central differences have
 to do for their derivatives.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.problem import Problem
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities, no_inequalities
-from kinolab.trajopt.nlp.samples import Samples
+from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP
 
 Array: TypeAlias = NDArray[np.float64]
@@ -118,3 +118,92 @@ def _half_ranges(problem: Problem) -> Array:
     lower, upper = problem.model.control_bounds.T
     half = (upper - lower) / 2
     return np.where(np.isfinite(half), half, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """States on the straight lines between knots.
+
+    Attributes:
+        knot: After which they come, shape (m,).
+        share: Of the way to the next knot, in [0, 1], shape (m,).
+        x: States, shape (m, nx).
+        u: Inputs held there, shape (m, nu).
+    """
+
+    knot: NDArray[np.int64]
+    share: Array
+    x: Array
+    u: Array
+
+    def rows(
+        self, which: NDArray[np.int64], value: Array, dx: Array, du: Array
+    ) -> LinearInequalities:
+        """Return inequalities whose derivatives at some of the samples are known.
+
+        Args:
+            which: Sample of each inequality, shape (n,).
+            value: Shape (n,).
+            dx: Derivative with respect to the sample's state, shape (n, nx).
+            du: With respect to its inputs, shape (n, nu).
+        """
+        fraction = self.share[which][:, None]
+        return LinearInequalities(self.knot[which], value, (1 - fraction) * dx, fraction * dx, du)
+
+
+def samples(knots: Knots, pieces: int) -> Samples:
+    """Return so many states per step, evenly spaced, the start left out."""
+    steps = len(knots.u)
+    knot = np.repeat(np.arange(steps), pieces)
+    fraction = np.tile(np.arange(1, pieces + 1) / pieces, steps)
+    x = knots.x[:-1][knot] * (1 - fraction)[:, None] + knots.x[1:][knot] * fraction[:, None]
+    return Samples(knot, fraction, x, knots.u[knot])
+
+
+def beginnings(knots: Knots) -> Samples:
+    """Return the state at the beginning of each step, under the inputs that are held from there."""
+    steps = len(knots.u)
+    return Samples(np.arange(steps), np.zeros(steps), knots.x[:-1], knots.u)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearInequalities:
+    """Margins that must be at least zero, each at a knot or on the way to the next one.
+
+    Attributes:
+        knot: Which knot, shape (m,).
+        value: Of the margin as a share of what counts as large, shape (m,).
+        dx: Derivative with respect to the state there, shape (m, nx).
+        dx_next: With respect to the next knot's state, shape (m, nx).
+        du: With respect to the inputs held there, shape (m, nu).
+    """
+
+    knot: NDArray[np.int64]
+    value: Array
+    dx: Array
+    dx_next: Array
+    du: Array
+
+    @property
+    def violation(self) -> float:
+        """Sum of what is missing."""
+        return float(np.maximum(-self.value, 0.0).sum())
+
+
+def no_inequalities(nx: int, nu: int) -> LinearInequalities:
+    """Return no inequality at all."""
+    none = np.zeros((0, nx))
+    return LinearInequalities(
+        np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nu))
+    )
+
+
+def stack(parts: Sequence[LinearInequalities]) -> LinearInequalities:
+    """Return all inequalities of several kinds."""
+    return LinearInequalities(
+        np.concatenate([part.knot for part in parts]),
+        np.concatenate([part.value for part in parts]),
+        np.vstack([part.dx for part in parts]),
+        np.vstack([part.dx_next for part in parts]),
+        np.vstack([part.du for part in parts]),
+    )

@@ -26,10 +26,8 @@ from kinolab.simulation.reference import (
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
-from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.path_constraints import PathConstraints
-from kinolab.trajopt.nlp.samples import Samples, beginnings, samples
-from kinolab.trajopt.nlp.scaling import Scaling
+from kinolab.trajopt.nlp.decision import Knots, Scaling
+from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples, beginnings, samples
 from kinolab.trajopt.nlp.transcription import Inequalities, MultipleShooting
 from kinolab.trajopt.options import NLP
 

@@ -17,10 +17,14 @@ from kinolab.problem import Problem
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities, stack
 from kinolab.trajopt.nlp.linearization import Linearization
-from kinolab.trajopt.nlp.samples import Samples, beginnings, samples
-from kinolab.trajopt.nlp.scaling import Scaling, Weights
+from kinolab.trajopt.nlp.path_constraints import (
+    LinearInequalities,
+    Samples,
+    beginnings,
+    samples,
+    stack,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -81,9 +85,3 @@ class MultipleShooting:
         begin, on_the_way = beginnings(knots), samples(knots, self._pieces)
         for part in self._inequalities:
             yield part, begin if part.begins else on_the_way
-
-
-def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
-    """Return what a trajectory costs apart from what is missing."""
-    effort = float(np.mean((knots.u / scaling.u) ** 2)) if knots.u.size else 0.0
-    return weights.time * knots.duration + weights.effort * effort

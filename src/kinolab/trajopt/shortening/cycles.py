@@ -20,8 +20,7 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segment_problem import straight
-from kinolab.trajopt.segments import Segments
+from kinolab.trajopt.segments import Segments, straight
 from kinolab.trajopt.variable_step_motion import VariableStepMotion
 
 Array: TypeAlias = NDArray[np.float64]

@@ -1,4 +1,7 @@
-"""Detours left out: direct ways between two states of a motion, the largest gain first.
+"""Detours left out: direct paths between two states of a motion, the largest gain first.
+
+Machines that are known to be flat have curves that they follow from rest to rest; that they are in
+motion at both ends is left to the optimiser. Others are thought to move straight.
 
 Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007.
 """
@@ -7,14 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import combinations, cycle
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kinolab.problem import Problem
+from kinolab.steering.path_families import path_family
+from kinolab.steering.path_motion import PathMotion
+from kinolab.trajopt.multistart.geometric_path import GeometricPaths
+from kinolab.trajopt.multistart.guesses import Guesses, path_time_scaling
+from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segments import Segments
-from kinolab.trajopt.shortening.connection_guesses import ConnectionGuesses
+from kinolab.trajopt.segments import Segments, straight
 from kinolab.trajopt.variable_step_motion import VariableStepMotion
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 class Shortcuts:
@@ -78,3 +90,69 @@ class Shortcuts:
                 gains.append((least - duration, begin, end))
         for _, begin, end in sorted(gains):
             yield begin, end
+
+
+class ConnectionGuesses:
+    """Guesses for one machine in one world.
+
+    Args:
+        problem: That the whole motion solves.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._guesses = Guesses(problem, np.random.default_rng(0))
+        self._ways = GeometricPaths(problem, np.random.default_rng(0))
+        model, self._curves = problem.model, None
+        # Inputs along a curve are forces, which feedback would choose by itself.
+        if problem.system.flat is not None and not model.attitudes and model.plant is model:
+            self._curves = path_family(problem)
+            self._paths = PathMotion(problem, self._curves.coordinates)
+
+    def least(self, begin: Array, end: Array) -> float:
+        """Return about the least time in [s] that a motion takes from one state to another."""
+        path = straight(self._problem, begin, end)
+        return self._guesses.quickest(path) + self._guesses.starting
+
+    def between(self, begin: Array, end: Array, knots: int) -> Iterator[Knots]:
+        """Yield guesses of motions, the likeliest first.
+
+        Args:
+            begin: State, shape (nx,).
+            end: State, shape (nx,).
+            knots: How many there are, at most.
+        """
+        path = straight(self._problem, begin, end)
+        if self._curves is not None:
+            yield from self._along_curves(path, knots)
+        elif self._ways.is_free(*path):
+            yield self._straight(path, knots)
+
+    def _straight(self, path: Array, knots: int) -> Knots:
+        duration = SHORT.shortcut_duration * self.least(*path)
+        count = self._count(duration, knots)
+        return path_time_scaling(self._problem, self._guesses.knots(path, count, duration / count))
+
+    def _along_curves(self, way: Array, knots: int) -> Iterator[Knots]:
+        assert self._curves is not None
+        step, (begin, end) = self._problem.step, self._at_rest(way)
+        for paths in self._curves.paths(begin, self._curves.straightened(end)):
+            looks = (self._paths.sample_states(path, begin) for path in reversed(paths))
+            if not all(self._ways.are_free(states) for states in looks):
+                continue
+            motion = self._paths.chain(paths, begin)
+            if motion is None or not motion.steps:
+                continue
+            times = step * np.arange(motion.steps + 1.0)
+            count = self._count(times[-1], knots)
+            guess = resampled(times, motion.x, motion.u, count, self._problem.space)
+            guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
+            yield guess
+
+    def _at_rest(self, path: Array) -> Array:
+        resting = path.copy()
+        resting[:, self._problem.model.nq :] = 0.0
+        return resting
+
+    def _count(self, duration: float, most: int) -> int:
+        return max(SHORT.min_steps, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.block_banded import BlockBandedSystem, transposed
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
+from kinolab.trajopt.nlp.decision import Scaling, Weights
 from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
-from kinolab.trajopt.nlp.scaling import Scaling, Weights
+from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
-from kinolab.trajopt.sqp.trust_region import inequalities_within, trust_region
+from kinolab.trajopt.sqp.qp import inequalities_within, trust_region
 
 Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]

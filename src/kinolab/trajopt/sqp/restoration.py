@@ -12,11 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.decision import Knots, Weights
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SQP
-from kinolab.trajopt.sqp.minimum_time import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize
+
+
+def restoration_weights(penalty: float = SQP.violation_penalty) -> Weights:
+    """Return the weights that change a trajectory as little as exactness allows."""
+    return Weights(time=0.0, effort=0.0, stay=1.0, penalty=penalty)
 
 
 def restore_feasibility(
@@ -54,3 +58,29 @@ def restore_feasibility(
         iterations=iterations, enough=enough, pace=pace, cancelled=cancelled,
     )  # fmt: skip
     return descent.knots if sum(descent.violation) <= most else None
+
+
+def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
+    """Return knots of the same duration from which little is missing, or the given ones.
+
+    The motion under inputs that are held for several steps is the same as in single steps, so that
+    the smaller program, which is faster and has fewer wrong ways to go, leaves little to do.
+
+    Args:
+        task: The problem.
+        knots: Within the limits of states and inputs.
+        cancelled: Whether to give up.
+    """
+    steps = len(knots.u)
+    times = next(
+        (k for k in SQP.coarsening_factors if steps % k == 0 and steps >= k * SQP.min_coarse_steps),
+        1,
+    )
+    if times == 1 or not sum(task.transcription(knots).violation(knots)) > SQP.coarse_violation:
+        return knots
+    held = knots.u.reshape(steps // times, times, -1).mean(axis=1)
+    coarse = Knots(knots.x[::times], held, times * knots.h)
+    found = restore_feasibility(
+        task, coarse, cancelled, iterations=SQP.coarse_iterations, times=times
+    )
+    return knots if found is None else task.refined(found, times)

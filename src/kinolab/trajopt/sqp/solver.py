@@ -10,9 +10,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.scaling import Scaling, Weights
-from kinolab.trajopt.nlp.transcription import MultipleShooting, cost
+from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights, cost
+from kinolab.trajopt.nlp.transcription import MultipleShooting
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve

@@ -13,17 +13,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.scaling import Scaling, Weights
-from kinolab.trajopt.nlp.transcription import MultipleShooting, cost
+from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights, cost
+from kinolab.trajopt.nlp.transcription import MultipleShooting
 from kinolab.trajopt.options import SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.sqp.qp import solve
+from kinolab.trajopt.sqp.restoration import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize
-
-
-def restoration_weights(penalty: float = SQP.violation_penalty) -> Weights:
-    """Return the weights that change a trajectory as little as exactness allows."""
-    return Weights(time=0.0, effort=0.0, stay=1.0, penalty=penalty)
 
 
 def minimize_time(

@@ -11,7 +11,7 @@ from kinolab.simulation.machine import states_under
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SQP
-from kinolab.trajopt.sqp.coarse_to_fine import coarse_to_fine
+from kinolab.trajopt.sqp.restoration import coarse_to_fine
 from tests.scenario.dynobench.wheel import environment, needs_wheel
 
 EXACT = 1e-6  # sum of all that is missing, in scales

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.linear_inequalities import LinearInequalities
-from kinolab.trajopt.nlp.scaling import Scaling
-from kinolab.trajopt.sqp.trust_region import inequalities_within, trust_region
+from kinolab.trajopt.nlp.decision import Knots, Scaling
+from kinolab.trajopt.nlp.path_constraints import LinearInequalities
+from kinolab.trajopt.sqp.qp import inequalities_within, trust_region
 
 STEPS, NX, NU, COUNT = 5, 3, 2, 60
 SCALING = Scaling(
