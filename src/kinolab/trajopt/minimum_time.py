@@ -13,19 +13,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights, cost
-from kinolab.trajopt.nlp.transcription import MultipleShooting
+from kinolab.trajopt.nlp.decision import Knots, Weights, cost
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.sqp.qp import solve
 from kinolab.trajopt.sqp.restoration import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize
+from kinolab.trajopt.sqp.subproblem import subproblem
 
 
 def minimize_time(
-    transcription: MultipleShooting,
+    task: TrajectoryProblem,
     knots: Knots,
-    scaling: Scaling,
+    lengths: tuple[float, float],
     *,
+    times: int = 1,
     effort: float = 1e-3,
     tolerances: StoppingTolerances = TIGHT,
     cancelled: Callable[[], bool] = lambda: False,
@@ -33,20 +35,22 @@ def minimize_time(
     """Return exact knots of a shorter duration, or the same ones.
 
     Args:
-        transcription: The equations.
+        task: The problem.
         knots: Exact ones.
-        scaling: With the range of the step length.
+        lengths: Range of the step length in [s].
+        times: Steps of the problem from knot to knot.
         effort: Weight of the mean square input, where the duration given weighs 1.
         tolerances: How long to go on.
         cancelled: Whether to stop.
     """
+    transcription, scaling = task.transcription(knots, times), task.scaling(*lengths)
     weights = Weights(
         time=1 / knots.duration, effort=effort, stay=effort, penalty=SQP.violation_penalty
     )
     radius = SQP.time_radius
     linearization = transcription.linearization(knots, radius)
     while radius > tolerances.min_radius and not cancelled():
-        change = solve(linearization, scaling, weights, radius, SQP.step_accuracy)
+        change = solve(subproblem(linearization, scaling, weights, radius), SQP.step_accuracy)
         if change is None:
             radius /= 3
             continue

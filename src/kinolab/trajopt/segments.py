@@ -108,10 +108,10 @@ class Segments:
         knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
             return None
-        scaling = task.scaling(SHORT.min_segment_duration * knots.h, knots.h)
-        times = self._steps(lengths[1], knots.h)
-        transcription = task.transcription(knots, times)
-        fast = minimize_time(transcription, knots, scaling, tolerances=LOOSE, cancelled=self._late)
+        times, faster = self._steps(lengths[1], knots.h), SHORT.min_segment_duration * knots.h
+        fast = minimize_time(
+            task, knots, (faster, knots.h), times=times, tolerances=LOOSE, cancelled=self._late
+        )
         times = self._steps(times * self._problem.step, fast.h)
         found = self._true(task, fast, times) if fast.duration < below else None
         return found if found is not None and found.duration < below else None

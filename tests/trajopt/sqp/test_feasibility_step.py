@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from kinolab.trajopt.nlp.decision import Knots, Scaling
-from kinolab.trajopt.nlp.linearization import Linearization, Step
+from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve
 from kinolab.trajopt.sqp.restoration import restoration_weights
+from kinolab.trajopt.sqp.subproblem import Step, Subproblem, subproblem
 
 STEPS, NX, NU, COUNT = 12, 3, 2, 20
 RADIUS = 0.3
@@ -41,6 +42,10 @@ def surroundings(seed: int, defect: float) -> Linearization:
     defects = defect * rng.normal(size=(STEPS, NX))
     miss = defect * rng.normal(size=NX)
     return Linearization(knots, defects, tangents, rows, miss, np.diag([1.0, 0.5, 2.0]))
+
+
+def given(local: Linearization, limits: Scaling) -> Subproblem:
+    return subproblem(local, limits, restoration_weights(), RADIUS)
 
 
 def left_open(local: Linearization, change: Step) -> float:
@@ -74,8 +79,8 @@ def test_it_closes_everything_by_no_more_than_a_quadratic_program_changes(
     seed: int, longest: float
 ) -> None:
     local, limits = surroundings(seed, 0.02), scaling(longest)
-    found = feasibility_step(local, limits, restoration_weights(), RADIUS)
-    other = solve(local, limits, restoration_weights(), RADIUS)
+    found = feasibility_step(given(local, limits))
+    other = solve(given(local, limits))
     assert found is not None
     assert other is not None
     assert left_open(local, found) < ROUNDING
@@ -91,7 +96,7 @@ def test_it_closes_everything_by_no_more_than_a_quadratic_program_changes(
 
 def test_what_no_change_within_the_trust_region_closes_is_left_to_others() -> None:
     local = surroundings(0, 0.02)
-    other = solve(local, scaling(0.1), restoration_weights(), RADIUS)
+    other = solve(given(local, scaling(0.1)))
     assert other is not None
     assert left_open(local, other) > ROUNDING
-    assert feasibility_step(local, scaling(0.1), restoration_weights(), RADIUS) is None
+    assert feasibility_step(given(local, scaling(0.1))) is None

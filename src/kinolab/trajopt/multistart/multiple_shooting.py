@@ -93,8 +93,8 @@ def _faster(
     exact = _closed(task, knots, block, GUESS.fine_iterations, cancelled)
     if exact is None:
         return None
-    scaling = task.scaling(GUESS.min_repeatable * knots.h, knots.h)
-    fast = minimize_time(task.transcription(exact, block), exact, scaling, cancelled=cancelled)
+    lengths = (GUESS.min_repeatable * knots.h, knots.h)
+    fast = minimize_time(task, exact, lengths, times=block, cancelled=cancelled)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = math.ceil(fast.duration / (block * h))

@@ -1,4 +1,4 @@
-"""A trajectory's surroundings, linearised, and a change within them."""
+"""A trajectory's surroundings, linearised."""
 
 from __future__ import annotations
 
@@ -42,32 +42,3 @@ class Linearization:
         """Return the sum of all that is missing."""
         goal = float(np.abs(self.goal_residual).sum())
         return self.rows.violation + goal + self.open_defects(scaling)
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """What changes, and by how much the model says that the merit falls.
-
-    ``length`` is the largest change of any variable, as a share of what counts as large;
-    ``iterations`` is how many systems of equations it took.
-    """
-
-    dx: Array
-    du: Array
-    dh: float
-    predicted: float
-    length: float
-    iterations: int
-
-
-def step_of(
-    knots: Knots,
-    scaling: Scaling,
-    shares: tuple[Array, Array, float],
-    predicted: float,
-    iterations: int,
-) -> Step:
-    """Return a change that is given in shares of what counts as large: states, inputs, step."""
-    x, u, h = shares
-    length = max(float(np.abs(part).max(initial=0.0)) for part in (x, u, np.array([h])))
-    return Step(x * scaling.x, u * scaling.u, h * knots.h, predicted, length, iterations)

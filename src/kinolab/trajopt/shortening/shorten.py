@@ -94,17 +94,13 @@ def _with_few_knots(
     problem: Problem, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Knots | None:
     """Return a fast motion under inputs that are held for several steps each, step by step."""
-    task, block = (
-        TrajectoryProblem(problem, SHORT.coarse_clearance),
-        round(len(trajectory.inputs) / SHORT.coarse_knots),
-    )
+    task = TrajectoryProblem(problem, SHORT.coarse_clearance)
+    block = round(len(trajectory.inputs) / SHORT.coarse_knots)
     while block > 1 and not cancelled():
         knots = _closed(task, trajectory, block, cancelled)
         if knots is not None:
-            scaling = task.scaling(SHORT.min_duration * knots.h, knots.h)
-            fast = minimize_time(
-                task.transcription(knots, block), knots, scaling, cancelled=cancelled
-            )
+            lengths = (SHORT.min_duration * knots.h, knots.h)
+            fast = minimize_time(task, knots, lengths, times=block, cancelled=cancelled)
             return task.refined(fast, block)
         block //= 2
     return None
@@ -117,7 +113,7 @@ def _closed(
     count = math.ceil(len(trajectory.inputs) / block)
     space = task.problem.space
     few = resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
-    lengths = (0.9 * few.h, 1.1 * few.h)
+    lengths = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h)
     return restore_feasibility(
         task,
         few,
@@ -137,8 +133,8 @@ def _shorter(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool
             break
         before = knots.duration
         longest = task.problem.step
-        scaling = task.scaling(min(SHORT.step_reduction * longest, knots.h), longest)
-        fast = minimize_time(task.transcription(knots), knots, scaling, cancelled=cancelled)
+        lengths = (min(SHORT.step_reduction * longest, knots.h), longest)
+        fast = minimize_time(task, knots, lengths, cancelled=cancelled)
         knots = _with_fewer_steps(task, fast, knots, cancelled)
         if knots.duration > before * (1 - SHORT.min_round_gain):
             break

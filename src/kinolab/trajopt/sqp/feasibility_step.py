@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.block_banded import BlockBandedSystem, transposed
-from kinolab.trajopt.nlp.decision import Scaling, Weights
-from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
+from kinolab.trajopt.nlp.decision import Scaling
+from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
-from kinolab.trajopt.sqp.qp import inequalities_within, trust_region
+from kinolab.trajopt.sqp.subproblem import Step, Subproblem
 
 Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
@@ -48,18 +48,13 @@ class LeastNormSolution:
     pushes: Array  # multipliers of inequalities, (m,), 0 of those that are none of the equations
 
 
-def feasibility_step(
-    linearization: Linearization, scaling: Scaling, weights: Weights, radius: float
-) -> Step | None:
+def feasibility_step(given: Subproblem) -> Step | None:
     """Return the least change within a trust region that leaves nothing missing, None without one.
 
     Args:
-        linearization: The linearisation.
-        scaling: Of the variables.
-        weights: Of a change and of what is missing; those of time and effort must be zero.
-        radius: Largest change of any variable, as a share of what counts as large.
+        given: The subproblem; its weights of time and effort must be zero.
     """
-    program = _Program(linearization, scaling, radius)
+    program = _Program(given)
     guess = program.first()
     for count in range(SQP.max_active_sets):
         found = program.solved(guess)
@@ -67,14 +62,14 @@ def feasibility_step(
             return None
         following = program.next(guess, found, free=count < SQP.releasing_active_sets)
         if following is None:
-            return _change(linearization, scaling, weights, found, count + 1)
+            return _change(given, found, count + 1)
         guess = following
     return None
 
 
 class _Program:
-    def __init__(self, linearization: Linearization, scaling: Scaling, radius: float) -> None:
-        limits = trust_region(linearization.knots, scaling, radius)
+    def __init__(self, given: Subproblem) -> None:
+        linearization, limits = given.linearization, given.region
         inputs = np.pad(limits.u, ((0, 0), (0, 1), (0, 0)))  # the last knot has none
         self._least, self._most = np.concatenate([limits.x, inputs], axis=2)
         self._step = limits.h
@@ -82,14 +77,14 @@ class _Program:
         self._w[:, linearization.knots.x.shape[1] :] *= (
             linearization.knots.u.size / linearization.knots.x.size
         )
-        self._equations = _equations(linearization, scaling)
-        self._rows = inequalities_within(linearization.rows, scaling, limits)
-        self._margins = _margins(self._rows, scaling)
+        self._equations = _equations(linearization, given.scaling)
+        self._broken = given.rows.value < 0
+        self._margins = _margins(given.rows, given.scaling)
 
     def first(self) -> ActiveSet:
         none = np.zeros(self._w.shape, dtype=bool)
         fixed = float(self._step[0]) if self._step[0] == self._step[1] else None
-        return ActiveSet(none, none, self._rows.value < 0, fixed)
+        return ActiveSet(none, none, self._broken, fixed)
 
     def solved(self, guess: ActiveSet) -> LeastNormSolution | None:
         chain, place = self._equations.joined(self._margins, guess.rows)
@@ -157,15 +152,9 @@ def _margins(rows: LinearInequalities, scaling: Scaling) -> BlockBandedSystem:
     return BlockBandedSystem(rows.knot, slopes, np.zeros(len(rows.knot)), -rows.value)
 
 
-def _change(
-    linearization: Linearization,
-    scaling: Scaling,
-    weights: Weights,
-    found: LeastNormSolution,
-    count: int,
-) -> Step:
-    nx = linearization.knots.x.shape[1]
+def _change(given: Subproblem, found: LeastNormSolution, count: int) -> Step:
+    weights, nx = given.weights, given.linearization.knots.x.shape[1]
     x, u = found.z[:, :nx], found.z[:-1, nx:]
     price = weights.stay * (np.square(x).mean() + np.square(u).mean())
-    predicted = weights.penalty * linearization.violation(scaling) - float(price)
-    return step_of(linearization.knots, scaling, (x, u, found.h), predicted, count)
+    predicted = weights.penalty * given.linearization.violation(given.scaling) - float(price)
+    return given.step(x, u, found.h, predicted, count)

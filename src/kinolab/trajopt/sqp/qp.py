@@ -11,7 +11,6 @@ CDC 2023.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,33 +18,25 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
-from kinolab.trajopt.nlp.linearization import Linearization, Step, step_of
+from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
+from kinolab.trajopt.sqp.subproblem import Step, Subproblem, TrustRegion
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-def solve(
-    linearization: Linearization,
-    scaling: Scaling,
-    weights: Weights,
-    radius: float,
-    accuracy: float = 1e-9,
-) -> Step | None:
+def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     """Return the best change within a trust region, None where the solver fails.
 
     Args:
-        linearization: The linearisation.
-        scaling: Of the variables.
-        weights: Of what counts.
-        radius: Largest change of any variable, as a share of what counts as large.
+        given: The subproblem.
         accuracy: Of the solution, as a share of what counts as large.
     """
     import piqp  # late: nothing else needs it
 
-    knots, limits = linearization.knots, trust_region(linearization.knots, scaling, radius)
-    rows = inequalities_within(linearization.rows, scaling, limits)
+    linearization, scaling, weights = given.linearization, given.scaling, given.weights
+    knots, rows = linearization.knots, given.rows
     nx, nu, steps = knots.x.shape[1], knots.u.shape[1], len(knots.u)
     columns = _Columns(nx, nu, steps, rows, len(linearization.goal_residual))
     open_defects = linearization.open_defects(scaling)
@@ -53,7 +44,7 @@ def solve(
     A, b = _equalities(linearization, scaling, columns)
     G, low = _inequalities(rows, scaling, columns)
     P, c = _cost(knots, scaling, weights, columns, open_defects)
-    lower, upper = _limits(limits, columns, open_defects)
+    lower, upper = _limits(given.region, columns, open_defects)
     solver = piqp.SparseSolver()
     settings = solver.settings
     settings.eps_abs, settings.eps_rel = accuracy, accuracy
@@ -70,8 +61,8 @@ def solve(
         return None
     z = np.clip(z, lower, upper)
     predicted = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
-    shares = z[columns.x], z[columns.u], float(z[columns.h])
-    return step_of(knots, scaling, shares, predicted, int(solver.result.info.iter))
+    x, u, h = z[columns.x], z[columns.u], float(z[columns.h])
+    return given.step(x, u, h, predicted, int(solver.result.info.iter))
 
 
 class _Columns:
@@ -171,67 +162,3 @@ def _limits(limits: TrustRegion, at: _Columns, open_defects: float) -> tuple[Arr
     lower[at.left], upper[at.left] = 0.0, float(open_defects > SQP.no_defect)
     lower[at.x[0]], upper[at.x[0]] = -np.inf, np.inf  # fixed by an equation
     return lower, upper
-
-
-@dataclass(frozen=True, eq=False)
-class TrustRegion:
-    """Least and largest changes, as shares of what counts as large.
-
-    Attributes:
-        x: Of the states, shape (2, N+1, nx); the first one is held.
-        u: Of the inputs, shape (2, N, nu).
-        h: Of the step length, shape (2,).
-    """
-
-    x: Array
-    u: Array
-    h: Array
-
-
-def trust_region(knots: Knots, scaling: Scaling, radius: float) -> TrustRegion:
-    """Return how far knots may change; what is beyond a limit may stay there.
-
-    Args:
-        knots: Where.
-        scaling: With all limits.
-        radius: Largest change of any variable, as a share of what counts as large.
-    """
-    x = _range(knots.x, scaling.x_bounds, scaling.x, radius)
-    x[:, 0] = 0.0
-    u = _range(knots.u, scaling.u_bounds, scaling.u, radius)
-    limits = np.array([scaling.h_bounds])
-    return TrustRegion(x, u, _range(np.array([knots.h]), limits, np.array([knots.h]), radius)[:, 0])
-
-
-def inequalities_within(
-    rows: LinearInequalities, scaling: Scaling, region: TrustRegion
-) -> LinearInequalities:
-    """Return the inequalities that some change within the box breaks: the others say nothing."""
-    last_x, last_u = region.x.shape[1] - 1, region.u.shape[1] - 1
-    after = np.minimum(rows.knot + 1, last_x)
-    least = (
-        rows.value
-        + _least(rows.dx * scaling.x, region.x[:, rows.knot])
-        + _least(rows.dx_next * scaling.x, region.x[:, after])
-        + _least(rows.du * scaling.u, region.u[:, np.minimum(rows.knot, last_u)])
-    )
-    kept = np.flatnonzero(~(least >= 0))
-    return replace(
-        rows,
-        knot=rows.knot[kept],
-        value=rows.value[kept],
-        dx=rows.dx[kept],
-        dx_next=rows.dx_next[kept],
-        du=rows.du[kept],
-    )
-
-
-def _range(values: Array, bounds: Array, large: Array, radius: float) -> Array:
-    lower = np.maximum(-radius, np.minimum((bounds[:, 0] - values) / large, 0.0))
-    upper = np.minimum(radius, np.maximum((bounds[:, 1] - values) / large, 0.0))
-    return np.stack([lower, upper])
-
-
-def _least(slope: Array, limits: Array) -> Array:
-    """Return the least sum of slope * change, one per row."""
-    return np.asarray(np.minimum(slope * limits[0], slope * limits[1]).sum(axis=-1))

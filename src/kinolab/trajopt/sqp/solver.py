@@ -15,6 +15,7 @@ from kinolab.trajopt.nlp.transcription import MultipleShooting
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve
+from kinolab.trajopt.sqp.subproblem import subproblem
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +74,12 @@ def minimize(
         if linearization is None:
             linearization = transcription.linearization(knots, radius)
         made += 1
-        change = None
+        change, within = None, subproblem(linearization, scaling, weights, radius)
         if restoring and sum(missing) <= SQP.retry_ratio * refused:
-            change = feasibility_step(linearization, scaling, weights, radius)
+            change = feasibility_step(within)
             refused = refused if change is not None else sum(missing)
         if change is None:
-            change = solve(linearization, scaling, weights, radius)
+            change = solve(within)
         if change is None:
             radius /= 4
             if radius < SQP.min_radius:

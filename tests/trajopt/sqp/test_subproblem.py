@@ -7,7 +7,7 @@ import pytest
 
 from kinolab.trajopt.nlp.decision import Knots, Scaling
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
-from kinolab.trajopt.sqp.qp import inequalities_within, trust_region
+from kinolab.trajopt.sqp.subproblem import inequalities_within, trust_region
 
 STEPS, NX, NU, COUNT = 5, 3, 2, 60
 SCALING = Scaling(

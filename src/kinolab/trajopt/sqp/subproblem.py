@@ -1,0 +1,144 @@
+"""The convex subproblem of one step: a linearisation, its price, and how far it is trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
+from kinolab.trajopt.nlp.linearization import Linearization
+from kinolab.trajopt.nlp.path_constraints import LinearInequalities
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What changes, and by how much the model says that the merit falls.
+
+    ``length`` is the largest change of any variable, as a share of what counts as large;
+    ``iterations`` is how many systems of equations it took.
+    """
+
+    dx: Array
+    du: Array
+    dh: float
+    predicted: float
+    length: float
+    iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Subproblem:
+    """What a step is to solve as well as a trust region allows.
+
+    Attributes:
+        linearization: Of the problem.
+        scaling: Of the variables.
+        weights: Of what counts.
+        region: How far every variable may change.
+        rows: Inequalities that some change within that breaks.
+    """
+
+    linearization: Linearization
+    scaling: Scaling
+    weights: Weights
+    region: TrustRegion
+    rows: LinearInequalities
+
+    def step(self, x: Array, u: Array, h: float, predicted: float, iterations: int) -> Step:
+        """Return a change that is given in fractions of what counts as large.
+
+        Args:
+            x: Of the states, shape (N+1, nx).
+            u: Of the inputs, shape (N, nu).
+            h: Of the step length.
+            predicted: Fall of the merit by the linearisation.
+            iterations: Systems of equations that it took.
+        """
+        scaling, dh = self.scaling, h * self.linearization.knots.h
+        length = max(float(np.abs(part).max(initial=0.0)) for part in (x, u, np.array([h])))
+        return Step(x * scaling.x, u * scaling.u, dh, predicted, length, iterations)
+
+
+def subproblem(
+    linearization: Linearization, scaling: Scaling, weights: Weights, radius: float
+) -> Subproblem:
+    """Return the subproblem within a trust region.
+
+    Args:
+        linearization: Of the problem.
+        scaling: With all limits.
+        weights: Of what counts.
+        radius: Largest change of any variable, as a share of what counts as large.
+    """
+    region = trust_region(linearization.knots, scaling, radius)
+    rows = inequalities_within(linearization.rows, scaling, region)
+    return Subproblem(linearization, scaling, weights, region, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class TrustRegion:
+    """Least and largest changes, as shares of what counts as large.
+
+    Attributes:
+        x: Of the states, shape (2, N+1, nx); the first one is held.
+        u: Of the inputs, shape (2, N, nu).
+        h: Of the step length, shape (2,).
+    """
+
+    x: Array
+    u: Array
+    h: Array
+
+
+def trust_region(knots: Knots, scaling: Scaling, radius: float) -> TrustRegion:
+    """Return how far knots may change; what is beyond a limit may stay there.
+
+    Args:
+        knots: Where.
+        scaling: With all limits.
+        radius: Largest change of any variable, as a share of what counts as large.
+    """
+    x = _range(knots.x, scaling.x_bounds, scaling.x, radius)
+    x[:, 0] = 0.0
+    u = _range(knots.u, scaling.u_bounds, scaling.u, radius)
+    limits = np.array([scaling.h_bounds])
+    return TrustRegion(x, u, _range(np.array([knots.h]), limits, np.array([knots.h]), radius)[:, 0])
+
+
+def inequalities_within(
+    rows: LinearInequalities, scaling: Scaling, region: TrustRegion
+) -> LinearInequalities:
+    """Return the inequalities that some change within the box breaks: the others say nothing."""
+    last_x, last_u = region.x.shape[1] - 1, region.u.shape[1] - 1
+    after = np.minimum(rows.knot + 1, last_x)
+    least = (
+        rows.value
+        + _least(rows.dx * scaling.x, region.x[:, rows.knot])
+        + _least(rows.dx_next * scaling.x, region.x[:, after])
+        + _least(rows.du * scaling.u, region.u[:, np.minimum(rows.knot, last_u)])
+    )
+    kept = np.flatnonzero(~(least >= 0))
+    return replace(
+        rows,
+        knot=rows.knot[kept],
+        value=rows.value[kept],
+        dx=rows.dx[kept],
+        dx_next=rows.dx_next[kept],
+        du=rows.du[kept],
+    )
+
+
+def _range(values: Array, bounds: Array, large: Array, radius: float) -> Array:
+    lower = np.maximum(-radius, np.minimum((bounds[:, 0] - values) / large, 0.0))
+    upper = np.minimum(radius, np.maximum((bounds[:, 1] - values) / large, 0.0))
+    return np.stack([lower, upper])
+
+
+def _least(slope: Array, limits: Array) -> Array:
+    """Return the least sum of slope * change, one per row."""
+    return np.asarray(np.minimum(slope * limits[0], slope * limits[1]).sum(axis=-1))
