@@ -133,7 +133,7 @@ def test_a_law_that_was_changed_is_noticed(problem: Problem, plan: Plan, tmp_pat
     file.write_text(json.dumps(law))
     assert {"assets", "feedback"} <= {check.name for check in check_run(tmp_path).failures}
     file.write_text("{}")
-    with pytest.raises(InputError, match="the controller is damaged"):
+    with pytest.raises(InputError, match=r"feedback\.json: the key 'references' is missing"):
         check_run(tmp_path)
 
 

@@ -280,5 +280,5 @@ def test_what_is_tracked_must_decide_its_own_rates() -> None:
 def test_a_damaged_controller_is_refused() -> None:
     tree = json.loads(machine_to_json(cart_pole()))
     tree["feedback"]["tracked"] = "everything"
-    with pytest.raises(InputError, match="the machine is damaged"):
+    with pytest.raises(InputError, match=r"feedback Regulator tracked: it is 'everything'\."):
         machine_from_json(json.dumps(tree))

@@ -13,6 +13,7 @@ from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.symbols import ForceSymbol
 
 
+@checked
 @dataclass(frozen=True)
 class VelocityConstraint:
     """A velocity that stays zero: w(q) q_dot = 0, held by a force that does no work."""
@@ -21,6 +22,7 @@ class VelocityConstraint:
     name: str
 
 
+@checked
 @dataclass(frozen=True)
 class PositionConstraint:
     """A function of position that stays zero: h(q) = 0, held by a force that does no work."""

@@ -35,6 +35,7 @@ def check_axis(name: str) -> None:
         raise UnknownNameError("axis", str(name), known=AXES)
 
 
+@checked
 @dataclass(frozen=True)
 class Translation:
     """A motion along the axes of the frame it starts from, in [m]."""
@@ -42,6 +43,7 @@ class Translation:
     by: Vector
 
 
+@checked
 @dataclass(frozen=True)
 class Rotation:
     """A right-handed turn about one axis of the frame it starts from, in [rad]."""
@@ -54,6 +56,7 @@ class Rotation:
         check_axis(self.axis)
 
 
+@checked
 @dataclass(frozen=True)
 class Orientation:
     """A turn by an attitude, any rotation at all."""

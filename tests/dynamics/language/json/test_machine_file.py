@@ -302,6 +302,52 @@ def test_this_damage_is_an_input_error(damage: str) -> None:
         machine_from_json(json.dumps(DAMAGED[damage]))
 
 
+def told(data: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        machine_from_json(json.dumps(data))
+    return str(caught.value)
+
+
+MISFITS = {
+    "Sphere radius: it is 'big'. Give a number": with_bob(shapes=[record("Sphere", radius="big")]),
+    "Sphere radius: it is True. Give a number": with_bob(shapes=[record("Sphere", radius=True)]),
+    "Disk at: it is (0.0, 0.0). Give a tuple": with_bob(
+        shapes=[record("Disk", **DISK | {"axis": "z", "at": [0.0, 0.0]})]
+    ),
+    "Translation by: it is None. Give a tuple": with_bob(
+        frame=record("Frame", motions=[record("Translation", by=None)])
+    ),
+    "Rotation angle: it is 'x'. Give an expression": with_bob(frame=turned(axis="x", angle="x")),
+    "Body 'bob' mass: it is 'heavy'. Give a": with_bob(mass="heavy"),
+    "Torque 'torque' on: it is 'bob'. Give a Body": DAMAGED["an input on a body that is text"],
+    "gravity: it is False.": DAMAGED["gravity that is false"],
+    "VelocityConstraint 'v' velocity: it is None. Give an expression": replaced(
+        pendulum(), ("constraints",), [record("VelocityConstraint", velocity=None, name="v")]
+    ),
+}
+
+
+@pytest.mark.parametrize("words", MISFITS)
+def test_what_does_not_fit_is_told_as_it_is_told_to_who_writes_python(words: str) -> None:
+    """The vocabulary checks its own arguments; a file has no second opinion on them."""
+    assert words in told(MISFITS[words])
+
+
+def test_all_that_is_wrong_is_told_at_once_and_where_it_stands() -> None:
+    ball, disk = record("Sphere", radius="big"), record("Disk", **DISK | {"axis": "z", "at": None})
+    lines = told(with_bob(shapes=[ball, disk], mass=tree(["eval", "m"]))).splitlines()
+    where = ["bodies 1 mass: ", "bodies 1 shapes 1 Sphere radius: ", "bodies 1 shapes 2 Disk at: "]
+    assert len(lines) == len(where)
+    assert all(line.startswith(f"machine.json {at}") for line, at in zip(lines, where, strict=True))
+
+
+def test_a_missing_key_and_an_unknown_name_are_told_as_such() -> None:
+    assert told(removed(pendulum(), ("bodies",))) == "machine.json: the key 'bodies' is missing."
+    stray = told(DAMAGED["an input on no body"])
+    assert stray.startswith("machine.json inputs 1 on: no body is called 'nobody'.")
+    assert "Known: bob." in stray
+
+
 def test_an_expression_that_is_nested_too_deeply_is_refused() -> None:
     nested: Any = "m"
     for _ in range(201):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,6 @@ from kinolab.dynamics.language.forces import (
 from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.language.json.expression_tree import expression_to_tree, tree_to_expression
-from kinolab.dynamics.language.json.field_types import check_fields
 from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.shapes import SHAPES
@@ -51,13 +50,16 @@ from kinolab.dynamics.language.symbols import (
     length,
     rotation,
 )
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import read_ordinary
 
 FORMAT, VERSION = "kinolab machine", 1
 MOST_MISTAKES = 20  # nobody reads more
 FEEDBACK_FILE = "feedback.json"  # beside a machine: its controller, where it has one
-DAMAGED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+DAMAGED = (
+    *(InputError, ArithmeticError, AttributeError, LookupError),
+    *(RecursionError, TypeError, ValueError),
+)
 
 RECORDS: dict[str, type] = {
     kind.__name__: kind
@@ -113,11 +115,8 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> System:
         if data.get("format") != FORMAT or data.get("version") != VERSION:
             raise InputError([Mistake("", f"this is not a {FORMAT} of version {VERSION}.")])
         return _MachineReader.of(data).system(data)
-    except InputError as error:
-        raise _found_in(where, error) from error
     except DAMAGED as error:
-        what = f"the machine is damaged ({type(error).__name__}: {error})."
-        raise InputError([Mistake(where, what)]) from error
+        raise InputError(_located(error, where)) from error
 
 
 def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
@@ -136,9 +135,11 @@ def feedback_from_tree(system: System, tree: Mapping[str, Any]) -> Feedback | Re
     """Read a controller of a machine from plain data.
 
     Raises:
-        LookupError, TypeError, ValueError: If it is damaged.
+        InputError, LookupError, TypeError, ValueError: If it is damaged.
     """
-    feedback = _MachineReader.beside(system, tree).decode(tree)
+    reader = _MachineReader.beside(system, tree)
+    feedback = reader.decode(tree)
+    reader.finish()
     if not isinstance(feedback, Feedback | Regulator):
         raise TypeError("it is no controller")
     return feedback
@@ -156,11 +157,8 @@ def load_machine(path: Path) -> System:
         return system
     try:
         return system.with_feedback(feedback_from_tree(system, _plain(_text(beside))))
-    except InputError as error:
-        raise _found_in(str(beside), error) from error
     except DAMAGED as error:
-        what = f"the controller is damaged ({type(error).__name__}: {error})."
-        raise InputError([Mistake(str(beside), what)]) from error
+        raise InputError(_located(error, beside)) from error
 
 
 def _text(path: Path) -> str:
@@ -184,11 +182,14 @@ def _plain(text: str) -> Any:
     return data
 
 
-def _found_in(where: str, error: InputError) -> InputError:
-    """Return mistakes with the file that they are in."""
-    return InputError(
-        Mistake(f"{where} {m.where}".rstrip(), m.what, m.remedy) for m in error.mistakes
-    )
+def _located(error: Exception, *where: object) -> list[Mistake]:
+    """Return what went wrong with a value, and where in the file it stands."""
+    place = " ".join(map(str, where))
+    if isinstance(error, InputError):
+        return [Mistake(f"{place} {m.where}".strip(), m.what, m.remedy) for m in error.mistakes]
+    if isinstance(error, KeyError):
+        return [Mistake(place, f"the key {error} is missing.")]
+    return [Mistake(place, f"it is damaged ({type(error).__name__}: {error}).")]
 
 
 def _described(body: Body) -> dict[str, Any]:
@@ -228,11 +229,12 @@ def _encode(value: Any) -> Any:
 
 @dataclass
 class _MachineReader:
-    """What names mean in one machine file."""
+    """What names mean in one machine file, and what was found to be wrong with it."""
 
     coordinates: dict[str, Coordinate | Attitude]
     symbols: dict[str, sympy.Symbol]
     bodies: dict[str, Body] = field(default_factory=dict)
+    mistakes: list[Mistake] = field(default_factory=list)
 
     @classmethod
     def of(cls, data: Mapping[str, Any]) -> _MachineReader:
@@ -266,15 +268,17 @@ class _MachineReader:
 
     def system(self, data: Mapping[str, Any]) -> System:
         """Return the machine."""
-        bodies = [self._body(entry) for entry in data["bodies"]]
+        bodies = [self._body(entry, k) for k, entry in enumerate(data["bodies"], start=1)]
+        self.finish()  # what acts on a body that is wrong is not wrong itself
         self.bodies.update({body.name: body for body in bodies})
         chosen = data["velocities"]
         velocities: Any = (
             [self.coordinates[name] for name in chosen] if isinstance(chosen, list) else chosen
         )
-        content = {name: self.decode(data[name]) for name in CONTENT}
+        content = {name: self.decode(data[name], name) for name in CONTENT}
+        flat, feedback = self._flat(data.get("flat")), self.decode(data.get("feedback"), "feedback")
+        self.finish()
         content["cables"] = as_cables(content["cables"])  # early files have pairs of frames
-        check_fields(System, content | {"name": data["name"]})
         return System(
             data["name"],
             bodies=bodies,
@@ -282,8 +286,8 @@ class _MachineReader:
             velocities=velocities,
             coordinates=list(self.coordinates.values()),
             values=data["values"],
-            flat=self._flat(data.get("flat")),
-            feedback=self.decode(data.get("feedback")),
+            flat=flat,
+            feedback=feedback,
             **content,
         )
 
@@ -293,29 +297,46 @@ class _MachineReader:
             return None
         outputs = [str(name) for name, _ in data.get("outputs", ())]
         named = {symbol.name: symbol for symbol in output_symbols(outputs)}
-        return _MachineReader(self.coordinates, named | self.symbols).decode(data)
+        reader = _MachineReader(self.coordinates, named | self.symbols, mistakes=self.mistakes)
+        return reader.decode(data, "flat")
 
-    def _body(self, data: Mapping[str, Any]) -> Body:
-        values = {name: self.decode(data[name]) for name in BODY}
-        values["whirl"] = data.get("whirl", 0.0)  # only rotors have it
-        check_fields(Body, values)
-        shapes = values.pop("shapes")
-        return Body(values.pop("name"), values.pop("frame"), shape=shapes, **values)
+    def finish(self) -> None:
+        """Refuse the file if anything in it was wrong.
 
-    def decode(self, data: Any) -> Any:
-        """Return the value of plain data."""
+        Raises:
+            InputError: With all of it.
+        """
+        if self.mistakes:
+            raise InputError(self.mistakes[:MOST_MISTAKES])
+
+    def _body(self, data: Mapping[str, Any], number: int) -> Any:
+        entries = {name: data[name] for name in BODY} | {"whirl": data.get("whirl", 0.0)}
+        return self._made(_body_of, entries, "bodies", number)
+
+    def decode(self, data: Any, *where: object) -> Any:
+        """Return the value of plain data; None where that is wrong, which is noted."""
         if isinstance(data, list):
-            return tuple(self.decode(entry) for entry in data)
+            return tuple(self.decode(entry, *where, k) for k, entry in enumerate(data, start=1))
         if not isinstance(data, dict):
             return data
         if "is" not in data:
-            return self._reference(data)
-        kind = RECORDS[data["is"]]
-        values = {name: self.decode(entry) for name, entry in data.items() if name != "is"}
-        if kind is State:
-            values["limits"] = _limits(values["limits"])
-        check_fields(kind, values)
-        return kind(**values)
+            return self._noting(lambda: self._reference(data), *where)
+        entries = {name: entry for name, entry in data.items() if name != "is"}
+        return self._made(lambda **values: _record(data["is"], values), entries, *where)
+
+    def _made(self, make: Callable[..., Any], entries: Mapping[str, Any], *where: object) -> Any:
+        """Return what is made of decoded entries; where one of them is wrong, only that is told."""
+        before = len(self.mistakes)
+        values = {name: self.decode(entry, *where, name) for name, entry in entries.items()}
+        return (
+            self._noting(lambda: make(**values), *where) if len(self.mistakes) == before else None
+        )
+
+    def _noting(self, work: Callable[[], Any], *where: object) -> Any:
+        try:
+            return work()
+        except DAMAGED as error:
+            self.mistakes += _located(error, *where)
 
     def _reference(self, data: Mapping[str, Any]) -> Any:
         """Return an expression, or what a name stands for."""
@@ -323,10 +344,26 @@ class _MachineReader:
             case {"expression": tree}:
                 return tree_to_expression(tree, self.symbols)
             case {"body": name}:
-                return self.bodies[name]
+                return _named("body", name, self.bodies)
             case {"attitude": name}:
-                return self.coordinates[name]
+                return _named("attitude", name, self.coordinates)
         raise ValueError(f"{str(data)[:60]} is no record")
+
+
+def _named(kind: str, name: Any, known: Mapping[str, Any]) -> Any:
+    if name not in known:
+        raise UnknownNameError(kind, str(name), known=known)
+    return known[name]
+
+
+def _body_of(*, name: Any, frame: Any, shapes: Any, **facts: Any) -> Body:
+    return Body(name, frame, shape=shapes, **facts)
+
+
+def _record(kind: Any, values: dict[str, Any]) -> Any:
+    if kind == State.__name__:
+        values["limits"] = _limits(values["limits"])
+    return _named("record", kind, RECORDS)(**values)
 
 
 def _symbols_of(coordinates: Iterable[Coordinate | Attitude]) -> Iterator[MachineSymbol]:
