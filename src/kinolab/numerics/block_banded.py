@@ -143,7 +143,14 @@ def product(knot, rows, z):  # type: ignore[no-untyped-def]
 
 @allocating_kernel
 def transposed(knot, rows, by, knots, own):  # type: ignore[no-untyped-def]
-    """Return rows^T * by, shape (knots, own)."""
+    """Return rows^T * by, shape (knots, own).
+
+    Args:
+        knot: Of each row, shape (m,).
+        rows: Coefficients, shape (m, own + nx).
+        by: Multipliers, shape (m,).
+        knots, own: How many knots there are, and variables of each.
+    """
     out = np.zeros((knots, own))
     for i in range(rows.shape[0]):
         k = knot[i]

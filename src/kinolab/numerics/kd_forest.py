@@ -225,7 +225,15 @@ def nearest(forest, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[n
 
 @kernel
 def look(block, names, count, query, period, squares, found, least):  # type: ignore[no-untyped-def]
-    """Look at the first points of a block; return the nearest so far, and its squared distance."""
+    """Look at the first points of a block; return the nearest so far, and its squared distance.
+
+    Args:
+        block, names: Points (d, LEAF_SIZE) and their names, shape (LEAF_SIZE,) or more.
+        count: How many of them there are.
+        query, period: Scaled coordinates and their periods, shape (d,).
+        squares: Scratch, shape (LEAF_SIZE,).
+        found, least: The nearest so far, and its squared distance.
+    """
     measure(block, query, period, squares)
     for k in range(count):
         if squares[k] < least:
@@ -235,7 +243,15 @@ def look(block, names, count, query, period, squares, found, least):  # type: ig
 
 @kernel
 def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyped-def]
-    """Look through the tree of a level; return the nearest so far, and its squared distance."""
+    """Look through the tree of a level; return the nearest so far, and its squared distance.
+
+    Args:
+        forest: With a tree at the level.
+        level: Its number.
+        query: Scaled coordinates, shape (d,).
+        found, least: The nearest so far, and its squared distance.
+        slack: As ``nearest`` takes it.
+    """
     # Names of their own: a field of a tuple that is asked for in a loop costs time.
     blocks, names, squares = forest.blocks, forest.names, forest.squares
     boxes, bounds, queue, gaps = forest.boxes, forest.bounds, forest.queue, forest.gaps

@@ -19,7 +19,7 @@ def unit(vector: ArrayLike) -> Array:
 
 
 def turn_between(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the angle in [rad], 0 to pi, by which one attitude is turned from another."""
+    """Return the angle in [rad], 0 to pi, between two attitudes, quaternions of shape (4,)."""
     p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     apart, together = np.linalg.norm(p - q), np.linalg.norm(p + q)
     return float(4 * np.arctan2(min(apart, together), max(apart, together)))
@@ -36,7 +36,7 @@ def random_attitudes(count: int, generator: np.random.Generator) -> Array:
 
 
 def turned_at_random(quaternion: Array, angle: float, generator: np.random.Generator) -> Array:
-    """Return an attitude turned by at most an angle in [rad] about an axis of any direction."""
+    """Return an attitude (4,) turned by at most an angle in [rad] about a random axis."""
     axis, half = unit(generator.normal(size=3)), generator.uniform(0, angle) / 2
     return multiply(quaternion, np.array([*(np.sin(half) * axis), np.cos(half)]))
 

@@ -9,6 +9,13 @@ from kinolab.numerics.jit import kernel
 def partition_median(values, axis, order, first, last, at):  # type: ignore[no-untyped-def]
     """Sort ``order`` between first and last so far that no value before ``at`` exceeds one after.
 
+    Args:
+        values: Shape (n, d).
+        axis: The column that is compared.
+        order: Rows of ``values``, shape (n,); written.
+        first, last: The ends of the part that is sorted, both included.
+        at: In that part.
+
     Source: Hoare, Algorithm 65: find, Communications of the ACM 4(7), 1961.
     """
     while first < last:

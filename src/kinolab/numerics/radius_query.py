@@ -34,7 +34,16 @@ def cheapest_within(forest, costs, query, square):  # type: ignore[no-untyped-de
 def look_cheap(  # type: ignore[no-untyped-def]
     forest, block, names, count, costs, query, square, found,
 ):  # fmt: skip
-    """Look at the first points of a block; return the cheapest near a query so far."""
+    """Look at the first points of a block; return the cheapest near a query so far.
+
+    Args:
+        forest: Of points.
+        block, names: Points (d, LEAF_SIZE) and their names, shape (LEAF_SIZE,) or more.
+        count: How many of them there are.
+        costs: Of points, by name, shape (capacity,).
+        query, square: As ``cheapest_within`` takes them.
+        found: The cheapest so far, negative where there is none.
+    """
     squares = forest.squares
     measure(block, query, forest.period, squares)
     for k in range(count):
@@ -45,7 +54,13 @@ def look_cheap(  # type: ignore[no-untyped-def]
 
 @kernel
 def descend_cheap(forest, level, costs, query, square, found):  # type: ignore[no-untyped-def]
-    """Look through the tree of a level; return the cheapest point near a query so far."""
+    """Look through the tree of a level; return the cheapest point near a query so far.
+
+    Args:
+        forest: With a tree at the level.
+        level: Its number.
+        costs, query, square, found: As ``look_cheap`` takes them.
+    """
     blocks, names, queue = forest.blocks, forest.names, forest.queue
     boxes, bounds, period = forest.boxes, forest.bounds, forest.period
     leaves, begin = 1 << level, forest.begin[level]

@@ -189,7 +189,13 @@ def angle_between(
     direction: tuple[float, float, float],
     frames: Array,
 ) -> float:
-    """Return the angle in [rad] between an axis of a body and a direction of the world."""
+    """Return the angle in [rad] between an axis of a body and a direction of the world.
+
+    Args:
+        body: Its row.
+        axis, direction: Unit vectors, the one in the body's frame, the other in the world's.
+        frames: One row [R | p] per body, shape (bodies, 12).
+    """
     turned = frames[body].reshape(3, 4)[:, :3] @ np.asarray(axis)
     wanted = np.asarray(direction)
     return float(np.arctan2(np.linalg.norm(np.cross(turned, wanted)), turned @ wanted))

@@ -48,7 +48,7 @@ class GoalEntry:
 
 
 def goal_entries(problem: Problem, x: Array) -> tuple[GoalEntry, ...]:
-    """Return every entry of the goal at a state, those missed by most tolerances first."""
+    """Return every entry of the goal at a state (nx,), those missed by most tolerances first."""
     entries = _entries(problem, x)
     return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
 
@@ -93,7 +93,7 @@ def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
 
 
 def distance_text(problem: Problem, x: Array) -> str:
-    """Word how far a state is from the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
+    """Word how far a state (nx,) is from the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
     norms = distance_by_unit(_entries(problem, x))
     parts = [f"{norm:.3g} {unit}".rstrip() for unit, norm in norms.items()]
     head, last = ", ".join(parts[:-1]), parts[-1]

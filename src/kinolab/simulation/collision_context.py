@@ -83,7 +83,7 @@ def collision_context(problem: Problem) -> CollisionContext:
 def collision_scratch(
     problem: Problem, context: CollisionContext, poses: Array, ends: Array
 ) -> CollisionScratch:
-    """Return scratch memory for looks at a problem's machine; one for every thread."""
+    """Return scratch memory for one thread, on poses (bodies, 12) and ends (cables, 6)."""
     return CollisionScratch(
         x=np.zeros(problem.model.nx),
         speeds=np.zeros(max(len(poses), len(ends), 1)),

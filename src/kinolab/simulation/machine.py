@@ -73,7 +73,14 @@ def call_step(typing, function, x, u, p, h, out, substeps):  # type: ignore[no-u
 
 @kernel
 def advance(machine, x, u, h, after):  # type: ignore[no-untyped-def]
-    """Make a step of h in [s] from x (nx,) under u (nu,) into ``after``; 0 if it worked."""
+    """Make a step of h in [s] from x (nx,) under u (nu,) into ``after``; 0 if it worked.
+
+    Args:
+        machine: ``Machine``.
+        x, u: State (nx,) and inputs (nu,).
+        h: In [s].
+        after: The state reached, shape (nx,); written.
+    """
     return call_step(
         machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data,
         machine.substeps,

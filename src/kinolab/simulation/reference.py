@@ -132,6 +132,8 @@ def interval(
 ) -> tuple[Array, Any]:
     """Integrate a machine without feedback; return the last state, and SciPy's dense output.
 
+    ``start``, ``scales`` and the last state have shape (nx,), the inputs ``held`` (nu,).
+
     Parameters by keyword override the machine's own.
 
     Raises:
@@ -160,6 +162,8 @@ def follow_map(
     model: Model, start: Array, t: Array, u: Array, method: str, substeps: int = 1
 ) -> ReferenceMotion:
     """Apply the integrator's own step as the truth; between knots the state is interpolated.
+
+    ``start`` has shape (nx,), the times ``t`` in [s] (N+1,), the inputs ``u`` (N, nu).
 
     Raises:
         DivergedError: If a step fails.
@@ -223,7 +227,7 @@ def reference_motion(
 
 
 def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
-    """Return the true motion from the problem's start under given inputs, as a trajectory."""
+    """Return the true motion from the problem's start under inputs (N, nu) at times (N+1,)."""
     motion = reference_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
 
@@ -244,7 +248,7 @@ def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
 
 
 def perturbed_start(problem: Problem, start: Array) -> Array:
-    """Return a start beside another one, to see how errors grow; always the same one."""
+    """Return a start (nx,) beside another one, to see how errors grow; always the same one."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
     nudge *= PERTURBATION / np.linalg.norm(nudge)
     beside: Array = start + nudge * problem.scales

@@ -24,12 +24,12 @@ FD_STEP = 1e-6  # of an entry of a state, or of inputs
 SINGULAR_PIVOT = 1e-300  # the compiled step calls smaller pivots singular, too
 
 
-class RosenbrockScratch(NamedTuple):
-    """Scratch memory of a step."""
+class StepScratch(NamedTuple):
+    """Scratch memory of a substep, of whatever method; those before ``first`` serve them all."""
 
     at: Array  # (nx,)
     dat: Array  # (nx, wide)
-    k: Array  # (2, nx) of both stages
+    k: Array  # (2, nx): of two stages, or of one and of their sum
     dk: Array  # (2, nx, wide)
     jacobian: Array  # (nx + inputs, nx), of whatever
     first: Array  # the same, at the beginning of the step
@@ -41,7 +41,16 @@ class RosenbrockScratch(NamedTuple):
 
 @kernel
 def rosenbrock(code, u, du, h, derive, x, dx, scratch):  # type: ignore[no-untyped-def]
-    """Make a substep in place; 0 if it worked."""
+    """Make a substep in place; 0 if it worked.
+
+    Args:
+        code: ``StepCode``.
+        u, du: Inputs (inputs,) and their derivative (inputs, wide).
+        h: Of the whole step in [s].
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        scratch: ``StepScratch``.
+    """
     nx, last = x.shape[0], dx.shape[1] - 1
     fraction = 1.0 / (code.feedback_updates * code.substeps)
     h, p, first = h * fraction, code.p.ctypes.data, scratch.first
@@ -82,6 +91,13 @@ def solve_stage(code, u, du, h, fraction, derive, x, dx, k, dk, scratch):  # typ
     """Replace a stage's right-hand side k, and its derivative, by the stage itself; 0 if it worked.
 
     x and dx are those of the step's beginning.
+
+    Args:
+        code, u, du, derive: As ``rosenbrock`` takes them, (inputs,) and (inputs, wide).
+        h, fraction: Of the substep in [s], and its share of the step.
+        x, dx: Those of the step's beginning, (nx,) and (nx, wide).
+        k, dk: The stage and its derivative, (nx,) and (nx, wide); written.
+        scratch: ``StepScratch``.
     """
     substitute(scratch.matrix, scratch.pivots, k)
     if not derive:
@@ -106,7 +122,14 @@ def solve_stage(code, u, du, h, fraction, derive, x, dx, k, dk, scratch):  # typ
 
 @kernel
 def bent(code, u, x, k, scratch):  # type: ignore[no-untyped-def]
-    """Set ``scratch.bend`` to d(J(x, u) k) by x and u for a held k; return 0 if it worked."""
+    """Set ``scratch.bend`` to d(J(x, u) k) by x and u for a held k; return 0 if it worked.
+
+    Args:
+        code: ``StepCode``.
+        u, x: Inputs (inputs,) and state (nx,).
+        k: Shape (nx,).
+        scratch: ``StepScratch``.
+    """
     nx, z, failed = x.shape[0], scratch.z, 0
     for i in range(nx):
         z[i] = x[i]

@@ -18,7 +18,7 @@ from kinolab.dynamics import Model
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.simulation.machine import call_at, call_under
-from kinolab.simulation.rosenbrock import RosenbrockScratch, rosenbrock
+from kinolab.simulation.rosenbrock import StepScratch, rosenbrock
 from kinolab.simulation.state_derivative import state_derivative
 
 Array: TypeAlias = NDArray[np.float64]
@@ -115,19 +115,24 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
 
 @allocating_kernel
 def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untyped-def]
-    """Fill ``after`` and ``tangents`` of all steps; NaN where one fails."""
+    """Fill ``after`` and ``tangents`` of all steps; NaN where one fails.
+
+    Args:
+        code: ``StepCode``.
+        x, u: States (N, nx) and inputs (N, nu) at the beginning of each step.
+        h: Of each step in [s].
+        derive: Whether ``tangents`` are wanted.
+        after, tangents: Shapes (N, nx) and (N, nx, nx + nu + 1); written.
+    """
     nx, wide = x.shape[1], x.shape[1] + u.shape[1] + 1
     inputs = code.inputs
     acting, dacting = np.empty(inputs), np.empty((inputs, wide))
     gains = np.empty((nx + u.shape[1], inputs))
-    at, k, dk, total = np.empty(nx), np.empty(nx), np.empty((nx, wide)), np.empty(nx)
-    jacobian, dat = np.empty((nx + inputs, nx)), np.empty((nx, wide))
-    dtotal, side = np.empty((nx, wide)), np.empty((2, nx))
-    projection = np.empty((nx, nx))
-    clearance = RosenbrockScratch(
-        at, dat, np.empty((2, nx)), np.empty((2, nx, wide)), jacobian,
-        np.empty((nx + inputs, nx)), np.empty((nx, nx)), np.empty(nx), np.empty(nx + inputs),
-        np.empty((nx, nx + inputs)),
+    side, projection = np.empty((2, nx)), np.empty((nx, nx))
+    scratch = StepScratch(
+        np.empty(nx), np.empty((nx, wide)), np.empty((2, nx)), np.empty((2, nx, wide)),
+        np.empty((nx + inputs, nx)), np.empty((nx + inputs, nx)), np.empty((nx, nx)),
+        np.empty(nx), np.empty(nx + inputs), np.empty((nx, nx + inputs)),
     )  # fmt: skip
     for n in range(x.shape[0]):
         state, tangent = after[n], tangents[n if derive else 0]
@@ -140,17 +145,14 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
             if part % code.substeps == 0:
                 refused = apply_law(code, state, tangent, u[n], derive, acting, dacting, gains)
             if code.stages == 1:
-                failed = euler(code, acting, dacting, h, derive, state, tangent, k, dk, jacobian)
+                failed = euler(code, acting, dacting, h, derive, state, tangent, scratch)
             elif code.stages == 2:
-                failed = rosenbrock(code, acting, dacting, h, derive, state, tangent, clearance)
+                failed = rosenbrock(code, acting, dacting, h, derive, state, tangent, scratch)
             else:
-                failed = runge_kutta(
-                    code, acting, dacting, h, derive, state, tangent, at, dat, k, dk, total,
-                    dtotal, jacobian,
-                )  # fmt: skip
+                failed = runge_kutta(code, acting, dacting, h, derive, state, tangent, scratch)
             failed |= refused
             if code.projects:
-                land(code, derive, state, tangent, side, projection, dk)
+                land(code, derive, state, tangent, side, projection, scratch.dk[0])
             if failed:
                 state[:] = math.nan
                 tangent[:] = 0.0
@@ -159,7 +161,16 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
 
 @kernel
 def apply_law(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
-    """Set the inputs that act from a state on, and their derivative; 0 if it worked."""
+    """Set the inputs that act from a state on, and their derivative; 0 if it worked.
+
+    Args:
+        code: ``StepCode``.
+        x, dx: State (nx,) and its derivative (nx, wide).
+        u: What is chosen, shape (nu,).
+        derive: Whether ``dacting`` is wanted.
+        acting, dacting: Inputs (inputs,) and their derivative (inputs, wide); written.
+        gains: Scratch, shape (nx + nu, inputs).
+    """
     nx, chosen, inputs = x.shape[0], u.shape[0], acting.shape[0]
     for j in range(inputs):
         for c in range(dacting.shape[1]):
@@ -184,12 +195,19 @@ def apply_law(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[n
 
 
 @kernel
-def euler(code, u, du, h, derive, x, dx, k, dk, jacobian):  # type: ignore[no-untyped-def]
-    """Make a substep x + h f(x), on SO(3) along the geodesic, in place."""
+def euler(code, u, du, h, derive, x, dx, scratch):  # type: ignore[no-untyped-def]
+    """Make a substep x + h f(x), on SO(3) along the geodesic, in place.
+
+    Args:
+        code, u, du, h, derive: As ``rosenbrock`` takes them.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        scratch: ``StepScratch``.
+    """
     nx, wide = dx.shape
+    k, dk = scratch.k[0], scratch.dk[0]
     fraction = 1.0 / (code.feedback_updates * code.substeps)
     h = h * fraction
-    failed = state_derivative(code, x, dx, u, du, derive, k, dk, jacobian)
+    failed = state_derivative(code, x, dx, u, du, derive, k, dk, scratch.jacobian)
     first, turns = 0, code.attitudes.shape[0]
     i = 0
     while i < nx:
@@ -211,6 +229,13 @@ def turn(first, h, fraction, derive, x, dx, k, dk):  # type: ignore[no-untyped-d
     """Move a quaternion along the great circle of its derivative: q cos a + h q_dot sin(a)/a.
 
     Here a = h |q_dot|; all coefficients are functions of a^2, which is smooth at rest too.
+
+    Args:
+        first: Where the quaternion begins.
+        h, fraction: Of the substep in [s], and its share of the step.
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        k, dk: The slope (nx,) and its derivative (nx, wide).
     """
     wide = dx.shape[1]
     square = 0.0
@@ -243,10 +268,18 @@ def turn(first, h, fraction, derive, x, dx, k, dk):  # type: ignore[no-untyped-d
 
 
 @kernel
-def runge_kutta(code, u, du, h, derive, x, dx, at, dat, k, dk, total, dtotal, jacobian):  # type: ignore[no-untyped-def]
-    """Make a substep of the classical Runge-Kutta method in place."""
+def runge_kutta(code, u, du, h, derive, x, dx, scratch):  # type: ignore[no-untyped-def]
+    """Make a substep of the classical Runge-Kutta method in place.
+
+    Args:
+        code, u, du, h, derive: As ``rosenbrock`` takes them.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        scratch: ``StepScratch``.
+    """
     fraction = 1.0 / (code.feedback_updates * code.substeps)
     h, failed = h * fraction, 0
+    at, dat, k, dk = scratch.at, scratch.dat, scratch.k[0], scratch.dk[0]
+    total, dtotal = scratch.k[1], scratch.dk[1]
     copy(x, dx, derive, total, dtotal)
     for stage in range(4):
         ahead = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
@@ -254,7 +287,7 @@ def runge_kutta(code, u, du, h, derive, x, dx, at, dat, k, dk, total, dtotal, ja
         copy(x, dx, derive, at, dat)
         if stage > 0:
             add(ahead * h, ahead * fraction, k, dk, derive, at, dat)
-        failed |= state_derivative(code, at, dat, u, du, derive, k, dk, jacobian)
+        failed |= state_derivative(code, at, dat, u, du, derive, k, dk, scratch.jacobian)
         add(weight * h, weight * fraction, k, dk, derive, total, dtotal)
     copy(total, dtotal, derive, x, dx)
     return failed
@@ -262,7 +295,13 @@ def runge_kutta(code, u, du, h, derive, x, dx, at, dat, k, dk, total, dtotal, ja
 
 @kernel
 def copy(x, dx, derive, target, dtarget):  # type: ignore[no-untyped-def]
-    """Copy a state and its derivative."""
+    """Copy a state and its derivative.
+
+    Args:
+        x, dx: State (nx,) and its derivative (nx, wide).
+        derive: Whether the derivative is copied.
+        target, dtarget: The same; written: (nx,) and (nx, wide).
+    """
     for i in range(x.shape[0]):
         target[i] = x[i]
         if derive:
@@ -272,7 +311,14 @@ def copy(x, dx, derive, target, dtarget):  # type: ignore[no-untyped-def]
 
 @kernel
 def add(h, fraction, k, dk, derive, x, dx):  # type: ignore[no-untyped-def]
-    """Add h k to a state, where ``fraction`` is the derivative of h with respect to the step."""
+    """Add h k to a state, where ``fraction`` is the derivative of h with respect to the step.
+
+    Args:
+        h, fraction: In [s], and its derivative.
+        k, dk: The slope (nx,) and its derivative (nx, wide).
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+    """
     wide = dx.shape[1]
     for i in range(x.shape[0]):
         x[i] += h * k[i]
@@ -294,7 +340,14 @@ def projected(code, x, target):  # type: ignore[no-untyped-def]
 
 @kernel
 def land(code, derive, x, dx, side, projection, product):  # type: ignore[no-untyped-def]
-    """Project a state in place, and its derivative with it."""
+    """Project a state in place, and its derivative with it.
+
+    Args:
+        code: ``StepCode``.
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        side, projection, product: Scratch, shapes (2, nx), (nx, nx) and (nx, wide).
+    """
     nx, wide = dx.shape
     if derive:
         projection_at(code, x, side, projection)

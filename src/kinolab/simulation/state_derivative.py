@@ -8,7 +8,16 @@ from kinolab.simulation.machine import call_under
 
 @kernel
 def state_derivative(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
-    """Set k to f(x, u), and dk to its derivative along dx and du; 0 if it worked."""
+    """Set k to f(x, u), and dk to its derivative along dx and du; 0 if it worked.
+
+    Args:
+        code: ``StepCode``.
+        x, u: State (nx,) and inputs (inputs,).
+        dx, du: Their derivatives, shapes (nx, wide) and (inputs, wide).
+        derive: Whether dk is wanted.
+        k, dk: Shapes (nx,) and (nx, wide); written.
+        jacobian: Scratch, shape (nx + inputs, nx).
+    """
     nx, nu = x.shape[0], u.shape[0]
     p = code.p.ctypes.data
     status = call_under(code.f, x.ctypes.data, u.ctypes.data, p, k.ctypes.data)

@@ -166,7 +166,7 @@ def _goals(problem: Problem, steering: Steering) -> list[Array]:
 
 
 def goal_errors(problem: Problem, x: Array) -> Array:
-    """Return the goal's errors, each in its tolerance; smooth in x, all 0 in the goal's middle."""
+    """Return the goal's errors at x (nx,) in tolerances, shape (ng,); smooth, 0 in its middle."""
     goal = problem.goal
     errors = [goal.deviations(x) / goal.tolerances]
     for attitude in goal.attitudes:

@@ -66,7 +66,7 @@ class ClearanceMargin:
 
 
 def state_clearance(problem: Problem, x: Array, checker: CollisionChecker) -> StateClearance:
-    """Return the clearance at a state; 0 where it collides."""
+    """Return the clearance at a state (nx,); 0 where it collides."""
     place = problem.placement(x)
     clearance = checker.clearance(*place)
     if math.isinf(clearance):

@@ -74,7 +74,7 @@ def span_all(ends, rows, half, turns, places):  # type: ignore[no-untyped-def]
     Args:
         ends: Of all cables, shape (cables, 6).
         rows: Which of them have a shape, shape (shapes of cables,).
-        half, turns, places: Written, as ``screen`` takes them.
+        half, turns, places: Of all shapes, (shapes, 3), (shapes, 3, 3), (shapes, 3); written.
 
     Returns:
         Whether all of them are finite; the others are not placed.

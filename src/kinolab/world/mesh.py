@@ -62,7 +62,7 @@ def refusal(where: str, what: str, remedy: str = "") -> InputError:
 
 
 def merge_duplicates(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
-    """Merge vertices at exactly the same place and drop faces that this leaves without area.
+    """Merge vertices (n, 3) at the same place; drop faces (m, 3) that this leaves without area.
 
     Vertices that no face uses go as well: they would widen every bounding box.
     """
@@ -141,7 +141,7 @@ def _sound(where: str, part: trimesh.Trimesh) -> Faces:
 
 
 def check(where: str, vertices: Array, faces: Faces) -> None:
-    """Refuse vertices that nobody can compute with.
+    """Refuse vertices (n, 3) that nobody can compute with.
 
     Raises:
         InputError: If one is not finite, or so far away that volumes lose their meaning.
@@ -153,7 +153,7 @@ def check(where: str, vertices: Array, faces: Faces) -> None:
 
 
 def suspicions(where: str, vertices: Array, parts: Components) -> tuple[str, ...]:
-    """Say what is usable about a mesh, yet probably not meant."""
+    """Say what is usable about a mesh of vertices (n, 3), yet probably not meant."""
     found = []
     if not parts.volume.all():
         found.append(f"{where}: is not watertight. Where it is open, only its surface collides.")

@@ -27,7 +27,7 @@ class Components(NamedTuple):
 
 
 def components(vertices: Array, faces: Faces) -> Components:
-    """Split a mesh whose duplicate vertices are merged into its connected parts."""
+    """Split a mesh, vertices (n, 3) merged and faces (m, 3), into its connected parts."""
     label = _labels(len(vertices), faces)
     volume = _signed_volumes(vertices, faces, label)
     volume[np.unique(label[_has_open_edge(len(vertices), faces)])] = 0.0

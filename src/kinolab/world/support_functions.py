@@ -20,7 +20,13 @@ BOX, SPHERE, CYLINDER, CAPSULE = 0, 1, 2, 3
 
 @kernel  # type: ignore[untyped-decorator]
 def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> float:
-    """Give the shape's reach from its centre along the unit vector n of its own frame, in [m]."""
+    """Give the shape's reach from its centre along the unit vector n of its own frame, in [m].
+
+    Args:
+        kind: BOX, SPHERE, CYLINDER or CAPSULE.
+        half: Half sizes in [m], shape (3,).
+        nx, ny, nz: Of the unit vector.
+    """
     if kind == BOX:
         return abs(nx) * half[0] + abs(ny) * half[1] + abs(nz) * half[2]  # type: ignore[no-any-return]
     if kind == SPHERE:
@@ -32,7 +38,7 @@ def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> floa
 
 @kernel  # type: ignore[untyped-decorator]
 def core_radius(kind: int, half: Array) -> float:
-    """Give the ball that rounds the core: a sphere is a swollen point, a capsule a segment."""
+    """Give the radius in [m] of half sizes (3,) that rounds a core: point, segment or solid."""
     return half[0] if kind in (SPHERE, CAPSULE) else 0.0
 
 

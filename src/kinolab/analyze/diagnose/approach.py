@@ -34,7 +34,7 @@ def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator
 
 
 def unmet_sentences(problem: Problem, nearest: Array) -> Iterator[str]:
-    """Say that no state meets the goal, and what the one that comes nearest misses."""
+    """Say that no state meets the goal, and what the nearest one, shape (nx,), misses."""
     missed = [entry for entry in goal_entries(problem, nearest) if not entry.reached]
     if missed:
         shown = ", ".join(map(str, missed[:MAX_NAMED]))

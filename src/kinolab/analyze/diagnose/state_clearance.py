@@ -20,7 +20,7 @@ TIGHT_CLEARANCE = 0.05  # [m] that are worth a sentence
 def largest_clearance(
     problem: Problem, states: Sequence[Array], checker: CollisionChecker
 ) -> StateClearance | None:
-    """Return the largest clearance of any state; None where there are no states."""
+    """Return the largest clearance of states (nx,); None where there are none."""
     if not states:
         return None
     clearances = [checker.clearance(*problem.placement(x)) for x in states]

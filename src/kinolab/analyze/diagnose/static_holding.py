@@ -77,7 +77,7 @@ def static_holding(problem: Problem, x: Array) -> StaticHolding | None:
 
 
 def best_static_holding(problem: Problem, states: Sequence[Array]) -> StaticHolding | None:
-    """Return the holding that needs least, of several states; one that holds before all others."""
+    """Return the holding that needs least, of several states (nx,); one that holds comes first."""
     found = [held for x in states if (held := static_holding(problem, x)) is not None]
     return min(found, key=_effort, default=None)
 

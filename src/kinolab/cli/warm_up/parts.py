@@ -107,7 +107,7 @@ def _collision() -> None:
 
 
 def inside_obstacles(problem: Problem) -> Iterator[Array]:
-    """Yield states at which the machine touches an obstacle."""
+    """Yield states (nx,) at which the machine touches an obstacle."""
     for obstacle in problem.world.obstacles:
         x = problem.start.copy()
         x[:2] = obstacle.vertices.mean(axis=0)[:2]

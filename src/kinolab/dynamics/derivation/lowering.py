@@ -106,7 +106,7 @@ class Lowering:
 
 
 def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:
-    """Return an expression at arrays of values, which broadcast against each other."""
+    """Return an expression at arrays of values; it has the shape that these broadcast to."""
     tape, names, end = _lowered(expression, tuple(values))
     arrays = (np.asarray(value, float) for value in values.values())
     given = dict(zip(names, arrays, strict=True))

@@ -58,7 +58,7 @@ class WorkspaceGrid:
 
 
 def cropped(grid: WorkspaceGrid, free: Mask, goal: Array) -> tuple[WorkspaceGrid, Mask]:
-    """Return the part of a grid that holds all free cells and the goal, with a cell around it."""
+    """Return a grid's part that holds all free cells and the goal (3,), with a cell around."""
     found = np.argwhere(free)
     corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
     lowest, highest = (np.vstack([found, corner - k]) for k in (0, 1))
@@ -167,6 +167,8 @@ def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
 
 def shortest(speed: Array, source: Array, sweeps: int) -> Array:
     """Return the times of arrival at the corners of cells of size 1 after some sweeps.
+
+    ``speed`` has one entry per cell, shape (nx, ny) or (nx, ny, nz), the times one more per axis.
 
     The solver wants a source whose coordinates are whole numbers to the last bit: it takes anything
     else for a point between corners.

@@ -113,7 +113,7 @@ def is_open(problem: Problem, point: ControlPoint, grid: WorkspaceGrid, free: Ma
 
 
 def around_goal(grid: WorkspaceGrid, goal: Array) -> list[tuple[int, ...]]:
-    """Return the cells that have the goal as a corner."""
+    """Return the cells that have the goal, shape (3,), as a corner."""
     upper = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
     cells = (tuple(int(i) for i in upper - step) for step in np.ndindex(*(2,) * len(upper)))
     return [c for c in cells if all(0 <= i < n for i, n in zip(c, grid.shape, strict=True))]

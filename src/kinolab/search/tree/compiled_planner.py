@@ -322,7 +322,7 @@ def rows(problem: Problem, u: Array) -> tuple[Array, Array]:
 
 
 def nearer(tree: AbstractTreeExtension, nearest: float, u: Array) -> tuple[float, Array]:
-    """Return the motion of a tree that ends nearest to the goal, if it is nearer than another."""
+    """Return a tree's inputs (steps, nu) to its nearest node to the goal, if nearer than others."""
     if tree.best[1] < nearest:
         return float(tree.best[1]), controls_to(tree.nodes, int(tree.best[0]))
     return nearest, u
@@ -337,7 +337,7 @@ def result(
     *,
     solved: bool,
 ) -> SearchResult:
-    """Return what a search found, with what was refused by cause."""
+    """Return what a search found, inputs of shape (steps, nu), with what was refused by cause."""
     outcome = Outcome.SOLVED
     if not solved:
         outcome = Outcome.APPROXIMATE if len(u) else Outcome.NOT_FOUND

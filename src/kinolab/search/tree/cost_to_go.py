@@ -105,6 +105,12 @@ def draw_in_cell(grid, arrays, random, cell, x):  # type: ignore[no-untyped-def]
     """Draw a state in the middle of a cell.
 
     Elsewhere in it, two neighbours could be free on either side of a wall that is as thick as one.
+
+    Args:
+        grid, arrays: ``CostToGoGrid`` and ``ProblemArrays``.
+        random: State of the generator.
+        cell: Its number.
+        x: The state, shape (nx,); written.
     """
     sample_uniform(arrays, random, x)
     places = places_of(grid, cell)

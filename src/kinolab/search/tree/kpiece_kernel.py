@@ -110,7 +110,14 @@ def score(tree, far, cost_to_go_exponent):  # type: ignore[no-untyped-def]
 
 @kernel
 def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
-    """Write the input to hold from a node to ``tree.held``; return for how many steps."""
+    """Write the input to hold from a node to ``tree.held``; return for how many steps.
+
+    Args:
+        search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
+        parent: The node.
+        min_steps, max_steps: For how many steps an input is held.
+        control_samples: Inputs of which that one is held which leads furthest to the goal.
+    """
     least, longest, random = math.inf, 0, search.random
     for k in range(control_samples):
         sample_control(search.problem, random, tree.drawn)
@@ -126,7 +133,13 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
 
 @kernel
 def cost_to_go_after(search, tree, grid, parent, steps):  # type: ignore[no-untyped-def]
-    """Return how far from the goal an input leads at best, obstacles apart, and after how long."""
+    """Return how far from the goal an input leads at best, obstacles apart, and after how long.
+
+    Args:
+        search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
+        parent: The node.
+        steps: For how many the input, ``tree.drawn``, is held.
+    """
     now, after, u = tree.now, tree.after, tree.drawn
     machine, arrays = search.machine, search.problem
     for i in range(now.shape[0]):

@@ -72,7 +72,14 @@ def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
-    """Say whether the step from x to ``after`` under u in h [s] passes no limit."""
+    """Say whether the step from x to ``after`` under u in h [s] passes no limit.
+
+    Args:
+        machine, limits: ``Machine`` and ``LimitArrays``.
+        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+        h: In [s].
+        scratch: ``CollisionScratch``.
+    """
     return (
         keeps_limits(limits, after)
         and turns_within(machine, limits, x, u, after, h)
@@ -88,6 +95,11 @@ def turns_within(machine, limits, x, u, after, h):  # type: ignore[no-untyped-de
 
     With slopes of opposite sign a and b at its ends, the extreme passes the ends by about
     h/2 |a b| / (|a| + |b|), at most h/2 of the smaller slope.
+
+    Args:
+        machine, limits: ``Machine`` and ``LimitArrays``.
+        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+        h: In [s].
     """
     first, last = limits.slope[0], limits.slope[1]
     p = machine.p.ctypes.data
@@ -122,6 +134,12 @@ def keeps_requirements(machine, limits, x, u, h, scratch):  # type: ignore[no-un
     """Check what the machine demands along a step under the inputs held, its beginning included.
 
     What inputs decide, such as the force of a constraint, jumps where they do.
+
+    Args:
+        machine, limits: ``Machine`` and ``LimitArrays``.
+        x, u: State (nx,) and inputs (nu,).
+        h: In [s].
+        scratch: ``CollisionScratch``.
     """
     if limits.requirements == 0:
         return True
@@ -142,6 +160,12 @@ def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-unty
     """Check forbidden cones so often along a step that no axis turns far in between.
 
     The slopes at its ends are those that ``turns_within`` has left.
+
+    Args:
+        machine, limits: ``Machine`` and ``LimitArrays``.
+        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+        h: In [s].
+        scratch: ``CollisionScratch``.
     """
     if limits.body.shape[0] == 0:
         return True
@@ -189,7 +213,13 @@ def point_axes(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
 
 @kernel
 def turning(machine, limits, x, slope, scratch):  # type: ignore[no-untyped-def]
-    """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
+    """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s].
+
+    Args:
+        machine, limits: ``Machine`` and ``LimitArrays``.
+        x, slope: State and its time derivative, shape (nx,).
+        scratch: ``CollisionScratch``.
+    """
     point_axes(machine, limits, x, scratch)
     before, fastest = limits.axes, 0.0
     neighbouring_state(limits.beside, x, slope)

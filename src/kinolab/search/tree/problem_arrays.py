@@ -87,7 +87,7 @@ def gather_problem(problem: Problem, goal_region_scale: float, seed: int) -> Pro
 
 
 def metric_periods(arrays: ProblemArrays) -> Array:
-    """Return after how much each scaled coordinate comes round."""
+    """Return after how much each scaled coordinate comes round, shape (d,)."""
     return np.where(arrays.circular, 2 * np.pi * arrays.weight, np.inf)
 
 

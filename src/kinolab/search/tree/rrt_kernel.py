@@ -104,7 +104,14 @@ def extend(search, tree, parent, min_steps, longest, least):  # type: ignore[no-
 
 @kernel
 def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
-    """Write the input to hold from a node to ``tree.held``; return for how many steps."""
+    """Write the input to hold from a node to ``tree.held``; return for how many steps.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        parent: The node.
+        min_steps, max_steps: For how many steps an input is held.
+        control_samples: Inputs of which that one is held which leads nearest.
+    """
     least, longest, drawn, random = math.inf, 0, tree.drawn, search.random
     for k in range(control_samples):
         sample_control(search.problem, random, drawn)
@@ -120,7 +127,15 @@ def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # t
 
 @kernel
 def extend_toward(search, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
-    """Return the squared distance from a target to where an input leads, obstacles apart."""
+    """Return the squared distance from a target to where an input leads, obstacles apart.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        parent: The node.
+        u: Input, shape (nu,).
+        steps: For how many it is held.
+        point: The target in coordinates of the metric, shape (d,).
+    """
     now, after, machine, arrays = tree.now, tree.after, search.machine, search.problem
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]

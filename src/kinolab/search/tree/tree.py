@@ -71,7 +71,14 @@ def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
 
 @kernel
 def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
-    """Add a node that is no neighbour of any; return its number."""
+    """Add a node that is no neighbour of any; return its number.
+
+    Args:
+        tree: Grows.
+        x, u: State (nx,), and the inputs (nu,) that led to it.
+        parent, steps: From where, NONE for the start, and in how many steps.
+        known_clearance: Room at x in [m].
+    """
     node = tree.size[0]
     for i in range(x.shape[0]):
         tree.x[node, i] = x[i]
@@ -87,7 +94,12 @@ def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-
 
 @kernel
 def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
-    """Add a node; return its number."""
+    """Add a node; return its number.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        x, u, parent, steps, known_clearance: As ``insert_node`` takes them.
+    """
     node = insert_node(tree, x, u, parent, steps, known_clearance)
     metric_coordinates(search.problem, x, tree.point)
     add(tree.forest, tree.point)
@@ -97,6 +109,13 @@ def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[
 @kernel
 def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ignore[no-untyped-def]
     """Make a step from x under u into ``after``, and count why it may not be made.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        x, u: State (nx,) and inputs (nu,).
+        after: The state reached, shape (nx,); written.
+        known_clearance: Room at x in [m], as far as it is known.
+        speed: That of the fastest point at x, in [m/s].
 
     Returns:
         Room at ``after`` in [m], negative where the step is refused; and the speed there, as

@@ -55,7 +55,14 @@ def witness_at(witnesses, point, radius):  # type: ignore[no-untyped-def]
 
 @kernel
 def represent(witnesses, witness, node, cost, point):  # type: ignore[no-untyped-def]
-    """Let a node represent a witness; for NOBODY it becomes a witness itself, at its point."""
+    """Let a node represent a witness; for NOBODY it becomes a witness itself, at its point.
+
+    Args:
+        witnesses: ``Witnesses``.
+        witness: Its number, or NOBODY.
+        node, cost: The node, and the steps that lead to it.
+        point: In coordinates of the metric, shape (d,).
+    """
     if witness == NOBODY:
         witness = witnesses.forest.counts[0]
         add(witnesses.forest, point)

@@ -38,7 +38,7 @@ class Palette:
 
 
 def shared_palette(images: Sequence[Bytes]) -> Palette:
-    """Choose colours that serve several images.
+    """Choose colours that serve several images, shape (height, width, 3) each.
 
     A colour counts by the square root of its area, or a machine of a few hundred pixels would
     vanish beside walls and floor of a few hundred thousand.

@@ -110,7 +110,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
 def nearest_pixel(
     camera: Camera, machine: tuple[SurfaceMesh, ...], motion: Array, size: tuple[int, int]
 ) -> float:
-    """How large a pixel is in [m], where the machine comes nearest."""
+    """How large a pixel is in [m], where a motion (nt, nb, 12) comes nearest."""
     paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     if not paths:
         return 0.0

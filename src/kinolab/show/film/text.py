@@ -18,7 +18,7 @@ FONTS = "mpl-data/fonts/ttf"  # matplotlib carries DejaVu Sans, so no system fon
 
 
 def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
-    """A copy of an image with a title at the upper left and a time stamp at the upper right."""
+    """A copy of an image (h, w, 3) with a title at the upper left and a time stamp at the right."""
     height, width = image.shape[:2]
     size, edge = _sizes(height)
     strip = min(height, heading(height))
@@ -48,7 +48,7 @@ def heading(height: int) -> int:
 
 
 def label(image: Bytes, text: str) -> Bytes:
-    """A copy of an image with a word at the upper left."""
+    """A copy of an image (h, w, 3) with a word at the upper left."""
     sheet = Image.fromarray(image)
     font = _font("DejaVuSans.ttf", max(9, round(image.shape[0] / 14)))
     ImageDraw.Draw(sheet).text((6, 5), text, STAMP, font, anchor="la")

@@ -18,6 +18,8 @@ def hermite(
 ) -> Array:
     """Return a cubic at a share of each step, from values and rates of change at both ends.
 
+    Shapes broadcast: values and rates (..., d), steps and fractions.
+
     Source: de Boor, A Practical Guide to Splines, rev. ed., 2001, chapter IV.
     """
     s = fraction

@@ -246,6 +246,16 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
     """List the gaps of all states that are within reach; return how many there are.
 
     The list ends where fewer than MOST places are left.
+
+    Args:
+        around: ``CollisionArrays``.
+        x: States, shape (states, nx).
+        reach: In [m].
+        derive: Whether ``slope`` is wanted.
+        which, value: State and gap in [m] of each, shape (size,); written.
+        slope: Derivatives of the gaps, shape (size, nx); written.
+        side: Scratch, shape (nx,).
+        found: ``GapBuffer``.
     """
     total = 0
     for m in range(x.shape[0]):
@@ -312,7 +322,14 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
 
 @kernel
 def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-def]
-    """Append the triangles nearest to a shape, one for every direction; return the new count."""
+    """Append the triangles nearest to a shape, one for every direction; return the new count.
+
+    Args:
+        s: The shape's row.
+        count: Gaps so far.
+        reach: In [m].
+        around, found: ``CollisionArrays`` and ``GapBuffer``.
+    """
     tree, queue = around.tree, found.queue
     box, turn, at = found.box[s], found.turns[s], found.places[s]
     kind, half = around.scene.kind[s], found.half[s]
@@ -343,7 +360,14 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
 
 @kernel
 def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-def]
-    """Keep the gap between a shape and a triangle if it is within a limit; return the count."""
+    """Keep the gap between a shape and a triangle if it is within a limit; return the count.
+
+    Args:
+        s, t: Rows of the shape and the triangle.
+        first, count: The shape's first triangle in the list, and gaps so far.
+        limit: In [m].
+        around, found: ``CollisionArrays`` and ``GapBuffer``.
+    """
     corners, n = found.corners, found.normal[MAX_GAPS]
     corners_of(around.tree.triangles[t], corners)
     gap = signed_gap(
@@ -368,7 +392,15 @@ def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
 
 @kernel
 def kept(s, what, gap, n, first, count, found):  # type: ignore[no-untyped-def]
-    """Keep a triangle if it is nearer than what it stands for or the farthest; return the count."""
+    """Keep a triangle if it is nearer than what it stands for or the farthest; return the count.
+
+    Args:
+        s, what: The shape's row, and the triangle as ``GapBuffer.what``.
+        gap: In [m].
+        n: Its unit normal, shape (3,).
+        first, count: The shape's first triangle in the list, and gaps so far.
+        found: ``GapBuffer``.
+    """
     here = -1
     for c in range(first, count):
         v = found.normal[c]

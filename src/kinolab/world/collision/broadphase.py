@@ -53,7 +53,9 @@ class BroadphaseScratch(NamedTuple):
     turns: Array  # (shapes, 3, 3)
     places: Array  # (shapes, 3)
     around: Array  # (shapes, 6) boxes
-    pairs: Integers  # (shapes * obstacles + own pairs + 1, 2)
+    # (shapes * obstacles + own pairs + 1, 2): shape and obstacle of each pair that is left, for two
+    # shapes of the machine (shape, obstacles + other shape)
+    pairs: Integers
 
 
 def make_broadphase(
@@ -62,7 +64,7 @@ def make_broadphase(
     world: World,
     own_pairs: Sequence[tuple[int, int]],
 ) -> tuple[BroadphaseScene, MeshGrid]:
-    """Gather the arrays that ``broadphase`` takes after the poses, ``*scene, *grid``.
+    """Gather the arrays that ``broadphase`` takes as records.
 
     Of ``cables`` only those that collide are given. Nothing is inflated yet.
     """
@@ -98,7 +100,7 @@ def make_broadphase(
 
 
 def bounding_box(vertices: Array, primitive: tuple[Shape, Array] | None) -> tuple[Array, Array]:
-    """Give the lowest and highest x, y, z; of a primitive exactly, not of its picture."""
+    """Give the lowest and highest (x, y, z); of a primitive exactly, not of its vertices (n, 3)."""
     if primitive is None:
         return vertices.min(axis=0), vertices.max(axis=0)
     shape, pose = primitive
@@ -123,7 +125,14 @@ def place(pose, own, turn, at):  # type: ignore[no-untyped-def]
 
 @kernel
 def enclose(kind, half, turn, at, grow, box):  # type: ignore[no-untyped-def]
-    """Write the axis-aligned box (6,) of a placed shape, ``grow`` larger on every side."""
+    """Write the axis-aligned box (6,) of a placed shape, ``grow`` larger on every side.
+
+    Args:
+        kind, half: The shape's kind and half sizes (3,) in [m].
+        turn, at: Its rotation (3, 3) and centre (3,) in [m].
+        grow: In [m].
+        box: Lowest and highest x, y, z in [m], shape (6,); written.
+    """
     for i in range(3):
         reach = half_extent(kind, half, turn[i, 0], turn[i, 1], turn[i, 2]) + grow
         box[i] = at[i] - reach
@@ -156,8 +165,10 @@ def cell_of(offset, count):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def near_surface(box, mesh, boxes, frame, extent, start, entries):  # type: ignore[no-untyped-def]
-    """Say whether a box may touch a triangle of a mesh; True after looking at too many."""
+def near_surface(box, mesh, grid):  # type: ignore[no-untyped-def]
+    """Say whether a box (6,) may touch a triangle of a mesh; True after looking at too many."""
+    boxes, frame, extent = grid.boxes, grid.frame, grid.extent
+    start, entries = grid.start, grid.entries
     x, y, width = frame[mesh, 0], frame[mesh, 1], frame[mesh, 2]
     nx, ny, cell = extent[mesh, 0], extent[mesh, 1], extent[mesh, 2]
     left, right = cell_of((box[0] - x) / width, nx), cell_of((box[3] - x) / width, nx)
@@ -180,6 +191,10 @@ def left_of(x, y, ax, ay, bx, by):  # type: ignore[no-untyped-def]
 
     The lower end always comes first in the arithmetic, so that both triangles at an edge get the
     same answer to the last bit, and a line through an edge or a corner is counted once.
+
+    Args:
+        x, y: The point in [m].
+        ax, ay, bx, by: The ends in [m].
     """
     if ay > by or (ay == by and ax > bx):
         ax, ay, bx, by = bx, by, ax, ay
@@ -214,12 +229,14 @@ def height(x, y, t):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def inside(p, mesh, triangles, part, volume, frame, extent, start, entries):  # type: ignore[no-untyped-def]
+def inside(p, mesh, grid):  # type: ignore[no-untyped-def]
     """Say whether a point (3,) lies in the solid of a mesh.
 
     Counts the faces above the point by the way they look, part by part. The smallest closed part
     around the point decides: a pillar in a room is solid, a room in a rock is not.
     """
+    triangles, part, volume = grid.triangles, grid.part, grid.volume
+    frame, extent, start, entries = grid.frame, grid.extent, grid.start, grid.entries
     nx, ny = extent[mesh, 0], extent[mesh, 1]
     column, row = (p[0] - frame[mesh, 0]) / frame[mesh, 2], (p[1] - frame[mesh, 1]) / frame[mesh, 2]
     if not (0.0 <= column <= nx and 0.0 <= row <= ny):
@@ -253,38 +270,32 @@ def first_not_finite(poses):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def broadphase(  # type: ignore[no-untyped-def]
-    poses, turns, places, around, pairs,
-    kind, body, half, own, rests, obstacle, mesh, own_pairs, grow, margin, ground,
-    triangles, boxes, part, volume, frame, extent, start, entries,
-):  # fmt: skip
+def broadphase(poses, scratch, scene, grid):  # type: ignore[no-untyped-def]
     """Judge one pose of the machine as far as boxes, the ground and solids decide it.
 
     Args:
         poses: One row [R | p] per body, shape (bodies, 12).
-        turns: Written: the rotation of each shape, (shapes, 3, 3); of cables read.
-        places: Written: the centre of each shape, (shapes, 3); of cables read.
-        around: Written: the inflated box of each shape, (shapes, 6).
-        pairs: Written: shape and obstacle (shape, obstacles + other shape for two shapes of the
-            machine) of each pair left for FCL, (shapes * obstacles + own pairs, 2).
-
-    The others are the fields of ``BroadphaseScene`` and ``MeshGrid``.
+        scratch: ``BroadphaseScratch``; written, but read where cables are.
+        scene, grid: ``BroadphaseScene`` and ``MeshGrid``.
 
     Returns:
         The number of pairs left, or NOT_FINITE, GROUND or INSIDE: then the first row of ``pairs``
         says which body, -1 for a cable, and which obstacle it is inside of.
     """
+    turns, places, around, pairs = scratch.turns, scratch.places, scratch.around, scratch.pairs
+    kind, body, half, own_pairs = scene.kind, scene.body, scene.half, scene.own_pairs
+    obstacle, mesh, grow = scene.obstacle, scene.mesh, scene.grow
     pairs[0, 0] = first_not_finite(poses)
     if pairs[0, 0] >= 0:
         return NOT_FINITE
     for s in range(kind.shape[0]):
         if body[s] >= 0:
-            place(poses[body[s]], own[s], turns[s], places[s])
+            place(poses[body[s]], scene.own[s], turns[s], places[s])
         enclose(kind[s], half[s], turns[s], places[s], grow + ROUNDING_MARGIN, around[s])
         if (
-            ground
+            scene.ground
             and body[s] >= 0
-            and grounded(around[s, 2] + grow + ROUNDING_MARGIN, rests[s], margin)
+            and grounded(around[s, 2] + grow + ROUNDING_MARGIN, scene.rests[s], scene.margin)
         ):
             pairs[0, 0] = body[s]
             return GROUND
@@ -294,12 +305,10 @@ def broadphase(  # type: ignore[no-untyped-def]
             if not overlap(around[s], obstacle[k]):
                 continue
             if mesh[k] >= 0:
-                if inside(
-                    places[s], mesh[k], triangles, part, volume, frame, extent, start, entries
-                ):
+                if inside(places[s], mesh[k], grid):
                     pairs[0, 0], pairs[0, 1] = body[s], k
                     return INSIDE
-                if not near_surface(around[s], mesh[k], boxes, frame, extent, start, entries):
+                if not near_surface(around[s], mesh[k], grid):
                     continue
             pairs[left, 0], pairs[left, 1] = s, k
             left += 1
@@ -330,13 +339,7 @@ def broadphase_rows(first, poses, ends, rows, scratch, scene, grid):  # type: ig
     for k in range(first, poses.shape[0]):
         if not span_all(ends[k], rows, scene.half, scratch.turns, scratch.places):
             return k, NOT_FINITE
-        left = broadphase(
-            poses[k], scratch.turns, scratch.places, scratch.around, scratch.pairs,
-            scene.kind, scene.body, scene.half, scene.own, scene.rests, scene.obstacle, scene.mesh,
-            scene.own_pairs, scene.grow, scene.margin, scene.ground,
-            grid.triangles, grid.boxes, grid.part, grid.volume, grid.frame, grid.extent, grid.start,
-            grid.entries,
-        )  # fmt: skip
+        left = broadphase(poses[k], scratch, scene, grid)
         if left != 0:
             return k, left
     return poses.shape[0], 0

@@ -93,7 +93,7 @@ class CollisionChecker:
         parts = [body.name for body in bodies] + [cable.name for cable in cables]
         pairs = own_pairs(self._names, parts, self_pairs)
         self.scene, self.grid = make_broadphase(self.bodies, lines, world, pairs)
-        self._fixtures = obstacle_arrays(world)
+        self._fixtures = Record(obstacle_arrays(world))
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._first_cable = len(shapes)
@@ -139,7 +139,6 @@ class CollisionChecker:
         grow, self.margin = CONTACT_MARGIN + margin, margin
         half = self.scene.half.copy()  # the lengths of cables are written into it
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
-        self._arrays = (*self.scene, *self.grid)
         self._records = (Record(self.scene), Record(self.grid))
         lines = [cable for cable in self.cables if cable.collides]
         strung = [cable_object(line.radius, grow) for line in lines]
@@ -153,8 +152,9 @@ class CollisionChecker:
         self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
         self._around = np.zeros((shapes, 6))
         self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
-        self._scratch = BroadphaseScratch(self._turns, self._places, self._around, self._pairs)
-        self._scratch_record = Record(self._scratch)
+        self._scratch = Record(
+            BroadphaseScratch(self._turns, self._places, self._around, self._pairs)
+        )
         # Views made once: FCL wants arrays, and slicing costs as much as setting.
         self._where = list(zip(movers, self._turns, self._places, strict=True))
 
@@ -167,7 +167,7 @@ class CollisionChecker:
     def _touching(self, poses: Array, ends: Array) -> bool:
         if self._capsules and not self._span(ends):
             return True
-        left = broadphase(self._table(poses), *self._scratch, *self._arrays)
+        left = broadphase(self._table(poses), self._scratch, *self._records)
         return bool(left < 0) if left <= 0 else self._asked(left)
 
     def _asked(self, left: int) -> bool:
@@ -196,9 +196,7 @@ class CollisionChecker:
         strung = strung.reshape(len(table), *self._ends_shape)
         k = 0
         while k < len(table):
-            k, left = broadphase_rows(
-                k, table, strung, self._rows, self._scratch_record, *self._records
-            )
+            k, left = broadphase_rows(k, table, strung, self._rows, self._scratch, *self._records)
             if k < len(table) and (left < 0 or self._asked(left)):
                 break
             k += 1
@@ -235,13 +233,7 @@ class CollisionChecker:
         if self._touching(poses, ends):
             return 0.0
         beside = np.inf if self._beside is None else self._beside.room(poses, ends)
-        scene, grid = self.scene, self.grid
-        free = clearance_at(
-            *(self._turns, self._places, self._around),
-            *(scene.kind, scene.half, scene.rests, scene.obstacle, scene.own_pairs),
-            *(scene.grow, scene.ground),
-            *(*self._fixtures, grid.triangles, grid.boxes),
-        )
+        free = clearance_at(self._scratch, *self._records, self._fixtures)
         return max(min(float(free) - self.margin, beside), 0.0)
 
     def _table(self, poses: Array) -> Array:
@@ -309,16 +301,14 @@ class CollisionChecker:
                     yield Contact(self._names[shape], obstacle.name, kind)
 
     def _kind(self, shape: int, k: int) -> Literal["touches", "inside", "error"] | None:
-        mesh, grid = self.scene.mesh[k], self.grid
-        index = (grid.frame, grid.extent, grid.start, grid.entries)
+        mesh, (_, grid) = self.scene.mesh[k], self._records
         try:
-            near = mesh < 0 or near_surface(self._around[shape], mesh, grid.boxes, *index)
+            near = mesh < 0 or near_surface(self._around[shape], mesh, grid)
             if near and self._touches(self._moved(shape), self._obstacles[k]):
                 return "touches"
         except Exception:  # as in ``collides``
             return "error"
-        parts = (grid.triangles, grid.part, grid.volume)
-        if mesh >= 0 and inside(self._places[shape], mesh, *parts, *index):
+        if mesh >= 0 and inside(self._places[shape], mesh, grid):
             return "inside"
         return None
 

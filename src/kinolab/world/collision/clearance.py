@@ -54,30 +54,33 @@ def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
 
 
 @allocating_kernel
-def clearance_at(  # type: ignore[no-untyped-def]
-    turns, places, around, kind, half, rests, obstacle, own_pairs, grow, ground,
-    fixed_kind, fixed_half, fixed_turn, fixed_at, first, last, triangles, boxes,
-):  # fmt: skip
+def clearance_at(scratch, scene, grid, fixed):  # type: ignore[no-untyped-def]
     """Bound the room of placed shapes from below, in [m]; infinite in an empty world.
 
     Two shapes of the machine can approach each other from both sides: half their gap counts.
+
+    Args:
+        scratch: ``BroadphaseScratch``, as ``broadphase`` left it.
+        scene, grid, fixed: ``BroadphaseScene``, ``MeshGrid`` and ``ObstacleArrays``.
     """
+    turns, places, around = scratch.turns, scratch.places, scratch.around
+    kind, half, obstacle, own_pairs = scene.kind, scene.half, scene.obstacle, scene.own_pairs
     best = math.inf
     for s in range(kind.shape[0]):
-        if ground and not rests[s]:
-            best = min(best, around[s, 2] + grow)
+        if scene.ground and not scene.rests[s]:
+            best = min(best, around[s, 2] + scene.grow)
         for k in range(obstacle.shape[0]):
             if box_gap(around[s], obstacle[k]) >= best:
                 continue
-            if last[k] > 0:
+            if fixed.last[k] > 0:
                 best = mesh_separation(
                     kind[s], half[s], turns[s], places[s], around[s],
-                    triangles, boxes, first[k], last[k], best,
+                    grid, fixed.first[k], fixed.last[k], best,
                 )  # fmt: skip
             else:
                 gap = separation(
                     kind[s], half[s], turns[s], places[s],
-                    fixed_kind[k], fixed_half[k], fixed_turn[k], fixed_at[k],
+                    fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
                 )  # fmt: skip
                 best = min(best, gap)
     for k in range(own_pairs.shape[0]):

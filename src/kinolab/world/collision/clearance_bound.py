@@ -243,6 +243,12 @@ def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  #
     """Bound the room of a shape by its balls.
 
     Less than ``need`` is not worked out in full, and more than ``enough`` is of no interest.
+
+    Args:
+        s: The shape's row.
+        turn, at: Its rotation (3, 3) and centre (3,) in [m].
+        need, enough: In [m].
+        spheres, grid, scratch: ``SphereTree``, ``DistanceField`` and ``Scratch``.
     """
     child, radii, waiting, frees = spheres.child, spheres.radius, scratch.queue, scratch.gaps
     best, left, looked = math.inf, 1, 0
@@ -278,7 +284,13 @@ def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  #
 
 @kernel
 def sphere_clearance(ball, turn, at, spheres, grid):  # type: ignore[no-untyped-def]
-    """Bound the room of one ball of a placed shape."""
+    """Bound the room of one ball of a placed shape.
+
+    Args:
+        ball: Its row in the tree.
+        turn, at: The shape's rotation (3, 3) and centre (3,) in [m].
+        spheres, grid: ``SphereTree`` and ``DistanceField``.
+    """
     u, v, w = spheres.center[ball, 0], spheres.center[ball, 1], spheres.center[ball, 2]
     x = at[0] + turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w - grid.low[0]
     y = at[1] + turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w - grid.low[1]
@@ -288,7 +300,14 @@ def sphere_clearance(ball, turn, at, spheres, grid):  # type: ignore[no-untyped-
 
 @kernel
 def cable_clearance(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
-    """Bound the room of a cable by balls around its pieces, as ``sphere_tree_clearance`` does."""
+    """Bound the room of a cable by balls around its pieces, as ``sphere_tree_clearance`` does.
+
+    Args:
+        half: Half sizes in [m], shape (3,).
+        turn, at: Rotation (3, 3) and centre (3,) in [m].
+        need: In [m]; whether there is less is told, and not by how much.
+        grid: ``DistanceField``.
+    """
     best, piece = math.inf, half[2] / CABLE_SPHERES
     radius = math.hypot(half[0], piece) if piece > half[0] else half[0] + piece
     for i in range(CABLE_SPHERES):
@@ -303,9 +322,17 @@ def cable_clearance(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
 
 @kernel
 def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type: ignore[no-untyped-def]
-    """Work out the room of one shape less MARGIN, if it is below ``within``; 0 inside a solid."""
+    """Work out the room of one shape less MARGIN, if it is below ``within``; 0 inside a solid.
+
+    Args:
+        s: The shape's row.
+        turn, at: Its rotation (3, 3) and centre (3,) in [m].
+        box: Lowest and highest x, y, z in [m], shape (6,).
+        least, within: In [m]; room below ``least`` is told, and not by how much.
+        scene, scratch: ``CollisionScene`` and ``Scratch``.
+    """
     least += TOUCHING_MARGIN
-    broadphase, fixed, mesh = scene.broadphase, scene.obstacles, scene.mesh
+    broadphase, fixed = scene.broadphase, scene.obstacles
     kind, half = broadphase.kind[s], broadphase.half[s]
     best = mesh_clearance(kind, half, turn, at, box, least, within, scene.triangles, scratch)
     for k in range(broadphase.obstacle.shape[0]):
@@ -320,17 +347,21 @@ def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type
                 least, best, scratch.simplex,
             )  # fmt: skip
             best = min(best, gap)
-        elif inside(
-            at, broadphase.mesh[k], mesh.triangles, mesh.part, mesh.volume,
-            mesh.frame, mesh.extent, mesh.start, mesh.entries,
-        ):  # fmt: skip
+        elif inside(at, broadphase.mesh[k], scene.mesh):
             return -1.0
     return best - TOUCHING_MARGIN
 
 
 @kernel
 def mesh_clearance(kind, half, turn, at, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and all triangles, if it is below ``within``."""
+    """Bound the gap between a shape and all triangles, if it is below ``within``.
+
+    Args:
+        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        box: Lowest and highest x, y, z in [m], shape (6,).
+        least, within: In [m]; a gap below ``least`` is told, and not by how much.
+        tree, scratch: ``TriangleTree`` and ``Scratch``.
+    """
     best, waiting, gaps = within, scratch.queue, scratch.gaps
     if tree.boxes.shape[0] == 0:
         return best
@@ -364,7 +395,14 @@ def mesh_clearance(kind, half, turn, at, box, least, within, tree, scratch):  # 
 
 @kernel
 def to_triangle(kind, half, turn, at, triangle, least, enough, scratch):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a triangle (9,)."""
+    """Bound the gap between a shape and a triangle (9,).
+
+    Args:
+        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        triangle: Corners in [m], shape (9,).
+        least, enough: In [m], as ``separation_within`` takes them.
+        scratch: ``Scratch``.
+    """
     corners = scratch.corners
     for i in range(9):
         corners[i % 3, i // 3] = triangle[i]
@@ -375,7 +413,12 @@ def to_triangle(kind, half, turn, at, triangle, least, enough, scratch):  # type
 
 @kernel
 def plane_bound(kind, half, turn, at, plane):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset."""
+    """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset.
+
+    Args:
+        kind, half, turn, at: The shape (3,) and (3, 3), as ``separation_within`` takes it.
+        plane: Unit normal and offset in [m], shape (4,).
+    """
     a, b, c = plane[0], plane[1], plane[2]
     away = abs(a * at[0] + b * at[1] + c * at[2] - plane[3])
     x = a * turn[0, 0] + b * turn[1, 0] + c * turn[2, 0]
@@ -386,7 +429,12 @@ def plane_bound(kind, half, turn, at, plane):  # type: ignore[no-untyped-def]
 
 @kernel
 def box_bound(kind, half, turn, at, around, box):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a box (6,): along the world's axes, and along its own."""
+    """Bound the gap between a shape and a box (6,): along the world's axes, and along its own.
+
+    Args:
+        kind, half, turn, at: The shape (3,) and (3, 3), as ``separation_within`` takes it.
+        around, box: Of the shape and the other one: lowest and highest x, y, z in [m], shape (6,).
+    """
     total = 0.0
     a, b, c = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
     u, v, w = a + box[0] - at[0], b + box[1] - at[1], c + box[2] - at[2]
@@ -400,7 +448,12 @@ def box_bound(kind, half, turn, at, around, box):  # type: ignore[no-untyped-def
 
 @kernel
 def own_bound(kind, half, turn, at, triangle):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a triangle (9,) along the shape's own axes."""
+    """Bound the gap between a shape and a triangle (9,) along the shape's own axes.
+
+    Args:
+        kind, half, turn, at: The shape (3,) and (3, 3), as ``separation_within`` takes it.
+        triangle: Corners in [m], shape (9,).
+    """
     total = 0.0
     for i in range(3):
         x, y, z = turn[0, i], turn[1, i], turn[2, i]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from kinolab.numerics.jit import allocating_kernel, kernel
+from kinolab.numerics.struct import Record
 from kinolab.world.collision.broadphase import bounding_box, inside
 from kinolab.world.collision.gjk import separation
 from kinolab.world.collision.triangle_grid import MeshGrid, mesh_grid
@@ -116,16 +117,10 @@ def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None
     label, count = ndimage.label(taken == 0)
     first = np.zeros((count + 1, 3), np.int64)
     first_cells(label, first)
-    centers = low + (first[1:] + 0.5) * width
+    centers, arrays = low + (first[1:] + 0.5) * width, Record(grid)
     full = np.zeros(count + 1, np.uint8)
     for k, center in enumerate(centers, start=1):
-        full[k] = any(
-            inside(
-                center, mesh, grid.triangles, grid.part, grid.volume,
-                grid.frame, grid.extent, grid.start, grid.entries,
-            )
-            for mesh in range(len(grid.frame))
-        )  # fmt: skip
+        full[k] = any(inside(center, mesh, arrays) for mesh in range(len(grid.frame)))
     if full.any():
         taken |= full[label]
 
@@ -184,7 +179,13 @@ def transform(squares):  # type: ignore[no-untyped-def]
 
 @kernel
 def cell_range(low, width, count, first, last):  # type: ignore[no-untyped-def]
-    """Return the cells along one axis that an interval reaches, one past the last of them."""
+    """Return the cells along one axis that an interval reaches, one past the last of them.
+
+    Args:
+        low, width: Of the grid along the axis, in [m].
+        count: Its cells.
+        first, last: The interval in [m].
+    """
     begin = math.floor((first - low) / width - 1e-6)
     end = math.floor((last - low) / width + 1e-6) + 1
     return min(max(begin, 0), count - 1), min(max(end, 1), count)
@@ -197,6 +198,13 @@ def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  #
     Blocks of cells are halved where the shape's border may run through them. None of a block is
     marked if its middle is too far away by more than its radius, all of it if its corners are near:
     what is within some distance of a convex shape is convex. What is marked is not asked again.
+
+    Args:
+        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        first, last: Its lowest and highest x, y, z in [m], shape (3,).
+        sphere: The kind of a cell's centre, a ball without radius.
+        low, width: The grid's lowest corner, shape (3,), and a cell's width, in [m].
+        taken: Whether cells are marked, shape (nx, ny, nz); written.
     """
     reach = TRANSFORM_REACH * width
     slack = SLACK * width + SURE  # nearer than that to a decision each cell is asked itself
@@ -301,7 +309,13 @@ def mark_triangles(triangles, low, width, taken):  # type: ignore[no-untyped-def
 
 @kernel
 def edges_separate(corner, edge, center, half, axis):  # type: ignore[no-untyped-def]
-    """Say whether an axis across an edge and a coordinate parts a triangle from a cube."""
+    """Say whether an axis across an edge and a coordinate parts a triangle from a cube.
+
+    Args:
+        corner, edge: Of the triangle, row by row in [m], shape (3, 3).
+        center, half: The cube's, shape (3,), and half its edge, in [m].
+        axis: Scratch, shape (3,).
+    """
     for c in range(3):
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
@@ -321,6 +335,11 @@ def distance_bound(width, distance, x, y, z):  # type: ignore[no-untyped-def]
     """Bound the distance of a point to every obstacle from below, in [m]; infinite in no world.
 
     The point is given from the grid's lowest corner.
+
+    Args:
+        width: Of a cell in [m].
+        distance: Of each cell in [m], shape (nx, ny, nz).
+        x, y, z: The point in [m].
     """
     nx, ny, nz = distance.shape
     if nx == 0:

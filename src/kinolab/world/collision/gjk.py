@@ -25,7 +25,14 @@ MAX_ITERATIONS = 64
 
 @kernel
 def support_point(kind, half, turn, at, n, local, point):  # type: ignore[no-untyped-def]
-    """Write the farthest point (3,) along n of a core or a triangle; ``local`` is scratch (3,)."""
+    """Write the farthest point (3,) along n of a core or a triangle; ``local`` is scratch (3,).
+
+    Args:
+        kind, half, turn, at: The shape (3, 3), (3,), as ``separation_within`` takes it.
+        n: Direction of any length, shape (3,).
+        local: Scratch, shape (3,).
+        point: In [m], shape (3,); written.
+    """
     if kind == TRIANGLE:
         best = -math.inf
         for corner in range(3):
@@ -153,7 +160,7 @@ def separation_within(  # type: ignore[no-untyped-def]
         half_a: Half sizes (3,) in [m].
         turn_a: Rotation into the world (3, 3).
         at_a: Centre in the world (3,); for a triangle, any point of it.
-        kind_b, half_b, turn_b, at_b: The other one.
+        kind_b, half_b, turn_b, at_b: The other one, of the same shapes.
         least: In [m]; whether the gap is smaller than this is told, and not by how much.
         enough: In [m]; a bound of this size need not be improved.
         scratch: Memory, shape (9, 3).
@@ -190,7 +197,12 @@ def separation_within(  # type: ignore[no-untyped-def]
 
 @allocating_kernel
 def separation(kind_a, half_a, turn_a, at_a, kind_b, half_b, turn_b, at_b):  # type: ignore[no-untyped-def]
-    """Bound a gap as ``separation_within`` does, as closely as it can."""
+    """Bound a gap as ``separation_within`` does, as closely as it can.
+
+    Args:
+        kind_a, half_a, turn_a, at_a: The one, as ``separation_within`` takes it.
+        kind_b, half_b, turn_b, at_b: The other one.
+    """
     scratch = np.empty((9, 3))
     return separation_within(
         kind_a, half_a, turn_a, at_a, kind_b, half_b, turn_b, at_b, 0.0, math.inf, scratch
@@ -208,11 +220,19 @@ def box_gap(a, b):  # type: ignore[no-untyped-def]
 
 
 @allocating_kernel
-def mesh_separation(kind, half, turn, at, around, triangles, boxes, first, last, best):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and the triangles first ... last - 1, if it is below ``best``.
+def mesh_separation(kind, half, turn, at, around, grid, first, last, best):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and some triangles, if it is below ``best``.
 
     The triangle with the nearest box goes first; most others are then farther by their boxes.
+
+    Args:
+        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        around: The shape's box, lowest and highest x, y, z in [m], shape (6,).
+        grid: ``MeshGrid``.
+        first, last: The triangles are first ... last - 1 of it.
+        best: In [m].
     """
+    triangles, boxes = grid.triangles, grid.boxes
     gaps, corners = np.empty(last - first), np.empty((3, 3))
     for k in range(first, last):
         gaps[k - first] = box_gap(around, boxes[k])

@@ -32,7 +32,12 @@ def extent(kind, half, turn, n):  # type: ignore[no-untyped-def]
 
 @kernel
 def highest(kind, half, turn, at, n):  # type: ignore[no-untyped-def]
-    """Give the farthest offset of a shape, or of a triangle as in ``separation``, along n."""
+    """Give the farthest offset of a shape, or of a triangle as in ``separation``, along n.
+
+    Args:
+        kind, half, turn, at: The shape or triangle: number, (3,), (3, 3) and (3,).
+        n: Unit vector, shape (3,).
+    """
     if kind == TRIANGLE:
         best = -math.inf
         for c in range(3):
@@ -43,7 +48,13 @@ def highest(kind, half, turn, at, n):  # type: ignore[no-untyped-def]
 
 @kernel
 def gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
-    """Give the distance of the planes with normal n, which points from the other one to a shape."""
+    """Give the distance of the planes with normal n, which points from the other one to a shape.
+
+    Args:
+        kind, half, turn, at: The shape: number, (3,), (3, 3) and (3,).
+        other, other_half, other_turn, other_at: The other one, or a triangle.
+        n: Unit vector, shape (3,).
+    """
     lowest = n[0] * at[0] + n[1] * at[1] + n[2] * at[2] - extent(kind, half, turn, n)
     return lowest - highest(other, other_half, other_turn, other_at, n)
 
@@ -56,6 +67,12 @@ def signed_gap(  # type: ignore[no-untyped-def]
 
     Inside an overlap the best of a few normals is taken: those of faces and of pairs of edges,
     which is exact between boxes and triangles, and the line between the centres.
+
+    Args:
+        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        other, other_half, other_turn, other_at: The other one, or a triangle.
+        scratch: Memory, shape (9, 3).
+        n: Unit normal, shape (3,); written.
     """
     separation_within(
         kind, half, turn, at, other, other_half, other_turn, other_at,
@@ -74,7 +91,14 @@ def signed_gap(  # type: ignore[no-untyped-def]
 def overlap(  # type: ignore[no-untyped-def]
     kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n
 ):  # fmt: skip
-    """Return the largest gap along normals that may be the best one where things overlap."""
+    """Return the largest gap along normals that may be the best one where things overlap.
+
+    Args:
+        kind, half, turn, at: The shape, (3,), (3, 3) and (3,), as ``separation_within`` takes it.
+        other, other_half, other_turn, other_at: The other one (3,), or a triangle.
+        scratch: Memory, shape (9, 3).
+        n: Unit normal, shape (3,); written.
+    """
     best, corners = -math.inf, other == TRIANGLE
     trial, one, two = scratch[5], scratch[6], scratch[7]
     for a in range(-1, 3):
@@ -117,7 +141,15 @@ def axis_of(i, corners, columns, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def better(best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
-    """Return the gap along a trial direction or its opposite if it is larger; write n then."""
+    """Return the gap along a trial direction or its opposite if it is larger; write n then.
+
+    Args:
+        best: The largest gap so far in [m].
+        trial: Direction of any length, shape (3,); made a unit vector.
+        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        other, other_half, other_turn, other_at: The other one, or a triangle.
+        n: Unit normal, shape (3,); written where the gap is larger.
+    """
     length = math.sqrt(trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2])
     if not length > PARALLEL_TOLERANCE:
         return best

@@ -53,7 +53,13 @@ def _planes(triangles: Array) -> Array:
 
 @allocating_kernel
 def build(triangles, middle, order, boxes, child, span):  # type: ignore[no-untyped-def]
-    """Fill a tree's arrays level by level and sort ``order`` on the way; return its size."""
+    """Fill a tree's arrays level by level and sort ``order`` on the way; return its size.
+
+    Args:
+        triangles, middle: Corners (m, 9) and centroids (m, 3) in [m].
+        order: Triangles leaf by leaf, shape (m,); written.
+        boxes, child, span: Of ``TriangleTree``, shapes (nodes, 6), (nodes, 2), (nodes, 2); written.
+    """
     nodes, here = 1, 0
     low, high = np.empty(3), np.empty(3)
     span[0, 0], span[0, 1] = 0, order.shape[0]

@@ -94,7 +94,7 @@ def find_passage(
 
     Args:
         problem: Where to look.
-        goals: States of the goal region.
+        goals: States of the goal region, shape (nx,) each.
         seconds: After which no further look begins.
         say: Told what is being looked at.
     """

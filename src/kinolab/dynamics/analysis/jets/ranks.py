@@ -101,7 +101,7 @@ def _minus(vector: Sequence[Fraction], row: Sequence[Fraction], factor: Fraction
 def reduced_rows(
     rows: NDArray[np.float64], tolerance: float = RANK_TOLERANCE
 ) -> NDArray[np.float64]:
-    """Return the reduced row echelon form of a matrix of floats, rows of zeros left out.
+    """Return the reduced row echelon form of a matrix (m, n), shape (rank, n).
 
     It depends on nothing but the space that the rows span and the order of the columns.
     """

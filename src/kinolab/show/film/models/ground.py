@@ -45,7 +45,7 @@ def grid_step(length: float) -> float:
 
 
 def annulus(centre: ArrayLike, radii: tuple[float, float], color: ArrayLike) -> SurfaceMesh:
-    """A flat ring on the ground between two radii in [m]; a disc if the first is 0."""
+    """A flat ring on the ground about (x, y) between two radii in [m]; a disc if the first is 0."""
     n = 96
     angle = 2.0 * np.pi * np.arange(n) / n
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)

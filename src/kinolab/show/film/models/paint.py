@@ -78,7 +78,7 @@ def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
 
 
 def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> SurfaceMesh:
-    """A sphere whose eight octants alternate between a colour and a pale tint of it."""
+    """A sphere about (x, y, z) whose octants alternate between a colour and a pale tint of it."""
     corners = _octahedron()
     for _ in range(QUARTERED[_fineness(radius, pixel)]):
         corners = _quartered(corners)
@@ -89,7 +89,7 @@ def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> Surf
 
 
 def pale(color: Array) -> Array:
-    """A light tint of a colour."""
+    """A light tint of a colour, shape (3,)."""
     return np.asarray(0.2 * color + 0.8 * np.asarray(PALE), dtype=np.float64)
 
 

@@ -19,7 +19,7 @@ PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which only shows how far the
 
 
 def rotor(disk: Disk, color: Array) -> SurfaceMesh:
-    """Two blades, a hub and a ring in place of the disc about z that they sweep."""
+    """Two blades, a hub and a ring, coloured (r, g, b), for the disc about z that they sweep."""
     r, h = float(disk.radius), float(disk.thickness)
     parts = [
         _plate(_rectangle(r, 0.5 * CHORD * r), h, color),

@@ -59,7 +59,7 @@ class SurfaceMesh:
 def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> SurfaceMesh:
     """Make a mesh in which equal points are one vertex, so that neighbouring faces know each other.
 
-    ``colors`` is one RGB triple in 0..1, or one per face.
+    ``colors`` are RGB in 0..1, shape (3,), or one per face, shape (m, 3).
     """
     points = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
     merged, where = np.unique(points.round(9), axis=0, return_inverse=True)

@@ -60,7 +60,7 @@ class Camera:
 
 
 def horizontal_axes(up: ArrayLike) -> tuple[Array, Array]:
-    """The direction to the right of a front view, and the one toward its viewer.
+    """The directions (3,) to the right of a front view and toward its viewer.
 
     For up = z these are x and -y; for a machine in the x-y plane with up = -x they are y and z.
     """

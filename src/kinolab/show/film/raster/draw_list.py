@@ -146,7 +146,7 @@ def _seen(reach: Array, box: Box) -> tuple[NDArray[np.intp], Array]:
 
 
 def drawn(layers: Sequence[Layer], size: tuple[int, int], paper: ArrayLike) -> Canvas:
-    """Draw layers on paper."""
+    """Draw layers on paper of a colour (r, g, b)."""
     canvas = blank(size, paper)
     for layer in layers:
         layer.on(canvas)

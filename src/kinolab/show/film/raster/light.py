@@ -18,7 +18,7 @@ SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour remains where no
 
 
 def main_light(camera: Camera, up: Array) -> Array:
-    """The direction toward the light: above, to the viewer's left and to the front."""
+    """The direction (3,) toward the light: above, to the viewer's left and to the front."""
     right = camera.axes()[0]
     direction = up - 0.45 * right + 0.40 * np.cross(right, up)
     return np.asarray(direction / np.linalg.norm(direction))
@@ -36,7 +36,7 @@ def light_samples(light: Array) -> Array:
 def shade(
     colors: Array, normals: Array, light: Array, ambient: float = AMBIENT
 ) -> NDArray[np.uint8]:
-    """Lambert's law with ambient light, for normals that point to the viewer; RGB in 0..255."""
+    """Lambert's law with ambient light, for normals (m, 3) to the viewer; RGB in 0..255, (m, 3)."""
     brightness = ambient + (FULL - ambient) * np.clip(normals @ light, 0.0, None)
     return np.clip(255.0 * colors * brightness[:, None] + 0.5, 0.0, 255.0).astype(np.uint8)
 

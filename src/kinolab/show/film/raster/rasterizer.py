@@ -48,7 +48,7 @@ class Canvas:
 
 
 def blank(size: tuple[int, int], color: ArrayLike) -> Canvas:
-    """An empty canvas of one colour, given as RGB in 0..255."""
+    """An empty canvas of one colour (r, g, b) in 0..255."""
     width, height = size
     pixels = np.empty((height, width, 3), dtype=np.uint8)
     pixels[:] = np.asarray(color, dtype=np.uint8)
@@ -111,7 +111,7 @@ def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
 
 
 def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
-    """The smallest box that contains the triangles' pixels, its sides at multiples of a number."""
+    """The smallest box around triangles (m, 3, 3) in [pixel], sides at multiples of a number."""
     left, top, right, bottom = _extent(corners.reshape(-1, 3))
     if left > right:
         return 0, 0, 0, 0
@@ -123,7 +123,7 @@ def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
 
 
 def average(pixels: Bytes, block: int) -> Bytes:
-    """The mean of every ``block`` x ``block`` pixels; both sides must be multiples of it."""
+    """The mean of every ``block`` x ``block`` pixels of shape (h, w, 3), both its multiples."""
     height, width = pixels.shape[0] // block, pixels.shape[1] // block
     out = np.empty((height, width, 3), dtype=np.uint8)
     _average(pixels, block, out)
@@ -196,6 +196,13 @@ def _draw(
     colors: Bytes,
     tag: int,
 ) -> None:
+    """Paint triangles where they are nearer.
+
+    Args:
+        color, nearness, kind: Of ``Canvas``, (h, w, 3), (h, w) and (h, w); written.
+        corners, colors: Of ``Facets``, (m, 3, 3) and (m, 3).
+        tag: The kind that is written.
+    """
     height, width = nearness.shape
     lines = np.empty((3, 4))
     for k in range(corners.shape[0]):

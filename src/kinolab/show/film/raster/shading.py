@@ -94,5 +94,5 @@ class Pen:
 
 
 def pen(camera: Camera, size: tuple[int, int], up: Array, scale: int) -> Pen:
-    """A pen for a picture of ``size`` pixels, of which each is made of scale x scale small ones."""
+    """A pen for a picture of (w, h) pixels, of which each is made of scale x scale small ones."""
     return Pen(camera, (scale * size[0], scale * size[1]), main_light(camera, up), scale)
