@@ -333,7 +333,7 @@ def processor() -> str:
 def versions() -> str:
     """Return the versions of Python, kinolab and what runs record."""
     from kinolab import __version__
-    from kinolab.runs.folder import RECORDED
+    from kinolab.runs.report import RECORDED
 
     named = [f"Python {platform.python_version()}", f"kinolab {__version__}"]
     for package in RECORDED:

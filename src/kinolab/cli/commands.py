@@ -341,8 +341,7 @@ def _ends(found: Plan) -> str:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def _check(folders: Sequence[Path], as_json: bool) -> int:
     """Verify finished runs from their files alone."""
-    from kinolab.runs import check_run, check_to_json
-    from kinolab.runs.folder import margin_to_json
+    from kinolab.runs import check_run, check_to_json, margin_to_json
 
     INTERRUPTS.libraries_loaded()
     certificates = {str(folder): check_run(folder) for folder in folders}

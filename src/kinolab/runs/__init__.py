@@ -7,11 +7,11 @@ from kinolab.runs.folder import (
     Run,
     add_diagnosis,
     check_run,
-    check_to_json,
     read_run,
     writable,
     write_run,
 )
+from kinolab.runs.report import check_to_json, goal_distance_by_unit, margin_to_json
 
 __all__ = [
     "MODEL",
@@ -20,7 +20,9 @@ __all__ = [
     "add_diagnosis",
     "check_run",
     "check_to_json",
+    "goal_distance_by_unit",
     "has_its_steps",
+    "margin_to_json",
     "read_run",
     "result_text",
     "writable",

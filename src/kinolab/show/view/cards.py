@@ -11,8 +11,7 @@ import numpy as np
 from PIL import Image
 
 from kinolab.errors import KinolabError
-from kinolab.runs import Run, check_run, read_run
-from kinolab.runs.folder import margin_to_json
+from kinolab.runs import Run, check_run, margin_to_json, read_run
 from kinolab.show.film import make_film
 from kinolab.show.film.animation import picture
 from kinolab.show.page import page_html

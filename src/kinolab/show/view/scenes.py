@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from kinolab.errors import EndpointError
 from kinolab.problem import Problem
 from kinolab.problem.unwrapping import unwrapped
-from kinolab.runs import check_to_json
-from kinolab.runs.folder import goal_distance_by_unit, margin_to_json
+from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search.graph import SearchGraph
 from kinolab.show.film.animation import picture
 from kinolab.show.page import Content

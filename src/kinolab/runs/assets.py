@@ -1,0 +1,107 @@
+"""The files below ``assets/`` of a run and their hashes, which show what was changed since."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kinolab.dynamics.language.json.machine_file import (
+    FEEDBACK_FILE,
+    feedback_to_json,
+    machine_to_json,
+)
+from kinolab.problem import Problem
+from kinolab.scenario import Origin, Scenario
+from kinolab.user_code import python_reference, text_of
+from kinolab.verification import Check
+
+
+def assets_of(problem: Problem) -> dict[str, bytes]:
+    """Return the files below assets/ by name: the machine, copies of meshes and of a planner."""
+    meshes = {
+        _mesh_name(index, path): path.read_bytes()
+        for index, path in _meshes(problem.scenario).items()
+    }
+    file = _planner_file(problem.scenario)
+    code = {file.name: text_of(file)} if file is not None else {}
+    system = problem.system  # whose feedback is a law, its gains included
+    machine = {"machine.json": machine_to_json(system.with_feedback(None)).encode()}
+    if system.feedback is not None:
+        machine[FEEDBACK_FILE] = feedback_to_json(system.feedback).encode()
+    return {**machine, **meshes, **code}
+
+
+def _meshes(scenario: Scenario) -> dict[int, Path]:
+    return {
+        index: scenario.folder / entry.mesh
+        for index, entry in enumerate(scenario.world.obstacle)
+        if entry.mesh is not None
+    }
+
+
+def _planner_file(scenario: Scenario) -> Path | None:
+    """Return the file of the user's that the planner is in, if it is in one."""
+    reference = python_reference(scenario.planner.name)
+    return scenario.folder / reference[0] if reference else None
+
+
+def _mesh_name(index: int, path: Path) -> str:
+    return f"{index + 1}_{path.name}"
+
+
+def portable_scenario(problem: Problem) -> Scenario:
+    """Return the scenario with the machine, the meshes and the planner taken from assets/."""
+    scenario = problem.scenario
+    meshes = _meshes(scenario)
+    obstacles = tuple(
+        entry.model_copy(update={"mesh": f"assets/{_mesh_name(index, meshes[index])}"})
+        if index in meshes
+        else entry
+        for index, entry in enumerate(scenario.world.obstacle)
+    )
+    machine = {"name": None, "file": "assets/machine.json"}
+    return scenario.model_copy(
+        update={
+            "system": scenario.system.model_copy(update=machine),
+            "planner": scenario.planner.model_copy(update={"name": _portable_planner(scenario)}),
+            "world": scenario.world.model_copy(update={"obstacle": obstacles}),
+        }
+    ).located(Origin(Path("scenario.toml")))
+
+
+def _portable_planner(scenario: Scenario) -> str:
+    """Return the planner's name, its file taken from assets/ if it has one."""
+    file, name = _planner_file(scenario), scenario.planner.name
+    return name if file is None else f"assets/{file.name}:{name.rpartition(':')[2]}"
+
+
+def hashes_of(assets: Mapping[str, bytes]) -> dict[str, str]:
+    """Return the SHA-256 of each file, by name."""
+    return {name: _digest(content) for name, content in assets.items()}
+
+
+def unchanged(folder: Path, problem: Problem, report: Mapping[str, Any]) -> Check:
+    """Compare the files that a run's scenario uses with the hashes in its report."""
+    recorded = report.get("assets")
+    hashes = recorded if isinstance(recorded, dict) else {}
+    scenario = problem.scenario
+    files = [*_meshes(scenario).values(), _planner_file(scenario)]
+    machine = {"machine.json"} | ({FEEDBACK_FILE} if problem.system.feedback else set())
+    used = {*machine, *(path.name for path in files if path is not None)}
+    changed = [
+        name
+        for name in sorted(used | set(hashes))
+        if _digest_of(folder / "assets" / Path(name).name) != hashes.get(name)
+    ]
+    detail = f"changed since the run, or not listed: {', '.join(changed)}" if changed else ""
+    return Check("assets", float(len(changed)), 0.0, not changed, detail)
+
+
+def _digest_of(path: Path) -> str | None:
+    return _digest(path.read_bytes()) if path.is_file() else None
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

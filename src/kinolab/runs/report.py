@@ -1,0 +1,94 @@
+"""The report of a run: a plan and what it was made with, as plain data."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from kinolab.problem import Problem
+from kinolab.problem.goal_entries import distance_by_unit, goal_entries
+from kinolab.runs.assets import hashes_of
+from kinolab.solve import Plan
+from kinolab.verification import Certificate, Check
+
+SCHEMA_VERSION = 1
+RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
+
+
+def report_of(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[str, Any]:
+    """Return what ``report.json`` says; what is not finite becomes null.
+
+    Args:
+        assets: Content of the files below ``assets/``, by name.
+    """
+    certificate = plan.certificate
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "scenario": problem.name,
+        "system": problem.system.name,
+        "status": plan.status,
+        "message": plan.message,
+        "planner": plan.planner,
+        "seed": plan.seed,
+        "iterations": plan.iterations,
+        "cost": plan.cost,
+        "duration": plan.cost,
+        "goal_distance": _finite(plan.goal_distance),
+        "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
+        "jobs": plan.jobs,
+        "attempts": [asdict(attempt) for attempt in plan.attempts],
+        "refused": plan.refused,
+        "interrupted": plan.interrupted,
+        "improvements": [asdict(improvement) for improvement in plan.improvements],
+        "timings": plan.timings,
+        "statistics": plan.statistics,
+        "verification": [
+            check_to_json(check) for check in (certificate.checks if certificate else ())
+        ],
+        "margin": margin_to_json(certificate),
+        "warnings": list(problem.world.warnings),
+        "diagnosis": {"rejections": plan.rejections},
+        "assets": hashes_of(assets),
+        "versions": _versions(),
+    }
+
+
+def check_to_json(check: Check) -> dict[str, Any]:
+    """Return a check as plain data; what is not finite becomes null."""
+    return {**asdict(check), "value": _finite(check.value)}
+
+
+def margin_to_json(certificate: Certificate | None) -> dict[str, Any] | None:
+    """Return a verified motion's smallest clearance as plain data, in m and s; null without one."""
+    if certificate is None or certificate.margin is None:
+        return None
+    return asdict(certificate.margin)
+
+
+def goal_distance_by_unit(problem: Problem, plan: Plan) -> dict[str, float] | None:
+    """Return how far a plan ends from the goal's centre in each unit; null where it has no end.
+
+    The report's ``goal_distance`` is the norm of these, of whatever units.
+    """
+    if plan.trajectory is None:
+        return None
+    return distance_by_unit(goal_entries(problem, plan.trajectory.x[-1]))
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in ("kinolab", *RECORDED):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "absent"
+    return found
+
+
+def _finite(value: float) -> float | None:
+    """JSON has neither NaN nor infinity."""
+    return value if math.isfinite(value) else None
