@@ -14,7 +14,8 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from kinolab.cli.listing import PlannerEntry, planner_entries, setting_rows
+from kinolab.cli.listing import setting_rows
+from kinolab.cli.planner_entry import PlannerEntry, planner_entries
 from kinolab.planners import built_in
 from kinolab.scenario import shared_settings
 from kinolab.settings import Setting

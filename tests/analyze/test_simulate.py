@@ -11,7 +11,7 @@ import pytest
 from kinolab.analyze.examine import examine
 from kinolab.analyze.simulate import simulate
 from kinolab.cli import run
-from kinolab.cli.new import write_starter
+from kinolab.cli.commands.plan_new import write_starter
 from kinolab.dynamics import Body, System, Torque, Wrench, angle, move, rate, rot_z
 from kinolab.errors import InputError
 from kinolab.loading import build_problem, find_scenario

@@ -82,15 +82,15 @@ def listen(process: subprocess.Popen[str], word: str) -> str:
     return heard
 
 
-def of_session(session: int) -> list[str]:
-    """The states of all processes of a session that are more than a name on their grave."""
+def of_group(group: int) -> list[str]:
+    """The states of all processes of a group; Z where nobody has asked yet how one ended."""
     states = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
-            state, _, _, own = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
+            state, _, own = (entry / "stat").read_text().rpartition(")")[2].split()[:3]
         except OSError:
             continue  # it has just left
-        if int(own) == session:
+        if int(own) == group:
             states.append(state)
     return states
 
@@ -114,7 +114,7 @@ def interrupt(
         os.killpg(process.pid, signal.SIGINT)
     process.wait(timeout=60)
     seconds = time.monotonic() - begun
-    left = of_session(process.pid)
+    left = of_group(process.pid)
     out, err = process.communicate(timeout=10)
     ended = Ended(process.returncode, seconds, out, heard + err, home)
     assert ended.code == 130, ended.err
@@ -193,14 +193,27 @@ def test_a_long_call_of_ompl_comes_to_its_end(home: Path) -> None:
 
 MACHINE = """
 import sys, time
-print("stuck", file=sys.stderr, flush=True)
+
+def tell():
+    print("stuck", file=sys.stderr, flush=True)
+
 def make():
     {}
 """
 STUCK = {
-    "native code that holds the interpreter's lock": "sum(range(10**12))",
-    "native code that lets others run": "import ctypes; ctypes.CDLL(None).usleep(60_000_000)",
+    "native code that holds the interpreter's lock": "tell(); sum(range(10**12))",
+    "native code that lets others run": "import ctypes; tell(); ctypes.CDLL(None).usleep(10**8)",
+    "compiled code that never returns": """
+    import numba
+    def endless(number):
+        while number >= 0:
+            number = (number + 1) % 1000
+    compiled = numba.njit("void(int64)")(endless)
+    tell()
+    compiled(0)
+""",
     "a library that swallows KeyboardInterrupt": """
+    tell()
     while True:
         try:
             time.sleep(0.01)
@@ -212,10 +225,15 @@ STUCK = {
 
 @pytest.mark.parametrize("code", STUCK.values(), ids=STUCK.keys())
 def test_nothing_holds_the_command(code: str, home: Path) -> None:
-    (home / "own.py").write_text(MACHINE.format(code))
-    (home / "own.toml").write_text(OPEN.replace('name = "rolling_disk"', 'file = "own.py:make"'))
+    write_machine(home, code)
     interrupt(home, "own.toml", word="stuck", after=0.5)
     assert not (home / "runs").exists()
+
+
+def write_machine(home: Path, code: str) -> None:
+    """Write a scenario own.toml whose machine runs some code when it is made."""
+    (home / "own.py").write_text(MACHINE.format(code))
+    (home / "own.toml").write_text(OPEN.replace('name = "rolling_disk"', 'file = "own.py:make"'))
 
 
 def test_the_signal_may_come_twice_for_one_press(home: Path) -> None:
@@ -251,18 +269,87 @@ def test_an_earlier_run_stays_where_nothing_was_found(home: Path) -> None:
     assert (folder / "trajectory.csv").read_text() == "mine"
 
 
+# --- the parent and its child ---
+
+
+def stuck(home: Path, code: str) -> subprocess.Popen[str]:
+    """Start a command, and wait until some code holds it."""
+    write_machine(home, code)
+    process = start(home, "own.toml")
+    listen(process, "stuck")
+    return process
+
+
+def child_of(process: subprocess.Popen[str]) -> int:
+    """The process that a command's parent waits for."""
+    (child,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    return int(child)
+
+
+def wait_for(process: subprocess.Popen[str], states: set[str]) -> None:
+    """Wait until all processes of a command are in one of some states, or gone."""
+    deadline = time.monotonic() + 10
+    while not set(of_group(process.pid)) <= states and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert set(of_group(process.pid)) <= states
+
+
+@pytest.mark.parametrize("code", STUCK.values(), ids=STUCK.keys())
+def test_no_orphan_stays_when_the_parent_is_killed(code: str, home: Path) -> None:
+    process = stuck(home, code)
+    process.kill()
+    process.communicate()
+    wait_for(process, {"Z"})  # nobody may be there to bury it
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_other_signals_end_both_and_say_so(number: signal.Signals, home: Path) -> None:
+    """A shell tells by what signal a command ended."""
+    process = stuck(home, STUCK["native code that holds the interpreter's lock"])
+    process.send_signal(number)
+    process.communicate(timeout=10)
+    assert process.returncode == -number
+    assert of_group(process.pid) == []
+
+
+def test_a_command_that_is_killed_is_told_as_killed(home: Path) -> None:
+    """As a system does that has no memory left."""
+    process = stuck(home, "tell(); time.sleep(60)")
+    os.kill(child_of(process), signal.SIGKILL)
+    process.communicate(timeout=10)
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_ctrl_z_stops_both_until_they_are_let_go_on(home: Path) -> None:
+    """Also where only the parent hears of it, of a group that somebody else may let go on."""
+    (home / "table.toml").write_text(OPEN)
+    process = subprocess.Popen(
+        [sys.executable, "-c", ENTER, "table.toml", *HARD, "--no-animation"],
+        cwd=home,
+        env=environment(),
+        stderr=subprocess.PIPE,
+        text=True,
+        process_group=0,
+    )
+    listen(process, "searching")
+    process.send_signal(signal.SIGTSTP)
+    wait_for(process, {"T"})
+    process.send_signal(signal.SIGCONT)
+    wait_for(process, {"R", "S", "D"})
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=10)
+    assert process.returncode == 130
+
+
 def test_processes_leave_when_the_one_that_started_them_is_killed(home: Path) -> None:
     process = start(home, "table.toml", *HARD, "--jobs", "2", "--quiet")
     deadline = time.monotonic() + 30
-    while len(of_session(process.pid)) < 3 and time.monotonic() < deadline:
+    while len(of_group(process.pid)) < 4 and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert len(of_session(process.pid)) == 3
+    assert len(of_group(process.pid)) == 4  # the parent, its child, two that search
     process.kill()
     process.communicate()
-    deadline = time.monotonic() + 10
-    while set(of_session(process.pid)) - {"Z"} and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert set(of_session(process.pid)) <= {"Z"}  # nobody may be there to bury them
+    wait_for(process, {"Z"})  # nobody may be there to bury them
 
 
 def test_a_motion_that_nobody_waits_for_is_the_planners_own(

@@ -17,9 +17,9 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import kinolab
-from kinolab.cli import commands
-from kinolab.cli.warm_up import PARTS, Warmed, warm_up, warming
-from kinolab.cli.warm_up.parts import compiled_planners
+from kinolab.cli.progress import Progress
+from kinolab.cli.warm_up_parts import PARTS, compiled_planners
+from kinolab.cli.warm_up_processes import Warmed, WarmUpError, warm_up
 from kinolab.errors import MissingPlannerError
 from kinolab.numerics.compiling import compilation
 from kinolab.planners import built_in, get
@@ -134,7 +134,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 def test_a_terminal_shows_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = terminal(monkeypatch)
-    with commands._compilation_told(commands.Progress(quiet=False)):
+    with Progress(quiet=False).compiling():
         assert fresh() == 3
     shown = re.sub(r": [0-9]+ s, ", ": … s, ", screen.getvalue()).split("\r\033[K")
     assert shown == ["", f"{LINE}: … s, 1 function …", f"{LINE}: … s, 2 functions …"]
@@ -142,15 +142,15 @@ def test_a_terminal_shows_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_a_quiet_command_says_nothing_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = terminal(monkeypatch)
-    with commands._compilation_told(commands.Progress(quiet=True)):
+    with Progress(quiet=True).compiling():
         fresh()
     assert screen.getvalue() == ""
 
 
 def test_a_log_is_told_at_most_every_five_seconds(capsys: pytest.CaptureFixture[str]) -> None:
-    progress = commands.Progress(quiet=False)
+    progress = Progress(quiet=False)
     progress("searching")
-    with commands._compilation_told(progress):
+    with progress.compiling():
         fresh()
     assert capsys.readouterr().err == "searching\n"
 
@@ -159,7 +159,7 @@ def test_what_was_compiled_before_is_not_told(monkeypatch: pytest.MonkeyPatch) -
     screen = terminal(monkeypatch)
     function = numba.njit(lambda x: x + 1)
     function(1)
-    with commands._compilation_told(commands.Progress(quiet=False)), compilation() as counted:
+    with Progress(quiet=False).compiling(), compilation() as counted:
         function(1)
     assert (counted.functions, counted.seconds) == (0, 0.0)
     assert screen.getvalue() == ""
@@ -181,7 +181,7 @@ def test_a_part_that_cannot_be_compiled_is_named(monkeypatch: pytest.MonkeyPatch
         raise RuntimeError("no room on the disk")
 
     monkeypatch.setitem(PARTS, "broken", broken)
-    with pytest.raises(warming.WarmUpError, match=r"(?s)broken: .*no room on the disk"):
+    with pytest.raises(WarmUpError, match=r"(?s)broken: .*no room on the disk"):
         list(warm_up(["broken"], jobs=1))
 
 

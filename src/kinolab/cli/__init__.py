@@ -15,7 +15,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         with INTERRUPTS.watched():
-            from kinolab.cli.commands import execute
+            from kinolab.cli.front import execute
 
             return execute(given)
     except KeyboardInterrupt:
@@ -26,6 +26,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def main() -> None:
     """Enter from the console script."""
     INTERRUPTS.guard()
+    if sys.platform != "win32":
+        from kinolab.cli.supervisor import supervise
+
+        supervise()
     with suppress(AttributeError):  # None, or a stream of somebody else's
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # for paths
     code = run()

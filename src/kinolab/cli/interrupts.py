@@ -4,16 +4,15 @@ The first one leaves at once where nothing would be lost. A search is asked to e
 what it has; it is urged where that takes long, and before a second is over the process leaves in
 any case. The second Ctrl-C leaves at once.
 
-A thread hears the signal too: libraries that swallow KeyboardInterrupt while they import or
-compile, and native code that Python's own handler has to wait for, make no difference to it. Where
-native code stops all threads, machine code of our own ends the process.
+Python's handlers do all of this. Libraries that swallow KeyboardInterrupt while they import or
+compile make no difference to them, and native code that does not let Python run is ended by the
+parent process (`supervisor`).
 """
 
 from __future__ import annotations
 
-import math
+import mmap
 import os
-import select
 import signal
 import sys
 import threading
@@ -24,10 +23,10 @@ from typing import Any, NoReturn
 
 EXIT_CODE = 130
 STDERR = 2
+INTERRUPTED = b"\ninterrupted\n"  # on stderr, of a process that leaves at once
 URGE_SECONDS = 0.3  # [s] after Ctrl-C a search is urged to end
 LEAVE_SECONDS = 0.7  # [s] after Ctrl-C the process leaves
 ONE_PRESS = 0.1  # [s] in which a signal may come twice, from the terminal and from who started us
-WRITING_SECONDS = 1.0  # [s] more that it takes at most to complete the files of a run
 
 
 class Interrupts:
@@ -35,21 +34,20 @@ class Interrupts:
 
     Attributes:
         seen: Whether there was one.
+        is_writing: One byte, not 0 while files of a run are written; shared with the parent.
     """
 
     def __init__(self) -> None:
         self.seen = False
+        self.is_writing = mmap.mmap(-1, 1)
         self._end: Callable[[], None] | None = None
-        self._asked = self._writing = False
+        self._alone = self._asked = self._urged = self._leaving = False
         self._last = -ONE_PRESS  # when the signal came last, in [s]
-        self._postpone: Callable[[float], None] = lambda _: None
-        self._reader: int | None = None  # of the pipe by which the thread hears signals
 
     @contextmanager
     def watched(self) -> Iterator[None]:
         """Take Ctrl-C inside by KeyboardInterrupt at most: for a command inside a program."""
-        in_main_thread = threading.current_thread() is threading.main_thread()
-        if self._reader is not None or not in_main_thread:
+        if self._alone or threading.current_thread() is not threading.main_thread():
             yield
             return
         self.seen, self._asked, self._last = False, False, -ONE_PRESS
@@ -61,22 +59,11 @@ class Interrupts:
 
     def guard(self) -> None:
         """Take Ctrl-C from now on, for a process that is this command alone."""
-        signal.signal(signal.SIGINT, self._arrive)
         sys.unraisablehook = _say_unless_interrupted
-        if sys.platform == "win32":
-            return  # no pipe wakes a thread there, so that KeyboardInterrupt has to do
-        self._reader, writer = os.pipe()
-        os.set_blocking(writer, False)
-        signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
-        threading.Thread(target=self._watch, args=(self._reader,), daemon=True).start()
-
-    def libraries_loaded(self) -> None:
-        """Take care of native code that holds the interpreter's lock, now that there is some."""
-        if self._reader is not None:
-            from kinolab.cli import last_resort
-
-            last_resort.arm(EXIT_CODE)
-            self._postpone = last_resort.postpone
+        if sys.platform != "win32":  # where no timer rings, KeyboardInterrupt has to do
+            self._alone = True
+            signal.signal(signal.SIGALRM, self._ring)
+        signal.signal(signal.SIGINT, self._arrive)
 
     def ask(self, end: Callable[[], None]) -> None:
         """Let Ctrl-C call a function from now on, which may raise, and again to urge."""
@@ -93,13 +80,13 @@ class Interrupts:
     @contextmanager
     def writing(self) -> Iterator[None]:
         """Let no process leave inside that could complete what it writes."""
-        self._writing = True
-        if self.seen:
-            self._postpone(WRITING_SECONDS)
+        self.is_writing[0] = 1
         try:
             yield
         finally:
-            self._writing = False
+            self.is_writing[0] = 0
+            if self._leaving:
+                self._leave_unless_writing()
 
     def raise_if_seen(self) -> None:
         """Raise again what a library may have swallowed; called between stages."""
@@ -108,67 +95,42 @@ class Interrupts:
 
     def leave(self, exit_code: int = EXIT_CODE) -> NoReturn:
         """End this process and all that it started, without coming back to what it was doing."""
-        patience = time.monotonic() + WRITING_SECONDS
-        while self._writing and time.monotonic() < patience:
-            time.sleep(0.005)
         _clear_up()
         os._exit(exit_code)
 
     def _arrive(self, *_: Any) -> None:
-        """Handle the signal, in the main thread."""
+        """Handle Ctrl-C."""
         self.seen, before, self._last = True, self._last, time.monotonic()
         if self._last < before + ONE_PRESS:
             return
-        if self._writing:
-            self._postpone(WRITING_SECONDS)
-        if self._end is not None:
-            self._asked = True
-            self._end()
-        elif self._reader is None:
+        if self._alone and (self._asked or self._end is None):
+            self._leave_unless_writing()
+        elif self._end is None:
             raise KeyboardInterrupt
+        else:
+            self._asked = True
+            if self._alone:
+                signal.setitimer(signal.ITIMER_REAL, URGE_SECONDS, LEAVE_SECONDS - URGE_SECONDS)
+            self._end()
 
-    def _watch(self, reader: int) -> None:
-        """Leave in time, in a thread of its own."""
-        _heard(reader, None)
-        self.seen = True
-        if self._end is not None:
-            time.sleep(ONE_PRESS)
-            _forget(reader)
-            if not _heard(reader, URGE_SECONDS - ONE_PRESS):
-                signal.pthread_kill(_main_thread(), signal.SIGINT)
-                time.sleep(ONE_PRESS)
-                _forget(reader)
-                _heard(reader, LEAVE_SECONDS - URGE_SECONDS - ONE_PRESS)
-        with suppress(OSError):
-            os.write(STDERR, b"\ninterrupted\n")
-        self.leave()
+    def _ring(self, *_: Any) -> None:
+        """Handle the timer: urge at first, then leave."""
+        urged, self._urged = self._urged, True
+        if urged:
+            self._leave_unless_writing()
+        elif self._end is not None:
+            self._end()
+
+    def _leave_unless_writing(self) -> None:
+        """Leave at once, or as soon as what is being written is complete."""
+        self._leaving = True
+        if not self.is_writing[0]:
+            with suppress(OSError):
+                os.write(STDERR, INTERRUPTED)
+            self.leave()
 
 
 INTERRUPTS = Interrupts()  # signals belong to the process
-
-
-def _heard(reader: int, seconds: float | None) -> bool:
-    """Wait for Ctrl-C, for some seconds at most, and say whether there was one."""
-    until = math.inf if seconds is None else time.monotonic() + seconds
-    while True:
-        left = until - time.monotonic()
-        ready, _, _ = select.select([reader], [], [], None if seconds is None else max(left, 0.0))
-        if not ready:
-            return False
-        if os.read(reader, 1)[0] == signal.SIGINT:  # and no other signal
-            return True
-
-
-def _forget(reader: int) -> None:
-    """Take what was heard for the Ctrl-C before."""
-    while _heard(reader, 0.0):
-        pass
-
-
-def _main_thread() -> int:
-    identity = threading.main_thread().ident
-    assert identity is not None, "it has been started"
-    return identity
 
 
 def _clear_up() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from kinolab.cli.interrupts import INTERRUPTS
 
@@ -52,6 +52,12 @@ class Progress:
             yield
         finally:
             self._listeners.remove(listener)
+
+    def compiling(self) -> AbstractContextManager[object]:
+        """Say inside how far compiling is, where anything must be compiled."""
+        from kinolab.numerics.compiling import compilation, running
+
+        return compilation(lambda done: self(running(done.functions, done.seconds), passing=True))
 
     @property
     def _end(self) -> str:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
-from kinolab.cli.warm_up.parts import PARTS
+from kinolab.cli.warm_up_parts import PARTS
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
 from kinolab.solve.processes import bury, start_process

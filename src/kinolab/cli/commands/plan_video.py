@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from kinolab.cli.common import PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
@@ -30,14 +31,14 @@ class Size(click.ParamType[Any]):
 
 
 @click.command("video")
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 @click.option("--size", type=Size(), help="In pixels; the scenario's if left out.")
 @click.option("--fps", type=click.FloatRange(1.0, 240.0), default=30.0, show_default=True)
 @click.option("--speed", type=click.FloatRange(0.0, min_open=True), help="Of the motion.")
 @click.option("--view", type=VIEWS, help="The scenario's if left out.")
-@click.option("--out", type=click.Path(path_type=Path), help="Instead of animation.mp4.")
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def write_video(
+@click.option("--out", type=PATH, help="Instead of animation.mp4.")
+@quiet_option
+def command(
     folder: Path,
     size: tuple[int, int] | None,
     fps: float,
@@ -54,7 +55,6 @@ def write_video(
     from kinolab.runs import read_run
     from kinolab.show.film.animation import video
 
-    INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
     progress("reading the run and compiling the machine")
     run = read_run(folder)

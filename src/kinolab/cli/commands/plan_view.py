@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 
+from kinolab.cli.common import PATH, quiet_option, set_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.errors import InputError, Mistake
@@ -19,11 +20,11 @@ from kinolab.errors import InputError, Mistake
 @click.command("view")
 @click.argument("what")
 @click.option("--at", type=float, metavar="SECONDS", help="Open at this time of the motion.")
-@click.option("--out", type=click.Path(path_type=Path), help="File of a scenario's page.")
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key.")
+@click.option("--out", type=PATH, help="File of a scenario's page.")
+@set_option
 @click.option("--no-browser", is_flag=True, help="Only write the page, and print where it is.")
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def view(
+@quiet_option
+def command(
     what: str,
     at: float | None,
     out: Path | None,
@@ -37,7 +38,6 @@ def view(
     shown with its world, start and goal, to be checked by eye; its page goes to --out, or else to
     a new folder for temporary files.
     """
-    INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
     folder = Path(what)
     if folder.is_dir():

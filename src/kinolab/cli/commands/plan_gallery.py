@@ -6,21 +6,17 @@ from pathlib import Path
 
 import click
 
+from kinolab.cli.common import FAILED, PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress, escaped
-
-EXIT_CODE = 7
-PATH: click.Path = click.Path(path_type=Path)
 
 
 @click.command("gallery")
 @click.argument("folders", nargs=-1, required=True, type=PATH)
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("gallery.html"), show_default=True
-)
+@click.option("--out", type=PATH, default=Path("gallery.html"), show_default=True)
 @click.option("--title", default="Gallery", show_default=True)
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def write_gallery(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> int:
+@quiet_option
+def command(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> int:
     """Put finished runs on one page that stands alone, each with its interactive page behind it.
 
     Every run is checked from its files, as by `plan check`, and the page says how that ended; the
@@ -29,7 +25,6 @@ def write_gallery(folders: tuple[Path, ...], out: Path, title: str, quiet: bool)
     from kinolab.files import utf_8, write_whole
     from kinolab.show.view import gallery_of
 
-    INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
     page, cards = gallery_of(folders, title, lambda folder: progress(f"checking {folder}"))
     progress.close()
@@ -39,4 +34,4 @@ def write_gallery(folders: tuple[Path, ...], out: Path, title: str, quiet: bool)
         if card.verdict != "passed":
             click.echo(escaped(f"{card.name}: {card.verdict}"), err=True)
     click.echo(str(out))
-    return 0 if all(card.verdict == "passed" for card in cards) else EXIT_CODE
+    return 0 if all(card.verdict == "passed" for card in cards) else FAILED

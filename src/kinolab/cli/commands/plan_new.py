@@ -1,8 +1,10 @@
-"""A commented machine and scenario to start from."""
+"""``plan new``: a commented machine and scenario to start from."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+import click
 
 from kinolab.errors import InputError, Mistake
 
@@ -85,6 +87,16 @@ tolerance = 0.1                         # [m]
 [planner]                               # left out, the planner is "auto"
 time_limit = 20.0                       # [s]
 """
+
+
+@click.command("new")
+@click.argument("name")
+def command(name: str) -> int:
+    """Write a commented machine NAME.py and a scenario NAME.toml to start from."""
+    for path in write_starter(name, Path()):
+        click.echo(f"written {path}")
+    click.echo(f"next: plan {name}.toml")
+    return 0
 
 
 def write_starter(name: str, folder: Path) -> list[Path]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from kinolab.cli.common import PATH, json_option, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
@@ -15,7 +16,7 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 
 
 @click.command("execute")
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 @click.option("--parameters", **SHARE, help="Parameters vary by this share of their value.")
 @click.option("--noise", **SHARE, help="Of measured states, in shares of their scales.")
 @click.option("--disturbance", **SHARE, help="Of inputs, in shares of their range.")
@@ -37,10 +38,10 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 @click.option("--untracked", is_flag=True, help="No gains along the plan.")
 @click.option("--runs", type=click.IntRange(1, 100_000), default=100, show_default=True)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@json_option
 @click.option("--no-picture", is_flag=True, help="Leave execution.png out.")
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def execute_plan(
+@quiet_option
+def command(
     folder: Path,
     parameters: float,
     noise: float,
@@ -64,7 +65,6 @@ def execute_plan(
     from kinolab.files import write_whole
     from kinolab.runs import read_run
 
-    INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
     conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
     progress("reading the run and compiling the machine")

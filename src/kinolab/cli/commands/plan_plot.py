@@ -7,18 +7,19 @@ from typing import Any
 
 import click
 
+from kinolab.cli.common import PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
 
 @click.command("plot")
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 @click.option(
     "--format", "form", type=click.Choice(["svg", "png"]), default="svg", show_default=True
 )
 @click.option("--plane", metavar="A,B", help="Coordinates of the configuration plane.")
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-def plot(folder: Path, form: Any, plane: str | None, quiet: bool) -> int:
+@quiet_option
+def command(folder: Path, form: Any, plane: str | None, quiet: bool) -> int:
     """Plot states and inputs over time, phase portraits and a plane of the configuration space.
 
     The plots go to plots/ in the folder of the run.
@@ -31,7 +32,6 @@ def plot(folder: Path, form: Any, plane: str | None, quiet: bool) -> int:
     names = None if plane is None else tuple(name.strip() for name in plane.split(","))
     if names is not None and (len(names) != 2 or names[0] == names[1]):
         raise InputError([Mistake("--plane", f"{plane!r} is no pair.", "Write it as x,y.")])
-    INTERRUPTS.libraries_loaded()
     progress = Progress(quiet)
     progress("reading the run and compiling the machine")
     run = read_run(folder)

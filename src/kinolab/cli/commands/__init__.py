@@ -1,0 +1,1 @@
+"""One file per command: what is typed, and what is done."""

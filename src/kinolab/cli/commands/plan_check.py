@@ -1,0 +1,38 @@
+"""``plan check``: finished runs, verified from their files alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from kinolab.cli.common import FAILED, PATH, echo_json, json_option
+
+
+@click.command("check")
+@click.argument("folders", nargs=-1, required=True, type=PATH)
+@json_option
+def command(folders: Sequence[Path], as_json: bool) -> int:
+    """Verify finished runs from their files alone."""
+    from kinolab.runs import check_run, check_to_json, margin_to_json
+
+    certificates = {str(folder): check_run(folder) for folder in folders}
+    if as_json:
+        runs = [
+            {
+                "folder": folder,
+                "passed": certificate.passed,
+                "checks": [check_to_json(check) for check in certificate.checks],
+                "margin": margin_to_json(certificate),
+            }
+            for folder, certificate in certificates.items()
+        ]
+        echo_json({"runs": runs})
+    else:
+        for folder, certificate in certificates.items():
+            click.echo(f"{folder}: {'passed' if certificate.passed else 'FAILED'}")
+            click.echo("\n".join(f"  {check}" for check in certificate.checks))
+            if certificate.margin is not None:
+                click.echo(f"  {certificate.margin}")
+    return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED

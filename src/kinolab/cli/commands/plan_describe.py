@@ -1,0 +1,27 @@
+"""``plan describe``: what a machine is and whether it can be controlled."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import redirect_stdout
+
+import click
+
+from kinolab.cli.common import echo_json, json_option
+
+
+@click.command("describe")
+@click.argument("what")
+@json_option
+def command(what: str, as_json: bool) -> int:
+    """Say what WHAT is and whether it can be controlled."""
+    from kinolab.analyze.describe import describe, described_as_text, description_to_json
+    from kinolab.loading import find_machine
+
+    with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+        found = describe(find_machine(what))
+    if as_json:
+        echo_json(description_to_json(found))
+    else:
+        click.echo(described_as_text(found))
+    return 0

@@ -1,0 +1,214 @@
+"""``plan SCENARIO``: search, verify, write, diagnose and draw."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from kinolab.cli.common import (
+    MAX_JOBS,
+    PATH,
+    echo_json,
+    quiet_option,
+    set_option,
+    write_pictures,
+)
+from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
+from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.live import Spectators, spectators
+from kinolab.cli.plan_summary import progress_text, summary
+from kinolab.cli.progress import Progress
+from kinolab.errors import InputError, Mistake
+
+if TYPE_CHECKING:
+    from kinolab.problem import Problem
+    from kinolab.search import Budget
+    from kinolab.solve import Plan
+
+
+@click.command("scenario", hidden=True)
+@click.argument("scenario")
+@click.option("--planner", metavar="NAME", help="A planner's name, or file.py:Class.")
+@click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
+@click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
+@click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
+@click.option("--roadmap", metavar="FILE", help="Roadmap of the planner prm, kept between runs.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, MAX_JOBS),
+    default=1,
+    metavar="N",
+    help="Searches at once, each with a seed of its own; the first plan wins.",
+)
+@click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
+@click.option("--no-optimize", is_flag=True, help="Keep the first motion as it was found.")
+@set_option
+@click.option("--out", type=PATH, help="Folder; default runs/<scenario>.")
+@click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
+@click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
+@click.option("--no-diagnosis", is_flag=True, help="Do not look for why nothing was found.")
+@click.option("--live", is_flag=True, help="Show in a browser how the search tree grows.")
+@click.option("--no-browser", is_flag=True, help="With --live: only print the page's address.")
+@quiet_option
+def command(
+    scenario: str,
+    planner: str | None,
+    seed: int | None,
+    time_limit: float | None,
+    max_iterations: int | None,
+    roadmap: str | None,
+    jobs: int,
+    anytime: bool,
+    no_optimize: bool,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    as_json: bool,
+    no_animation: bool,
+    no_diagnosis: bool,
+    live: bool,
+    no_browser: bool,
+    quiet: bool,
+) -> int:
+    """Plan a scenario."""
+    from kinolab.runs import PAGE, writable
+
+    if live and jobs > 1:
+        raise InputError([Mistake("--live", "a page shows one search.", "Leave --jobs out.")])
+
+    progress = Progress(quiet)
+    progress("deriving and compiling the machine")
+    shortcuts = {
+        "planner.name": planner,
+        "planner.seed": seed,
+        "planner.time_limit": time_limit,
+        "planner.max_iterations": max_iterations,
+        "planner.roadmap": roadmap,
+    }
+    problem = _load(scenario, overrides, shortcuts)
+    for warning in problem.world.warnings:
+        progress(f"warning: {warning}")
+    folder = out or Path("runs") / problem.name
+    if not writable(folder):
+        raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
+    with (
+        progress.compiling(),
+        spectators(problem, progress, live=live, browser=not no_browser) as watchers,
+    ):
+        found, report = _search(
+            problem, folder, progress, watchers,
+            jobs=jobs, anytime=anytime, optimize=not no_optimize,
+        )  # fmt: skip
+        if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
+            report = _diagnose(problem, found, folder, report, progress)
+        if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
+            progress("drawing the pictures")
+            write_pictures(problem, found, folder, report)
+        watchers.leave(folder / PAGE)
+    progress.close()
+    if as_json:
+        echo_json({"folder": str(folder), **report})
+    else:
+        click.echo(summary(problem, found, folder, report))
+    return INTERRUPTED if INTERRUPTS.seen else found.exit_code
+
+
+def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
+    """Load a scenario; mistakes in options are reported as the options that were typed."""
+    from kinolab.api import load
+    from kinolab.scenario import override_place, scenario_path
+    from kinolab.search.plugins import seen_from
+
+    if shortcuts["planner.name"]:  # a file is meant as the shell completes it, from here
+        folder = scenario_path(scenario).parent
+        shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
+    given = {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
+    try:
+        with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+            return load(scenario, overrides=[*overrides, *given])
+    except InputError as error:
+        typed = {
+            override_place(
+                text
+            ): f"--{key.removeprefix('planner.').replace('name', 'planner')}".replace("_", "-")
+            for text, key in given.items()
+        }
+        raise InputError(
+            Mistake(typed.get(m.where, m.where), m.what, m.remedy) for m in error.mistakes
+        ) from error
+
+
+def _search(
+    problem: Problem,
+    folder: Path,
+    progress: Progress,
+    watchers: Spectators,
+    *,
+    jobs: int,
+    anytime: bool,
+    optimize: bool,
+) -> tuple[Plan, dict[str, Any]]:
+    """Search, and write what was found before it is drawn; return it with its report."""
+    from kinolab.runs import write_run
+    from kinolab.solve import solve
+
+    section = problem.scenario.planner
+    optimising = optimize and section.improve > 0
+
+    def report(iterations: int, elapsed: float) -> None:
+        spent = f"{elapsed:.1f} of {section.time_limit:g} s"
+        progress(f"{section.name}: {iterations} iterations, {spent}", passing=True)
+
+    def write(found: Plan) -> dict[str, Any]:
+        with INTERRUPTS.writing():
+            return write_run(folder, problem, found)
+
+    def watch(budget: Budget) -> None:
+        INTERRUPTS.ask(budget.end)
+        watchers.watch(budget)
+
+    def improved(found: Plan) -> None:
+        watchers.found(found)
+        if anytime or optimising:
+            write(found)
+            progress(progress_text(found, anytime=anytime))
+
+    seeds = f"seed {section.seed}"
+    if jobs > 1:
+        seeds = f"seeds {section.seed} to {section.seed + jobs - 1}"
+    progress(f"searching with {section.name}, {seeds}")
+    with INTERRUPTS.asking(), redirect_stdout(sys.stderr):
+        found = solve(
+            problem,
+            jobs=jobs,
+            anytime=anytime,
+            optimize=optimize,
+            progress=report,
+            watch=watch,
+            improved=improved,
+        )
+        if found.interrupted and not found.iterations:
+            raise KeyboardInterrupt  # nothing was found; an earlier run in the folder stays
+        progress("verified" if found.certificate else found.message)
+        for attempt in found.attempts:
+            if attempt.status == "failed":
+                progress(f"warning: seed {attempt.seed}: {attempt.detail}")
+        return found, write(found)
+
+
+def _diagnose(
+    problem: Problem, found: Plan, folder: Path, report: dict[str, Any], progress: Progress
+) -> dict[str, Any]:
+    """Look for why no plan was found, and return the report with what was found out."""
+    from kinolab.analyze.diagnose import diagnose
+    from kinolab.runs import add_diagnosis
+
+    with redirect_stdout(sys.stderr):  # what a user's planner prints is no result
+        diagnosis = diagnose(problem, found, progress=progress)
+    INTERRUPTS.raise_if_seen()
+    with INTERRUPTS.writing():
+        return add_diagnosis(folder, report, diagnosis.to_json())

@@ -1,0 +1,55 @@
+"""``plan simulate``: a machine that moves by itself, or under inputs from a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from kinolab.cli.common import PATH, quiet_option, set_option, write_pictures
+from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.progress import Progress
+
+
+@click.command("simulate")
+@click.argument("what")
+@click.option("--duration", type=float, default=5.0, show_default=True, metavar="SECONDS")
+@click.option("--start", multiple=True, metavar="NAME=VALUE", help="A state at the beginning.")
+@click.option("--inputs", type=PATH, help="CSV with t and inputs; default: none act.")
+@set_option
+@click.option("--out", type=PATH, help="Folder; default runs/<name>.")
+@click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
+@quiet_option
+def command(
+    what: str,
+    duration: float,
+    start: tuple[str, ...],
+    inputs: Path | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    no_animation: bool,
+    quiet: bool,
+) -> int:
+    """Let WHAT move by itself: a system, a scenario, or machine.py:function."""
+    from kinolab.analyze.simulate import simulate
+    from kinolab.loading import build_problem, find_scenario
+    from kinolab.runs import write_run
+    from kinolab.solve import Plan
+
+    progress = Progress(quiet)
+    progress("deriving and compiling the machine")
+    given = [*overrides, *(f"start.{entry}" for entry in start)]
+    problem = build_problem(find_scenario(what, overrides=given), planning=False)
+    trajectory = simulate(problem, duration, inputs)
+    distance = problem.goal_distance(trajectory.x[-1])
+    moved = Plan("simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself.")
+    folder = out or Path("runs") / f"{problem.name}_simulated"
+    with INTERRUPTS.writing():
+        report = write_run(folder, problem, moved)
+    if not no_animation:
+        progress("drawing the pictures")
+        with progress.compiling():
+            write_pictures(problem, moved, folder, report)
+    progress.close()
+    click.echo(f"simulated: {trajectory.duration:g} s\n  written to {folder}")
+    return moved.exit_code

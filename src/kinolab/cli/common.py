@@ -1,0 +1,39 @@
+"""What several commands have in common: options, an exit code, a JSON object, pictures."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from kinolab.problem import Problem
+    from kinolab.solve import Plan
+
+FAILED = 7  # exit code: a motion or a machine is not what it claims to be
+MAX_JOBS = 256  # processes; each of them loads every library
+PATH: click.Path = click.Path(path_type=Path)
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+quiet_option = click.option("--quiet", is_flag=True, help="No progress on stderr.")
+set_option = click.option(
+    "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Any scenario key."
+)
+
+
+def echo_json(data: Any) -> None:
+    """Print plain data as one JSON object, on one line."""
+    click.echo(json.dumps(data, ensure_ascii=False))
+
+
+def write_pictures(problem: Problem, found: Plan, folder: Path, report: dict[str, Any]) -> None:
+    """Write the film, the page and the scene of a motion."""
+    from kinolab.files import write_whole
+    from kinolab.show.film.animation import animate
+    from kinolab.show.view import write_scene
+
+    assert found.trajectory is not None
+    write_whole(folder / "animation.gif", animate(problem, found.trajectory))
+    write_scene(folder, problem, found.trajectory, report, found.graph)

@@ -1,0 +1,100 @@
+"""The command line: which commands there are, and what becomes of their errors.
+
+A command's file is imported when the command is called or explained, and what it needs to do its
+work when it does it: ``plan --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from importlib import import_module
+
+import click
+
+from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.progress import escaped
+from kinolab.errors import KinolabError
+
+COMMANDS = (
+    "scenario", "check", "execute", "plot", "video", "gallery", "view", "list", "equations",
+    "describe", "simulate", "examine", "new", "warm-up",
+)  # fmt: skip
+USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
+
+
+class _Front(click.Group):
+    """A group whose first argument may be a scenario instead of a command."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in (*COMMANDS, "--help", "--version"):
+            args = ["scenario", *args]
+        return super().parse_args(context, args)
+
+    def list_commands(self, _: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, _: click.Context, name: str) -> click.Command:
+        module = import_module(f"kinolab.cli.commands.plan_{name.replace('-', '_')}")
+        command: click.Command = module.command
+        return command
+
+    def format_usage(self, _: click.Context, formatter: click.HelpFormatter) -> None:
+        formatter.write_usage("plan", "SCENARIO [OPTIONS]")
+        formatter.write_usage("plan", "COMMAND [ARGS]...", prefix="       ")
+
+    def format_options(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        scenario, *others = (self.get_command(context, name) for name in COMMANDS)
+        click.Command.format_options(scenario, context, formatter)
+        with formatter.section("Commands"):
+            formatter.write_dl([(str(one.name), one.get_short_help_str(70)) for one in others])
+        formatter.write_text("`plan COMMAND --help` explains a command.")
+
+
+@click.group(cls=_Front)
+@click.version_option(package_name="kinolab", prog_name="plan")
+def plan() -> None:
+    """Plan, verify and animate the motion of a machine through a world.
+
+    SCENARIO is a TOML file, the name of a built-in scenario (`plan list` names them), or an
+    environment of the benchmark dynobench, a YAML file.
+    """
+
+
+def execute(arguments: list[str]) -> int:
+    """Run a command and return its exit code; errors become sentences on stderr."""
+    try:
+        with plan.make_context("plan", arguments) as context:
+            result = plan.invoke(context)
+        sys.stdout.flush()
+        return result if isinstance(result, int) else 0
+    except click.exceptions.Exit as leaving:
+        return leaving.exit_code
+    except click.ClickException as error:
+        error.show(sys.stderr)
+        return USAGE
+    except KinolabError as error:
+        return _explain(error)
+    except click.Abort:
+        raise KeyboardInterrupt from None
+    except MemoryError:
+        print("error: out of memory", file=sys.stderr)
+        return RESOURCES
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # nobody reads any more
+        return 0
+    except OSError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return USAGE
+    except Exception:
+        INTERRUPTS.raise_if_seen()  # what a library makes of it
+        traceback.print_exc()
+        print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
+        return INTERNAL
+
+
+def _explain(error: KinolabError) -> int:
+    for line in str(error).splitlines():
+        print(f"error: {escaped(line)}", file=sys.stderr)
+    return error.exit_code

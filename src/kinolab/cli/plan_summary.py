@@ -1,0 +1,81 @@
+"""What a plan is in words, for a terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kinolab.problem import Problem
+    from kinolab.solve import Plan
+
+
+def progress_text(found: Plan, *, anytime: bool) -> str:
+    """Word a plan that is better than all before."""
+    first, last = found.improvements[0], min(found.improvements, key=lambda one: one.duration)
+    if anytime:
+        return f"seed {last.seed}: {last.duration:.2f} s of motion, after {last.after:.1f} s"
+    if first is last:
+        return f"optimising {first.duration:.2f} s of motion"
+    return (
+        f"optimising: {first.duration:.2f} s -> {last.duration:.2f} s of motion, "
+        f"after {last.after:.1f} s"
+    )
+
+
+def summary(problem: Problem, found: Plan, folder: Path, report: Mapping[str, Any]) -> str:
+    """Return what a command says of a plan and of the folder that it was written to.
+
+    Args:
+        report: As the folder has it, with a diagnosis where there is one.
+    """
+    from kinolab.problem.goal_entries import distance_text
+
+    lines = [f"{found.status}: {found.message}"]
+    if found.interrupted and found.status != "interrupted":
+        lines[0] += " Interrupted before the time was over."
+    if found.trajectory is not None:
+        lines.append(
+            f"  motion of {found.trajectory.duration:.2f} s{_before(found)}, ending "
+            f"{distance_text(problem, found.trajectory.x[-1])} from the goal's centre, "
+            f"{found.iterations} iterations in "
+            f"{found.timings['search']:.2f} s"
+        )
+    if found.refused:
+        lines.append(f"  {_refusals(found.refused)}")
+    if len(found.attempts) > 1:
+        lines.append(f"  seed {found.seed} of {_ends(found)}")
+    if found.certificate is not None:
+        passed = sum(check.passed for check in found.certificate.checks)
+        lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
+        lines += [f"  {check}" for check in found.certificate.failures]
+    lines += [f"  {sentence}" for sentence in _further(found, report)]
+    return "\n".join([*lines, f"  written to {folder}"])
+
+
+def _before(found: Plan) -> str:
+    """Word the duration of the motion that a search gave, where it was made shorter."""
+    raw = found.statistics.get("raw_duration")
+    return f" (found with {raw:.2f} s)" if raw not in {None, found.cost} else ""
+
+
+def _refusals(refused: Mapping[str, int]) -> str:
+    """Word how many motions the verifier refused, and why."""
+    count = sum(refused.values())
+    causes = "; ".join(f"{checks}: {times}" for checks, times in sorted(refused.items()))
+    return f"{count} {'motion' if count == 1 else 'motions'} refused by verification ({causes})"
+
+
+def _ends(found: Plan) -> str:
+    """Word how many seeds ended in which way."""
+    counts = Counter(attempt.status for attempt in found.attempts)
+    ends = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
+    return f"{len(found.attempts)} ({ends})"
+
+
+def _further(found: Plan, report: Mapping[str, Any]) -> list[str]:
+    """Return what a diagnosis says that the plan's own message does not."""
+    sentences = report["diagnosis"].get("sentences", ())
+    return [sentence for sentence in sentences if sentence not in found.message]

@@ -1,0 +1,115 @@
+"""A parent that ends its child, the command, where Ctrl-C finds it in code that never returns.
+
+Python's handlers wait until native code gives way, and FCL and OMPL take seconds with a mesh of a
+million triangles. A second process waits for nothing. It is forked before any library is loaded:
+their threads and locks would not survive it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from contextlib import suppress
+from typing import NoReturn
+
+from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTED, INTERRUPTS, ONE_PRESS, STDERR
+
+END_SECONDS = 0.9  # [s] after Ctrl-C the child is ended; by then it has left if it could
+END_SOON_SECONDS = 0.2  # [s] the same after the second Ctrl-C
+WRITING_SECONDS = 1.0  # [s] more that it has at most to complete the files of a run
+PR_SET_PDEATHSIG = 1  # Linux: which signal a process gets when its parent is gone
+
+
+def supervise() -> None:
+    """Go on in a child, for a process whose signals are handled; the parent does not return.
+
+    The parent leaves with the child's exit code, or by the signal that ended it.
+    """
+    before = signal.signal(signal.SIGCHLD, lambda *_: None)  # or nobody may wait for it
+    heard = {
+        signal.SIGCHLD, signal.SIGALRM, signal.SIGINT, signal.SIGTERM,
+        signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP,
+    }  # fmt: skip
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, heard)
+    parent, child = os.getpid(), os.fork()
+    if child:
+        _leave_like(_status_of(child, heard))
+    signal.signal(signal.SIGCHLD, before)
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    _leave_with(parent)
+
+
+def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
+    """Wait for a process and pass signals on to it.
+
+    Returns:
+        Its status, as of ``waitpid``; None where it had to be ended after Ctrl-C.
+    """
+    presses, last, postponed = 0, -ONE_PRESS, False
+    while True:
+        number = signal.sigwait(heard)
+        if number == signal.SIGCHLD:
+            gone, status = os.waitpid(child, os.WNOHANG)
+            if gone:
+                return status
+        elif number == signal.SIGALRM:
+            if INTERRUPTS.is_writing[0] and not postponed:
+                postponed = True
+                signal.setitimer(signal.ITIMER_REAL, WRITING_SECONDS)
+            else:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+                return None
+        else:
+            os.kill(child, number)
+        if number == signal.SIGINT:
+            last, since = time.monotonic(), time.monotonic() - last
+            presses += since > ONE_PRESS
+            if since > ONE_PRESS and presses <= 2:
+                seconds = END_SECONDS if presses == 1 else END_SOON_SECONDS
+                signal.setitimer(signal.ITIMER_REAL, seconds)
+        elif number == signal.SIGTSTP:
+            _raise_signal(number)  # until somebody lets both go on
+            signal.pthread_sigmask(signal.SIG_BLOCK, {number})
+            os.kill(child, signal.SIGCONT)
+
+
+def _leave_like(status: int | None) -> NoReturn:
+    """Leave with a child's exit code, or by the signal that ended it."""
+    if status is None:
+        with suppress(OSError):
+            os.write(STDERR, INTERRUPTED)
+        os._exit(EXIT_CODE)
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        with suppress(OSError):  # SIGKILL has no handler
+            signal.signal(number, signal.SIG_DFL)
+        _raise_signal(number)
+    os._exit(os.waitstatus_to_exitcode(status))
+
+
+def _raise_signal(number: int) -> None:
+    """Have a signal that was blocked do to this process what it does by itself."""
+    os.kill(os.getpid(), number)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {number})
+
+
+def _leave_with(parent: int) -> None:
+    """Let no child live on whose parent is killed."""
+    if sys.platform == "linux":
+        from ctypes import CDLL
+
+        CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    else:
+        threading.Thread(target=_leave_after, args=(parent,), daemon=True).start()
+    if os.getppid() != parent:  # it was too late to ask for it
+        INTERRUPTS.leave()
+
+
+def _leave_after(parent: int) -> NoReturn:
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    INTERRUPTS.leave()
