@@ -68,11 +68,10 @@ class Watched(Budget):
         super().restart()
         self.asked = 0.0
 
-    @property
-    def late(self) -> bool:
-        """Whether the time is over."""
+    def expired(self) -> bool:
+        """Say whether the time is over."""
         self.note()
-        return super().late
+        return super().expired()
 
     def note(self) -> None:
         """Note the time since it was asked last."""

@@ -85,7 +85,7 @@ class _Multistart:
         with self._budget.preparing():
             budget = self._budget
             multistart = Multistart(
-                self._problem, GUESS_KNOTS, self._seed, lambda: budget.late, budget.below
+                self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below
             )
             multistart.prepare()
             return multistart

@@ -104,7 +104,7 @@ class _PathFollower:
 
     def __init__(self, problem: Problem, budget: Budget) -> None:
         self.problem, self._budget, self._judge = problem, budget, Propagator(problem)
-        self.steering, self.rejections = Steering(problem, self._late), self._judge.rejections
+        self.steering, self.rejections = Steering(problem, budget.expired), self._judge.rejections
         self.nearest = self._still
 
     def goal(self, seed: int) -> Array | None:
@@ -124,7 +124,7 @@ class _PathFollower:
     def places(self, goal: Array, margin: float) -> ConfigurationSpace:
         """Return the configurations that keep a margin in [m] from obstacles."""
         return ConfigurationSpace(
-            self.problem, self.steering, goal, margin, self.rejections, self._late
+            self.problem, self.steering, goal, margin, self.rejections, self._budget.expired
         )
 
     @property
@@ -151,9 +151,6 @@ class _PathFollower:
     def _still(self) -> Maneuver:
         return Maneuver(self.problem.start[None], np.zeros((0, self.problem.model.nu)))
 
-    def _late(self) -> bool:
-        return self._budget.late
-
     def _piece(
         self, places: ConfigurationSpace, begin: Array, x0: Array, x1: Array
     ) -> Maneuver | None:
@@ -167,7 +164,7 @@ class _PathFollower:
     def _is_free(self, motion: Maneuver) -> bool:
         for k, (x, u) in enumerate(zip(motion.x.tolist(), motion.u.tolist(), strict=False)):
             if k % STEPS_PER_CANCELLATION_CHECK == 0:
-                raise_if_cancelled(self._late)
+                raise_if_cancelled(self._budget.expired)
             if not self._judge.step(x, u, self.problem.step)[1]:
                 return False
         return True

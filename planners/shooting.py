@@ -32,7 +32,7 @@ class Shooting(AbstractPlanner):
 
     def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
         """Try one guess after another until one leads into the goal; each is an iteration."""
-        multistart = Multistart(problem, self.knots, seed, lambda: budget.late, budget.below)
+        multistart = Multistart(problem, self.knots, seed, budget.expired, budget.below)
         multistart.prepare()
         budget.restart()  # code for this machine was compiled and loaded until here
         motion = None

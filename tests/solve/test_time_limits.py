@@ -94,10 +94,9 @@ class Watched(Budget):
         assert isinstance(self.clock, Clock)
         return self.clock
 
-    @property
-    def late(self) -> bool:
+    def expired(self) -> bool:
         self.interrupted |= len(self.counter.pieces) >= self.ends_at
-        late = super().late
+        late = super().expired()
         if late:
             self.late_looks += 1
             if self.late_work < 0:
@@ -142,8 +141,11 @@ def endless(request: pytest.FixtureRequest, hard: Problem, tmp_path: Path) -> Pr
 def without_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Take the looks out of all that is long: of steering, of drawing states, of following."""
     for name, module in list(sys.modules.items()):
-        if name.startswith("kinolab.") and vars(module).get("look") is raise_if_cancelled:
-            monkeypatch.setattr(module, "look", lambda _: None)
+        if (
+            name.startswith("kinolab.")
+            and vars(module).get("raise_if_cancelled") is raise_if_cancelled
+        ):
+            monkeypatch.setattr(module, "raise_if_cancelled", lambda _: None)
 
 
 # --- the time limit ---
@@ -298,9 +300,9 @@ def test_preparation_does_not_count_whenever_it_is_made() -> None:
     now = 5.0
     with budget.preparing():
         now = 50.0
-    assert (budget.elapsed, budget.prepared, budget.late) == (2.0, 48.0, False)
+    assert (budget.elapsed, budget.prepared, budget.expired()) == (2.0, 48.0, False)
     now = 58.5
-    assert (budget.elapsed, budget.late) == (10.5, True)
+    assert (budget.elapsed, budget.expired()) == (10.5, True)
 
 
 def test_an_iteration_that_is_begun_may_be_finished_and_no_other_may_begin() -> None:
@@ -309,10 +311,10 @@ def test_an_iteration_that_is_begun_may_be_finished_and_no_other_may_begin() -> 
     budget.take_back()
     assert not budget.spent()
     assert not budget.spent()
-    assert (budget.iterations, budget.over, budget.late) == (2, True, False)
+    assert (budget.iterations, budget.over, budget.expired()) == (2, True, False)
     assert budget.spent()
     budget.end()
-    assert budget.late
+    assert budget.expired()
 
 
 def test_looking_raises_only_when_it_is_time() -> None:
@@ -333,5 +335,5 @@ def test_a_world_that_takes_much_longer_to_build_than_the_limit_leaves_no_time(
     budget = Budget(5.0, clock=lambda: now[0], compiled=lambda: compiled)
     now[0] = taken
     budget.restart()
-    assert budget.late is late
+    assert budget.expired() is late
     assert budget.prepared == taken

@@ -20,7 +20,6 @@ from kinolab.solve import Plan, improve, make_planner
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.request import Request
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import SubproblemBudget, TimeBudget
 from kinolab.trajopt import make_exact as true_repair
 from kinolab.trajopt import shorten as true_shorten
 from tests.planners.test_planners import bits
@@ -185,7 +184,7 @@ def test_improving_for_no_time_is_no_optimisation(driven: Both, tmp_path: Path) 
 def test_a_repair_that_fails_leaves_the_raw_plan(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replaced(monkeypatch, "repair", lambda *_: None)
+    replaced(monkeypatch, "make_exact", lambda *_: None)
     replaced(monkeypatch, "shorten", lambda _problem, given, _spent: given)
     found = driven.problem.solve(seed=1, max_iterations=MOST)
     assert bits(found) == bits(driven.raw)
@@ -195,7 +194,7 @@ def test_a_repair_that_fails_leaves_the_raw_plan(
 def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replaced(monkeypatch, "repair", lambda *_: None)
+    replaced(monkeypatch, "make_exact", lambda *_: None)
     found = driven.problem.solve(seed=1, max_iterations=MOST)
     assert made_by(found) == ["search", "shorten"]
     assert found.goal_distance < 1e-6
@@ -209,7 +208,7 @@ def test_what_the_verifier_refuses_is_discarded(
         half = len(given.u) // 2
         return replace(given, t=given.t[: half + 1], x=given.x[-half - 1 :], u=given.u[-half:])
 
-    for name in ("repair", "shorten"):
+    for name in ("make_exact", "shorten"):
         replaced(monkeypatch, name, lying)
     found = driven.problem.solve(seed=1, max_iterations=MOST)
     assert bits(found) == bits(driven.raw)
@@ -271,21 +270,21 @@ def test_time_that_is_left_is_searched_again_and_no_longer_than_it_lasts(driven:
     assert 2.0 - unused <= found.timings["improve"] <= 2.2  # [s] by that clock
 
 
-def test_an_allowance_is_spent_when_its_time_or_its_number_is() -> None:
+def test_a_budget_is_spent_when_its_time_or_its_number_is() -> None:
     now = 0.0
-    time = TimeBudget(10.0, lambda: now)
+    time = Budget(10.0, clock=lambda: now)
     half = time.fraction(0.5)
     assert half() == 0.0
     now = 4.0
     assert half() == pytest.approx(0.8)
-    now = 10.0
+    now = 10.1
     assert half() == math.inf
     assert time.over
-    number = SubproblemBudget(4)
+    number = Budget(math.inf, 4)
     assert [number.fraction()() for _ in range(4)] == [0.25, pytest.approx(1 / 3), 0.5, 1.0]
     assert number.over
-    assert SubproblemBudget(4, until=3.0, clock=lambda: 3.0).over
-    assert TimeBudget(1.0, lambda: 0.0, lambda: True).over
+    assert Budget(3.0, 4, started=0.0, clock=lambda: 3.1).over
+    assert Budget(1.0, cancelled=lambda: True).over
 
 
 def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
@@ -320,7 +319,7 @@ def test_ctrl_c_during_a_repair_keeps_the_raw_plan(
         budgets[-1].end()
         return true_repair(*given)
 
-    replaced(monkeypatch, "repair", pressed)
+    replaced(monkeypatch, "make_exact", pressed)
     found = driven.problem.solve(seed=1, max_iterations=MOST, watch=budgets.append)
     assert bits(found) == bits(driven.raw)
     assert (found.status, found.interrupted) == ("solved", True)

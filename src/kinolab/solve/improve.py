@@ -23,15 +23,7 @@ from kinolab.solve.repeated_search import REFUSED, stream
 from kinolab.solve.request import Request
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import (
-    AbstractBudget,
-    IsSpent,
-    SubproblemBudget,
-    TimeBudget,
-    is_long,
-    make_exact,
-    shorten,
-)
+from kinolab.trajopt import is_long, make_exact, shorten
 
 # subproblems that stand for a second where a search must repeat bit by bit
 SUBPROBLEMS_PER_SECOND = 40
@@ -120,30 +112,34 @@ class PlanImprover:
         if refused:  # most of the time is for finding another one
             seconds = min(seconds, max(SOON, MENDING * (limit - incumbent.time())))
         end = incumbent.time() + seconds
-        remaining: AbstractBudget
+        most = None
         if self.request.max_iterations is not None:
-            most = math.ceil(SUBPROBLEMS_PER_SECOND * self._seconds)
-            remaining = SubproblemBudget(
-                most, max(end, limit), incumbent.time, lambda: incumbent.stopped
-            )
-        else:
-            remaining = TimeBudget(end, incumbent.time, lambda: incumbent.stopped)
+            most, end = math.ceil(SUBPROBLEMS_PER_SECOND * self._seconds), max(end, limit)
+        begun = incumbent.time()
+        remaining = Budget(
+            end - begun,
+            most,
+            started=begun,
+            clock=incumbent.time,
+            cancelled=lambda: incumbent.stopped,
+        )
         self._refine(incumbent, first, remaining)
         unmended = refused and incumbent.best.status == REFUSED
-        if isinstance(remaining, SubproblemBudget) or self.request.anytime or unmended:
+        if remaining.max_iterations is not None or self.request.anytime or unmended:
             return 0
         return self._search_again(incumbent, first, remaining)
 
-    def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: AbstractBudget) -> None:
+    def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
         """Make a motion exact, and shorter as long as there is time."""
         long = is_long(self.problem, given)
         exact = self._exact(
             incumbent, given, remaining.fraction(EXACTNESS_FRACTION if long else 1.0)
         )
         # A plan that is found late is made exact all the same, but no more than that.
-        remaining.until = min(remaining.until, self.request.time_limit)
+        limit = self.request.time_limit - remaining.started
+        remaining.time_limit = min(remaining.time_limit, limit)
         at_once = exact is not None and (
-            isinstance(remaining, SubproblemBudget) or self._verified_soon(incumbent.best)
+            remaining.max_iterations is not None or self._verified_soon(incumbent.best)
         )
         if exact is not None and at_once:
             incumbent.take(exact, "repair")
@@ -155,7 +151,9 @@ class PlanImprover:
             incumbent.take(exact, "repair")
         self._learn(incumbent, given.duration / shortest.duration)
 
-    def _exact(self, incumbent: Incumbent, given: Trajectory, spent: IsSpent) -> Trajectory | None:
+    def _exact(
+        self, incumbent: Incumbent, given: Trajectory, spent: Callable[[], float]
+    ) -> Trajectory | None:
         return incumbent.tried(partial(make_exact, self.problem, given, lambda: spent() >= 1.0))
 
     def _verified_soon(self, best: Plan) -> bool:
@@ -165,9 +163,7 @@ class PlanImprover:
             or best.timings.get("verify", 0.0) <= VERIFICATION_FRACTION * self._seconds
         )
 
-    def _shortened(
-        self, incumbent: Incumbent, given: Trajectory, remaining: AbstractBudget
-    ) -> Trajectory:
+    def _shortened(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> Trajectory:
         """Return the shortest verified motion that came of an exact one, or that one itself.
 
         Where verifying takes so long that no second round would follow, the first one takes all.
@@ -186,15 +182,13 @@ class PlanImprover:
                 break
         return given
 
-    def _search_again(
-        self, incumbent: Incumbent, first: Trajectory, remaining: AbstractBudget
-    ) -> int:
+    def _search_again(self, incumbent: Incumbent, first: Trajectory, remaining: Budget) -> int:
         """Search for motions that may become shorter, and return how often."""
         seed, last = incumbent.best.seed, first
         for k in count(1):
-            if remaining.left < incumbent.budget.prepared or remaining.over:
+            if remaining.unspent < incumbent.budget.prepared or remaining.over:
                 return k - 1
-            budget = Budget(remaining.left, improve=0.0, below=self._shortest)
+            budget = Budget(remaining.unspent, improve=0.0, below=self._shortest)
             if self.watch:
                 self.watch(budget)
             if incumbent.stopped:

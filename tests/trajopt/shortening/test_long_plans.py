@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import pytest
 
 import kinolab
 from kinolab.problem import Problem
+from kinolab.search import Budget
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import SubproblemBudget, make_exact, shorten
+from kinolab.trajopt import make_exact, shorten
 from tests.support import problem_of
 from tests.trajopt.test_trajopt import EXACT
 
@@ -118,7 +120,7 @@ def test_only_the_end_of_a_long_plan_changes_when_it_is_made_exact(tmp_path: Pat
 def test_the_same_number_of_subproblems_gives_the_same_bits(tmp_path: Path) -> None:
     problem = problem_with(tmp_path, wall=True)
     given = detour(problem)
-    one, other = (shorten(problem, given, SubproblemBudget(60).fraction()) for _ in range(2))
+    one, other = (shorten(problem, given, Budget(math.inf, 60).fraction()) for _ in range(2))
     assert one.duration < given.duration
     assert np.array_equal(one.x, other.x)
     assert np.array_equal(one.t, other.t)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from ompl import base as ob
@@ -37,9 +36,8 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
 
     def solve(self, ended: Callable[[], bool]) -> Any:
         """Search until the termination condition says so, and add what was found."""
-        result = self._planner.solve(
-            self._bridge.problem, self._seed, _Until(math.inf, ended=ended)
-        )
+        budget = Budget(math.inf, cancelled=ended)
+        result = self._planner.solve(self._bridge.problem, self._seed, budget)
         if not len(result.u):
             return ob.PlannerStatus(ob.PlannerStatus.TIMEOUT)
         self._add(result)
@@ -67,15 +65,3 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
         excess = problem.goal_excess(motion.x[-1])
         approximate = result.outcome is not Outcome.SOLVED
         self.getProblemDefinition().addSolutionPath(path, approximate, excess, self._planner.name)
-
-
-@dataclass
-class _Until(Budget):
-    """A budget that ends when OMPL says so."""
-
-    ended: Callable[[], bool] = lambda: False
-
-    @property
-    def late(self) -> bool:
-        """Whether OMPL's condition holds."""
-        return super().late or bool(self.ended())

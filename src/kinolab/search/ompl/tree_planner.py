@@ -9,8 +9,7 @@ from typing import Any
 from kinolab.problem import Problem
 from kinolab.search.ompl.control_search import search
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.planner import Budget, SearchResult
-from kinolab.search.tree_search import AbstractTreeSearch
+from kinolab.search.planner import AbstractTreeSearch, Budget, SearchResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -107,7 +107,7 @@ class Descent:
         """
         longest, best = 0, None
         for proposal in self._lookahead.proposals(x, u, generator):
-            raise_if_cancelled(lambda: budget.late)
+            raise_if_cancelled(budget.expired)
             free, first = self._free_steps(x, proposal.u)
             if free > longest and first is not None:
                 longest, best = free, (proposal.u, first)

@@ -107,7 +107,7 @@ def _descent(
 ) -> Descent:
     problem = field.problem
     steps = _steps(settings.horizon, problem)
-    lookahead = Lookahead(field, projection, steps, settings.control_samples, lambda: budget.late)
+    lookahead = Lookahead(field, projection, steps, settings.control_samples, budget.expired)
     arrival = GoalConnection(problem, steps, propagator, lambda: budget.over)
     patience = _steps(settings.stall_time, problem)
     return Descent(

@@ -155,7 +155,7 @@ class RoadmapBuilder:
         return False
 
     def _cancelled(self) -> bool:
-        return self._budget is not None and self._budget.late
+        return self._budget is not None and self._budget.expired()
 
     def _passes_coarse_check(self, states: Array) -> bool:
         """Look at some states of a way for which there is no motion yet."""

@@ -14,7 +14,14 @@ from kinolab.numerics.kd_forest import Array
 from kinolab.numerics.rng import State, generator
 from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph
-from kinolab.search.planner import Budget, Outcome, SearchResult, setting, with_default
+from kinolab.search.planner import (
+    AbstractTreeSearch,
+    Budget,
+    Outcome,
+    SearchResult,
+    setting,
+    with_default,
+)
 from kinolab.search.tree.problem_arrays import ProblemArrays, gather_problem
 from kinolab.search.tree.rejection_sources import rejection_sources
 from kinolab.search.tree.tree import (
@@ -27,7 +34,6 @@ from kinolab.search.tree.tree import (
     Tree,
     controls_to,
 )
-from kinolab.search.tree_search import AbstractTreeSearch
 from kinolab.simulation.collision_context import (
     CollisionContext,
     CollisionScratch,

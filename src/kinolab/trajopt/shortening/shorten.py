@@ -7,10 +7,12 @@ and cycles are left out and every segment is made quicker, over and over, before
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 
+from kinolab.cancel import throttled
 from kinolab.problem import Problem
-from kinolab.search.budget import IsSpent, thread_seconds, throttled
+from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import (
@@ -32,7 +34,9 @@ from kinolab.trajopt.sqp.restoration import restore_feasibility
 from kinolab.trajopt.variable_step_motion import variable_step_motion
 
 
-def shorten(problem: Problem, trajectory: Trajectory, seconds: float | IsSpent) -> Trajectory:
+def shorten(
+    problem: Problem, trajectory: Trajectory, seconds: float | Callable[[], float]
+) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
     Args:
@@ -42,8 +46,8 @@ def shorten(problem: Problem, trajectory: Trajectory, seconds: float | IsSpent) 
             whatever is allowed, and is asked before each subproblem.
     """
     if isinstance(seconds, int | float):
-        seconds = thread_seconds(seconds).fraction()
-    spent: IsSpent = seconds
+        seconds = Budget(seconds, clock=time.thread_time).fraction()
+    spent: Callable[[], float] = seconds
 
     def cancelled() -> bool:
         return spent() >= SHORT.first_try_budget

@@ -1,0 +1,51 @@
+"""What a search gives back: how it ended, and the inputs it found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.search.graph import SearchGraph
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Outcome(Enum):
+    """How a search ended; the value is the sentence the user reads."""
+
+    SOLVED = "Found a trajectory into the goal region."
+    APPROXIMATE = "Did not reach the goal; the nearest approach is kept."
+    NOT_FOUND = "Found no motion that comes nearer to the goal than the start."
+    LOCAL_MINIMUM = (
+        "Stuck in a local minimum of the potential; the nearest approach is kept. "
+        "Raise [planner] random_walk_escapes or set navigation = true."
+    )
+    INTERRUPTED = "Interrupted; the nearest approach is kept."
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What a search found.
+
+    Attributes:
+        outcome: How it ended.
+        t: Times of the knots in [s], shape (N+1,); a single 0 where nothing was found.
+        u: Inputs per interval, shape (N, nu).
+        iterations: Number of extensions tried.
+        statistics: Numbers worth reporting, by name.
+        rejections: Share of all refused motions, by cause and by who is to blame.
+        graph: What it explored, None where a planner keeps nothing of the kind.
+    """
+
+    outcome: Outcome
+    t: Array
+    u: Array
+    iterations: int
+    statistics: Mapping[str, float] = field(default_factory=dict)
+    rejections: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    graph: SearchGraph | None = None
