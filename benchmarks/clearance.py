@@ -27,8 +27,7 @@ import kinolab
 from kinolab import planners
 from kinolab.problem import Problem
 from kinolab.scenario import builtin_scenarios
-from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
 
 SPACING = 1e-4  # [m] between two looks at a motion

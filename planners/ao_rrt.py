@@ -10,9 +10,13 @@ import numpy as np
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search import setting
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
+from kinolab.search.tree import (
+    UNBOUNDED_STEPS,
+    AbstractCompiledPlanner,
+    AbstractTreeExtension,
+    SearchState,
+)
 from kinolab.search.tree.ao_rrt_kernel import begin_cost_index, cost_index, grow_below
-from kinolab.search.tree.compiled_planner import UNBOUNDED_STEPS
 from kinolab.search.tree.rrt_kernel import grow
 from kinolab.search.tree.tree import begin, tree
 

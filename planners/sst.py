@@ -10,8 +10,12 @@ import numpy as np
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search import setting
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
-from kinolab.search.tree.compiled_planner import UNBOUNDED_STEPS
+from kinolab.search.tree import (
+    UNBOUNDED_STEPS,
+    AbstractCompiledPlanner,
+    AbstractTreeExtension,
+    SearchState,
+)
 from kinolab.search.tree.sst_kernel import grow_sparsely
 from kinolab.search.tree.tree import begin_without_neighbours, tree
 from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses

@@ -12,7 +12,7 @@ begun = time.perf_counter()
 import json  # noqa: E402
 import sys  # noqa: E402
 
-from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner, search_state  # noqa: E402
+from kinolab.search.tree import AbstractCompiledPlanner, search_state  # noqa: E402
 
 from .ours import load, make  # noqa: E402
 from .runs import KINOLAB, Entrant  # noqa: E402

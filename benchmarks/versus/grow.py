@@ -12,8 +12,7 @@ import time
 from memory import resident
 
 from kinolab.problem import Problem
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension
-from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, search_state
 from kinolab.search.tree.tree import ALL_STEPS
 
 from .ours import UNREACHABLE, load, make

@@ -20,8 +20,7 @@ from kinolab.errors import MissingPlannerError
 from kinolab.loading import build_problem
 from kinolab.problem import Problem
 from kinolab.scenario import scenario_from
-from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.show.film.animation import animate
 from kinolab.simulation.resimulated_goal import resimulated_violation
 from kinolab.solve import make_planner

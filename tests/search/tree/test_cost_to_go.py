@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree import search_state
 from kinolab.search.tree.cost_to_go import (
     MAX_CELLS_PER_AXIS,
     cell_at,

@@ -13,7 +13,7 @@ from kinolab.numerics.kd_forest import add, kd_forest
 from kinolab.numerics.radius_query import cheapest_within
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree import search_state
 from kinolab.search.tree.problem_arrays import metric_periods
 from kinolab.search.tree.witnesses import select
 
@@ -26,7 +26,7 @@ ROUNDING = 1e-5  # of points in single precision, relative
 def growth_of(problem: Problem, **settings: Any) -> Any:
     radii = {"selection_radius": SELECTION, "pruning_radius": PRUNING}
     planner = planners.make("sst", radii | settings)
-    growth = planner.growth(problem, search_state(problem, 1.0, 1))  # type: ignore[attr-defined]
+    growth = planner.extension(problem, search_state(problem, 1.0, 1))  # type: ignore[attr-defined]
     growth.begin()
     return growth
 

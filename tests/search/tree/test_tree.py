@@ -12,8 +12,7 @@ import kinolab
 from kinolab import planners
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome
-from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.search.tree.compiled_planner import search_state
+from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from tests.support import OPEN, problem_of
 
 COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt")

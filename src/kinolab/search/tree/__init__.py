@@ -4,11 +4,20 @@ The machine comes as addresses of its functions and the problem as arrays: what 
 compiled once and kept on disk, whatever is planned for. Nothing is allocated per iteration.
 """
 
-from kinolab.search.tree.compiled_planner import (
-    AbstractCompiledPlanner,
+from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
+from kinolab.search.tree.sub_searches import SubSearch
+from kinolab.search.tree.tree_extension import (
+    UNBOUNDED_STEPS,
     AbstractTreeExtension,
     SearchState,
-    SubSearch,
+    search_state,
 )
 
-__all__ = ["AbstractCompiledPlanner", "AbstractTreeExtension", "SearchState", "SubSearch"]
+__all__ = [
+    "UNBOUNDED_STEPS",
+    "AbstractCompiledPlanner",
+    "AbstractTreeExtension",
+    "SearchState",
+    "SubSearch",
+    "search_state",
+]

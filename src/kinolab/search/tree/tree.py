@@ -161,3 +161,27 @@ def controls_to(tree: Tree, node: int) -> Array:
         held.append(np.repeat(tree.u[node][None], tree.steps[node], axis=0))
         node = int(tree.parent[node])
     return np.concatenate(held[::-1]) if held else np.zeros((0, tree.u.shape[1]))
+
+
+def nearer(tree: Tree, best: Array, violation: float, u: Array) -> tuple[float, Array]:
+    """Return the motion that ends nearest to the goal, if it is nearer than another one.
+
+    Args:
+        tree: With the motion's nodes.
+        best: The node nearest to the goal, and how far outside it is, shape (2,).
+        violation: How far outside the goal the other motion ends.
+        u: Inputs of the other motion, shape (N, nu).
+    """
+    if best[1] < violation:
+        return float(best[1]), controls_to(tree, int(best[0]))
+    return violation, u
+
+
+def step_counts(tree: Tree) -> dict[str, float]:
+    """Return the steps that were made and those refused by cause, and the nodes, by name."""
+    named = {"limit": LIMIT, "collision": COLLISION, "equations": EQUATIONS}
+    refused = {f"rejected_by_{cause}": float(tree.rejections[k]) for cause, k in named.items()}
+    return refused | {
+        "propagations": float(tree.rejections[ALL_STEPS]),
+        "nodes": float(tree.size[0]),
+    }

@@ -1,0 +1,92 @@
+"""Other searches for a motion into the goal, which have their turn now and then beside a tree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from kinolab.numerics.kd_forest import Array
+from kinolab.problem import Problem
+from kinolab.search.budget import Budget
+from kinolab.search.tree.tree import controls_to
+from kinolab.search.tree.tree_extension import AbstractTreeExtension
+
+if TYPE_CHECKING:
+    from kinolab.steering.steered_goal_connection import SteeredGoalConnection
+
+
+class SubSearch(Protocol):
+    """A search beside the tree.
+
+    Attributes:
+        due: Iterations of the tree until its next turn.
+    """
+
+    due: float
+
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
+        """Return inputs from the start into the goal, where a turn was due and found some."""
+
+
+class InterleavedSearches:
+    """Several searches beside a tree."""
+
+    def __init__(self, members: Sequence[SubSearch]) -> None:
+        self._members = members
+
+    @property
+    def due(self) -> float:
+        """Iterations of the tree until the next turn of any."""
+        return min(member.due for member in self._members)
+
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
+        """Return what any of them found; each one counts all iterations."""
+        found = [member.advance(iterations, tree) for member in self._members]
+        return next((inputs for inputs in found if inputs is not None), None)
+
+
+class GoalConnections:
+    """Steers some of a tree's states into the goal, where growth alone would have to hit it.
+
+    Args:
+        problem: What to plan.
+        period: Iterations between two attempts; 0 for never.
+        goal_region_scale: What counts as near the goal, in its tolerances.
+        seed: Of the choice of states.
+        budget: Of the search.
+
+    Attributes:
+        due: Iterations until the next attempt.
+    """
+
+    def __init__(
+        self, problem: Problem, period: int, goal_region_scale: float, seed: int, budget: Budget
+    ) -> None:
+        self._problem, self._scale, self._budget = problem, goal_region_scale, budget
+        self._period = self.due = period or math.inf
+        self._generator = np.random.default_rng(seed)
+
+    @cached_property
+    def _connection(self) -> SteeredGoalConnection:
+        with self._budget.preparing():
+            from kinolab.steering.steered_goal_connection import (
+                SteeredGoalConnection,  # brings SciPy's optimisers
+            )
+
+            return SteeredGoalConnection(self._problem, 1, self._scale, lambda: self._budget.over)
+
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
+        """Return inputs from the start into the goal, where an attempt was due and found some."""
+        self.due -= iterations
+        if self.due > 0:
+            return None
+        self.due = self._period
+        node = int(self._generator.integers(tree.nodes.size[0]))
+        x = tree.nodes.x[node]
+        if not self._connection.connect(x.tolist(), self._problem.goal_excess(x)):
+            return None
+        return np.concatenate([controls_to(tree.nodes, node), self._connection.inputs])

@@ -1,0 +1,76 @@
+"""What a compiled loop works on, and what makes a tree grow by such a loop."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.numerics.kd_forest import Array
+from kinolab.numerics.rng import State, generator
+from kinolab.problem import Problem
+from kinolab.search.graph import SearchGraph
+from kinolab.search.tree.problem_arrays import ProblemArrays, gather_problem
+from kinolab.search.tree.tree import Tree
+from kinolab.simulation.collision_context import (
+    CollisionContext,
+    CollisionScratch,
+    collision_context,
+    collision_scratch,
+)
+from kinolab.simulation.machine import Machine, machine_of
+
+UNBOUNDED_STEPS = 2**62  # steps: more than any motion has
+
+
+class SearchState(NamedTuple):
+    """Everything that a compiled loop works on."""
+
+    machine: Machine
+    problem: ProblemArrays
+    collision: CollisionContext
+    scratch: CollisionScratch
+    random: State
+
+
+def search_state(problem: Problem, goal_region_scale: float, seed: int) -> SearchState:
+    """Gather everything for one search; searches in threads of their own share nothing written."""
+    poses, ends = np.zeros((len(problem.bodies), 12)), np.zeros((len(problem.cables), 6))
+    context = collision_context(problem)
+    return SearchState(
+        machine_of(problem),
+        gather_problem(problem, goal_region_scale, seed),
+        context,
+        collision_scratch(problem, context, poses, ends),
+        generator(seed),
+    )
+
+
+class AbstractTreeExtension(ABC):
+    """A tree that grows in compiled code.
+
+    Attributes:
+        nodes: Of the tree.
+        best: The node nearest to the goal, and how far outside it is, shape (2,).
+    """
+
+    nodes: Tree
+    best: Array
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Leave nothing in the tree but the start."""
+
+    @abstractmethod
+    def grow(self, iterations: int) -> tuple[int, int]:
+        """Grow by some iterations; return GROWING, REACHED or FULL, and how many were made."""
+
+    def explored(self) -> SearchGraph:
+        """Return a copy of the tree, thinned where it is large."""
+        nodes = self.nodes
+        return SearchGraph.of_tree(lambda kept: nodes.x[kept], nodes.parent[: int(nodes.size[0])])
+
+    def shorten(self, steps: int) -> bool:  # noqa: ARG002
+        """Look only for motions of fewer steps from now on; return whether that has a point."""
+        return False
