@@ -12,8 +12,8 @@ from importlib import import_module, resources
 from typing import Any
 
 from kinolab.errors import InputError, MissingPlannerError, Mistake, UnknownNameError
+from kinolab.scenario.user_code import python_reference
 from kinolab.search import AbstractPlanner, plugins
-from kinolab.user_code import python_reference
 
 if __name__ != "kinolab.planners":
     raise ImportError("Import this package as kinolab.planners; install the project first.")

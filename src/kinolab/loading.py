@@ -39,8 +39,8 @@ from kinolab.scenario import (
     scenario_from,
 )
 from kinolab.scenario.dynobench import is_environment, read_environment
+from kinolab.scenario.user_code import blamed, run_file
 from kinolab.search.plugins import full_reference
-from kinolab.user_code import blamed, run_file
 from kinolab.world import (
     Obstacle,
     World,

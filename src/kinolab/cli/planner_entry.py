@@ -10,9 +10,9 @@ from typing import Any
 
 from kinolab import planners
 from kinolab.errors import InputError, KinolabError, UnknownNameError
+from kinolab.scenario.user_code import python_reference
 from kinolab.search import AbstractPlanner, plugins
 from kinolab.settings import Setting, settings_of
-from kinolab.user_code import python_reference
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from kinolab.dynamics.language.json.machine_file import (
 )
 from kinolab.problem import Problem
 from kinolab.scenario import Origin, Scenario
-from kinolab.user_code import python_reference, text_of
+from kinolab.scenario.user_code import python_reference, text_of
 from kinolab.verification import Check
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from kinolab.user_code import python_reference
+from kinolab.scenario.user_code import python_reference
 
 MESH_FORMATS = (".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry

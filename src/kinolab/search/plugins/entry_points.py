@@ -6,9 +6,9 @@ from collections.abc import Collection, Sequence
 from importlib.metadata import EntryPoint, entry_points
 
 from kinolab.errors import InputError, Mistake
+from kinolab.scenario.user_code import blamed
 from kinolab.search.planner import AbstractPlanner
 from kinolab.search.plugins.planner_class import planner_class
-from kinolab.user_code import blamed
 
 GROUP = "kinolab.planners"
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
+from kinolab.scenario.user_code import blamed
 from kinolab.search.planner import AbstractPlanner, Array, Budget, Outcome, SearchResult
-from kinolab.user_code import blamed
 
 WHERE = "[planner]"
 

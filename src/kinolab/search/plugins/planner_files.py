@@ -7,9 +7,9 @@ from collections.abc import Collection
 from pathlib import Path
 
 from kinolab.errors import UnknownNameError
+from kinolab.scenario.user_code import python_reference, run_file
 from kinolab.search.planner import AbstractPlanner
 from kinolab.search.plugins.planner_class import planner_class
-from kinolab.user_code import python_reference, run_file
 
 
 def full_reference(name: str, folder: Path) -> str:

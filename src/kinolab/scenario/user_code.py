@@ -120,5 +120,5 @@ def _place(error: BaseException, file: Path | None) -> str:
 
 def _is_a_users(path: Path) -> bool:
     """Whether a line of code is neither kinolab's nor Python's machinery of imports."""
-    machinery = (Path(__file__).parent, Path(str(importlib.__file__)).parent)
+    machinery = (Path(__file__).parents[1], Path(str(importlib.__file__)).parent)
     return not str(path).startswith("<") and not any(map(path.is_relative_to, machinery))
