@@ -1,6 +1,6 @@
-"""The linearly implicit step for stiff machines, and its derivative.
+"""The right-hand side and the linearly implicit step for stiff machines, with derivatives.
 
-With W = 1 - gamma h J, where J = df/dx at the step's beginning,
+In the step, with W = 1 - gamma h J, where J = df/dx at the step's beginning,
 
     W k1 = f(x),  W k2 = f(x + h k1) - 2 k1,  after = x + 3/2 h k1 + 1/2 h k2
 
@@ -17,7 +17,6 @@ from typing import NamedTuple
 from kinolab.dynamics.codegen.integrators import GAMMA
 from kinolab.numerics.jit import kernel
 from kinolab.simulation.machine import call_under
-from kinolab.simulation.state_derivative import state_derivative
 from kinolab.world.geometry import Array
 
 FD_STEP = 1e-6  # of an entry of a state, or of inputs
@@ -37,6 +36,43 @@ class StepScratch(NamedTuple):
     pivots: Array  # (nx,)
     z: Array  # (nx + inputs,)
     bend: Array  # (nx, nx + inputs), the derivative of J k
+
+
+@kernel
+def state_derivative(code, x, dx, u, du, derive, k, dk, jacobian):  # type: ignore[no-untyped-def]
+    """Set k to f(x, u), and dk to its derivative along dx and du; 0 if it worked.
+
+    Args:
+        code: ``StepCode``.
+        x, u: State (nx,) and inputs (inputs,).
+        dx, du: Their derivatives, shapes (nx, wide) and (inputs, wide).
+        derive: Whether dk is wanted.
+        k, dk: Shapes (nx,) and (nx, wide); written.
+        jacobian: Scratch, shape (nx + inputs, nx).
+    """
+    nx, nu = x.shape[0], u.shape[0]
+    p = code.p.ctypes.data
+    status = call_under(code.f, x.ctypes.data, u.ctypes.data, p, k.ctypes.data)
+    if not derive:
+        return status
+    status |= call_under(code.jacobian, x.ctypes.data, u.ctypes.data, p, jacobian.ctypes.data)
+    wide = dx.shape[1]
+    for i in range(nx):
+        for c in range(wide):
+            dk[i, c] = 0.0
+        for j in range(nx):
+            entry = jacobian[j, i]
+            if entry != 0.0:
+                for c in range(wide):
+                    dk[i, c] += entry * dx[j, c]
+        for j in range(nu):
+            entry = jacobian[nx + j, i]
+            if code.law == 0:
+                dk[i, nx + j] += entry
+            elif entry != 0.0:
+                for c in range(wide):
+                    dk[i, c] += entry * du[j, c]
+    return status
 
 
 @kernel

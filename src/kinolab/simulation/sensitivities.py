@@ -18,8 +18,7 @@ from kinolab.dynamics import Model
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.simulation.machine import call_at, call_under
-from kinolab.simulation.rosenbrock import StepScratch, rosenbrock
-from kinolab.simulation.state_derivative import state_derivative
+from kinolab.simulation.rosenbrock import StepScratch, rosenbrock, state_derivative
 
 Array: TypeAlias = NDArray[np.float64]
 
