@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.model import Model
@@ -180,7 +181,7 @@ class _LoopClosure:
     def _turned_back(self, near: Array, q: Array, limits: Array) -> Array:
         """Return the same configuration without whole turns away from another one."""
         free = self._plant.circular[: len(q)] & ~np.isfinite(limits).any(axis=1)
-        return near - 2 * np.pi * np.where(free, np.rint((near - q) / (2 * np.pi)), 0.0)
+        return near - np.where(free, whole_turns(near - q), 0.0)
 
     def _apart(self, near: Array, q: Array) -> float:
         return float(np.linalg.norm((near - q) / self._scales))

@@ -41,6 +41,11 @@ def wrapped(angle: Any) -> Any:
     return angle - TURN * np.floor((angle + math.pi) / TURN)
 
 
+def whole_turns(angle: Any) -> Any:
+    """Return the multiple of a turn that is nearest to an angle, or to each of an array."""
+    return TURN * np.round(angle / TURN)
+
+
 class StateSpace:
     """Differences of states and steps along them, by the machine's compiled functions.
 

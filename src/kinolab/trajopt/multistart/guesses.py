@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.problem import Problem
 from kinolab.problem.pointing import pointed
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
@@ -53,7 +54,7 @@ class Guesses:
             end[own] = target if start[own] @ target >= 0 else -target
         end = pointed(problem.model, goal, end[None])[0]
         circles = self.circles
-        end[circles] -= 2 * np.pi * np.round((end[circles] - start[circles]) / (2 * np.pi))
+        end[circles] -= whole_turns(end[circles] - start[circles])
         if len(turns):
             end[circles] += 2 * np.pi * np.asarray(turns)
         return np.stack([start, end])

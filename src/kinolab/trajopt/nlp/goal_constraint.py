@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.problem import Problem
 from kinolab.trajopt.options import NLP
 
@@ -28,8 +29,8 @@ class GoalConstraint:
     def __init__(self, problem: Problem, guess: Array) -> None:
         self._problem, goal = problem, problem.goal
         entries = list(goal.indices)
-        turns = np.round((guess[entries] - goal.targets) / (2 * np.pi))
-        targets = goal.targets + np.where(goal.circular, 2 * np.pi * turns, 0.0)
+        turns = whole_turns(guess[entries] - goal.targets)
+        targets = goal.targets + np.where(goal.circular, turns, 0.0)
         for attitude in goal.attitudes:
             own, target = attitude.entries, np.array(attitude.target)
             entries += range(own.start, own.stop)
