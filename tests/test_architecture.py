@@ -1,12 +1,17 @@
-"""What holds the house together: packages, data files, generated files."""
+"""What holds the house together: arrows, names and sizes, packages, data and generated files."""
 
 from __future__ import annotations
 
+import ast
 import os
+import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
+from collections.abc import Iterator
 from fnmatch import fnmatch
+from graphlib import TopologicalSorter
 from pathlib import Path
 from runpy import run_path
 from typing import Any
@@ -19,6 +24,16 @@ from tests.support import ROOT, environment
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SETUPTOOLS = PROJECT["tool"]["setuptools"]
 MESHES = ROOT / "scenarios" / "meshes"
+CODE = {ROOT / "src" / "kinolab": "kinolab", ROOT / "planners": "kinolab.planners"}
+
+FAMILIAR = {"__init__", "data"}  # files that are read with the name of their folder
+MAX_MODULES = 16  # of a folder, beside its subfolders
+FILE_PER_MACHINE = {"systems"}  # they are looked up by name, however many
+MAX_LOOSE_MODULES = 8
+WRAPS = re.compile(  # an angle divided by a turn, or its remainder
+    r"(%|/|\b(mod|fmod|remainder)\().{0,40}(2(\.0)?\s*\*\s*(np|math)\.pi|\btau\b|\bTURN\b)"
+    r"|(arctan2|atan2)\((np\.|math\.)?sin\("
+)
 
 
 def folder_of(package: str) -> Path:
@@ -32,6 +47,59 @@ def packages_on_disk() -> set[str]:
         if "__init__.py" in files:
             found.add(".".join(Path(folder).relative_to(ROOT / "src").parts))
     return found
+
+
+def modules() -> dict[str, Path]:
+    """Return every file of code by the name that it is imported by."""
+    found = {}
+    for folder, package in CODE.items():
+        for path in sorted(folder.rglob("*.py")):
+            parts = path.relative_to(folder).with_suffix("").parts
+            found[".".join((package, *parts)).removesuffix(".__init__")] = path
+    return found
+
+
+def imports_of(path: Path, known: dict[str, Path]) -> Iterator[str]:
+    """Yield the modules that a file imports anywhere, in functions and for types, too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in known)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path} imports from where it lies; write the whole name"
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield from [name for name in (inner, str(node.module)) if name in known][:1]
+
+
+def test_no_import_comes_back_to_where_it_began() -> None:
+    """Imports inside of functions and those for types count: they say what rests on what."""
+    known = modules()
+    arrows = {name: {*imports_of(path, known)} - {name} for name, path in known.items()}
+    TopologicalSorter(arrows).prepare()  # names a circle, where there is one
+
+
+def test_no_name_of_a_file_or_of_a_class_stands_twice() -> None:
+    paths = modules().values()
+    files = Counter(path.stem for path in paths if path.stem not in FAMILIAR)
+    nodes = (node for path in paths for node in ast.walk(ast.parse(path.read_text("utf-8"))))
+    classes = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
+    assert [name for name, count in (files + classes).items() if count > 1] == []
+
+
+def test_angles_are_wrapped_in_one_file() -> None:
+    wrapping = {path.name for path in modules().values() if WRAPS.search(path.read_text("utf-8"))}
+    assert wrapping == {"state_space.py"}
+
+
+def test_no_folder_is_longer_than_a_glance() -> None:
+    sizes = Counter(path.parent for path in modules().values() if path.stem != "__init__")
+    long = {folder.name: size for folder, size in sizes.items() if size > MAX_MODULES}
+    assert long.keys() <= FILE_PER_MACHINE, long
+
+
+def test_few_modules_lie_loose() -> None:
+    loose = {path.stem for path in (ROOT / "src" / "kinolab").glob("*.py")} - FAMILIAR
+    assert len(loose) <= MAX_LOOSE_MODULES, loose
 
 
 def test_every_package_is_listed() -> None:
