@@ -17,8 +17,8 @@ import numpy as np
 
 from kinolab.numerics.jit import kernel
 from kinolab.problem import Problem
+from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.simulation.machine import advance, call_at, call_under
-from kinolab.simulation.safety_factor import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.world.collision.clearance_bound import (
     CollisionScene,
     Scratch,

@@ -1,7 +1,9 @@
-"""Follow inputs through the compiled dynamics, finely enough to count as exact."""
+"""Follow inputs through the compiled dynamics: as good as exactly, or with the planner's steps."""
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -10,7 +12,7 @@ from scipy.linalg import expm
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.problem import Problem
-from kinolab.simulation.compiled_step import CompiledStep
+from kinolab.simulation.compiled_step import CompiledStep, stepper
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -100,3 +102,72 @@ def _pieces(problem: Problem) -> int:
     A, _ = model.jacobian(states, u)
     fastest = float(np.abs(np.linalg.eigvals(A[np.isfinite(A).all(axis=(1, 2))])).max(initial=0.0))
     return int(np.clip(np.ceil(problem.step * fastest / STEP_PER_TIME_CONSTANT), 1, MAX_SUBSTEPS))
+
+
+class ZeroOrderHold:
+    """Simulates a machine in steps of the problem's length, without a look at obstacles."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._calls = CompiledStep(problem)
+        self._step, self._nx = problem.step, problem.model.nx
+        self._bytes = ctypes.sizeof(ctypes.c_double) * self._nx
+
+    def end(self, x: Array, u: Array, steps: int) -> Array | None:
+        """Return the state after some steps with inputs (nu,) held; None where that fails."""
+        calls = self._calls
+        calls.x[:], calls.u[:] = x.tolist(), u.tolist()
+        for _ in range(steps):
+            if calls.step(self._step):
+                return None
+            ctypes.memmove(calls.x, calls.next, self._bytes)
+        reached = np.array(calls.x)
+        return reached if np.isfinite(reached).all() else None
+
+    def end_of(self, x: Array, inputs: Array, steps: int) -> Array | None:
+        """Return the state after each row of inputs (rows, nu) was held for some steps."""
+        for row in inputs:
+            reached = self.end(x, row, steps)
+            if reached is None:
+                return None
+            x = reached
+        return x
+
+
+class CandidateRollouts:
+    """Motions of equal length from one state, each under an input, without a look at obstacles.
+
+    Args:
+        problem: Whose machine moves.
+        count: How many motions.
+        steps: Propagation steps of each.
+
+    Attributes:
+        inputs: One per motion, shape (count, nu); set them before a call.
+        states: Of the motions, their start left out, shape (count, steps, nx).
+    """
+
+    def __init__(self, problem: Problem, count: int, steps: int) -> None:
+        model, h, substeps = problem.model, problem.step, problem.scenario.integration.substeps
+        self.inputs = np.zeros((count, model.nu))
+        self._knots = np.zeros((count, steps + 1, model.nx))
+        self.states = self._knots[:, 1:]
+        self._model, self._p = model, model.parameter_vector()  # kept: addresses point into them
+        self._step = stepper(problem)
+        p = self._p.ctypes.data
+        self._calls = [
+            [
+                (row[j].ctypes.data, u.ctypes.data, p, h, row[j + 1].ctypes.data, substeps, 0)
+                for j in range(steps)
+            ]
+            for row, u in zip(self._knots, self.inputs, strict=True)
+        ]
+
+    def follow(self, start: Sequence[float], k: int) -> Array:
+        """Return the states of one motion, shape (steps, nx); NaN from a step that fails."""
+        self._knots[k, 0] = start
+        for j, arguments in enumerate(self._calls[k]):
+            if self._step(*arguments):
+                self.states[k, j:] = np.nan
+                break
+        states: Array = self.states[k]
+        return states

@@ -16,8 +16,7 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.random_states import sampled_values
-from kinolab.dynamics.derivation.symbol_table import SymbolTable
+from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.expressions import exact

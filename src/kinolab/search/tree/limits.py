@@ -12,9 +12,9 @@ from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.problem import Problem
 from kinolab.simulation.collision_context import place_machine
 from kinolab.simulation.compiled_step import REQUIREMENT_SAMPLES
+from kinolab.simulation.continuous_collision import SAFETY_FACTOR
 from kinolab.simulation.machine import advance, call_under
 from kinolab.simulation.propagator import CONE_RESOLUTION, FD_STEP
-from kinolab.simulation.safety_factor import SAFETY_FACTOR
 
 
 class LimitArrays(NamedTuple):
