@@ -8,13 +8,16 @@ from collections.abc import Callable
 
 from kinolab.verification.check import Check, CheckContext
 from kinolab.verification.checks.along_motion import limits, requirements
-from kinolab.verification.checks.constraint_residuals import constraints
 from kinolab.verification.checks.contacts import collision
 from kinolab.verification.checks.goal_reached import goal
-from kinolab.verification.checks.knot_defects import drift, dynamics, start
-from kinolab.verification.checks.sensitivity import error_growth
-from kinolab.verification.checks.stored_inputs import feedback, inputs
-from kinolab.verification.checks.well_formed import numbers, times
+from kinolab.verification.checks.knot_defects import drift, dynamics, error_growth, start
+from kinolab.verification.checks.stored_rows import (
+    constraints,
+    feedback,
+    inputs,
+    numbers,
+    times,
+)
 
 CheckFunction = Callable[[CheckContext], Check | None]
 

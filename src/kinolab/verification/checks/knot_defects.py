@@ -1,4 +1,4 @@
-"""Do the stored knots lie on the motion that the stored inputs make?"""
+"""Do the stored knots lie on the motion that the stored inputs make, and can it be repeated?"""
 
 from __future__ import annotations
 
@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 
 from kinolab.errors import SingularError
 from kinolab.problem import Problem
-from kinolab.simulation.reference import DivergedError, reference_motion
+from kinolab.simulation.reference import (
+    MAX_ERROR_AMPLIFICATION,
+    DivergedError,
+    reference_motion,
+)
 from kinolab.trajectory import Trajectory
-from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, worst_entry
+from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -50,6 +54,12 @@ def dynamics(context: CheckContext) -> Check:
         return f"at t = {t[k]:.6g} s {_named(context, i, x[k], reached[k])}"
 
     return worst_entry("dynamics", _errors(problem, x, reached), limit, words)
+
+
+def error_growth(context: CheckContext) -> Check:
+    """Perturb the start and see how much farther from the motion the other one ends."""
+    growth, detail = context.error_growth
+    return judged("error growth", growth, MAX_ERROR_AMPLIFICATION, detail)
 
 
 def drift(context: CheckContext) -> Check:
