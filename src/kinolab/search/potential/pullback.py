@@ -20,8 +20,6 @@ from kinolab.search.potential.field import PointForce
 
 Array: TypeAlias = NDArray[np.float64]
 
-FD_STEP = 1e-5  # along a velocity; central differences are then exact to about 1e-10 m per m/s
-
 
 def independent_entries(model: Model) -> slice:
     """Return which entries of the state are independent velocities."""
@@ -55,16 +53,13 @@ def point_jacobians(model: Model, x: Array, points: Sequence[tuple[int, Array]])
         Shape (points, 3, nv).
     """
     columns = velocity_columns(model, x)[0]
-    nudged = np.tile(x, (2 * columns.shape[1], 1))
-    nudged[0::2, : model.nq] += FD_STEP * columns.T
-    nudged[1::2, : model.nq] -= FD_STEP * columns.T
-    poses = model.frames(np.vstack([nudged, x])).reshape(len(nudged) + 1, -1, 3, 4)
-    slopes = (poses[0:-1:2] - poses[1:-1:2]) / (2 * FD_STEP)
+    poses = model.frames(x).reshape(-1, 3, 4)
+    slopes = (model.frames_jacobian(x)[..., : model.nq] @ columns).reshape(len(poses), 3, 4, -1)
     found = np.zeros((len(points), 3, columns.shape[1]))
     for k, (body, at) in enumerate(points):
-        here = poses[-1, body]
-        local = here[:, :3].T @ (at - here[:, 3])
-        found[k] = (slopes[:, body, :, :3] @ local + slopes[:, body, :, 3]).T
+        here = poses[body]
+        local = np.append(here[:, :3].T @ (at - here[:, 3]), 1.0)
+        found[k] = np.einsum("ijk,j->ik", slopes[body], local)
     return found
 
 
