@@ -18,11 +18,12 @@ def unit(vector: ArrayLike) -> Array:
     return turned
 
 
-def turn_between(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the angle in [rad], 0 to pi, between two attitudes, quaternions of shape (4,)."""
+def turn_between(a: ArrayLike, b: ArrayLike) -> Array:
+    """Return the angles in [rad], 0 to pi, between attitudes (..., 4) and others, shape (...)."""
     p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    apart, together = np.linalg.norm(p - q), np.linalg.norm(p + q)
-    return float(4 * np.arctan2(min(apart, together), max(apart, together)))
+    apart, together = np.linalg.norm(p - q, axis=-1), np.linalg.norm(p + q, axis=-1)
+    turns: Array = 4 * np.arctan2(np.minimum(apart, together), np.maximum(apart, together))
+    return turns
 
 
 def random_attitude(generator: np.random.Generator) -> Array:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.numerics.quaternions import turn_between
+from kinolab.numerics.quaternions import multiply, turn_between
 
 Array: TypeAlias = NDArray[np.float64]
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
+
+INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # times a unit quaternion
 
 
 @dataclass(frozen=True)
@@ -31,11 +34,18 @@ class PointTarget:
     position: tuple[float, float, float]
     tolerance: float
 
-    def distance(self, frames: Array) -> float:
+    def in_world(self, frames: Array) -> Array:
+        """Return the point at poses (..., bodies, 12), shape (..., 3): linear in them."""
+        return axis_in_world(self.body, self.at, frames) + frames[..., self.body, 3::4]
+
+    def offset(self, frames: Array) -> Array:
+        """Return where the point is from its target, in [m], shape (..., 3)."""
+        offset: Array = self.in_world(frames) - np.asarray(self.position)
+        return offset
+
+    def error(self, frames: Array) -> float:
         """Return the distance in [m] between the point and its target at poses (bodies, 12)."""
-        pose = frames[self.body].reshape(3, 4)
-        reached = pose[:, :3] @ np.asarray(self.at) + pose[:, 3]
-        return float(np.linalg.norm(reached - np.asarray(self.position)))
+        return float(np.linalg.norm(self.offset(frames)))
 
 
 @dataclass(frozen=True)
@@ -54,9 +64,18 @@ class DirectionTarget:
     target: tuple[float, float, float]
     tolerance: float
 
-    def angle(self, frames: Array) -> float:
+    def in_world(self, frames: Array) -> Array:
+        """Return the axis at poses (..., bodies, 12), shape (..., 3): linear in them."""
+        return axis_in_world(self.body, self.axis, frames)
+
+    def offset(self, frames: Array) -> Array:
+        """Return the chord from the target to the axis, shape (..., 3)."""
+        chord: Array = self.in_world(frames) - np.asarray(self.target)
+        return chord
+
+    def error(self, frames: Array) -> float:
         """Return the angle in [rad] between the axis and the target at poses (bodies, 12)."""
-        return angle_between(self.body, self.axis, self.target, frames)
+        return angle_between(self.in_world(frames), np.asarray(self.target))
 
 
 @dataclass(frozen=True)
@@ -82,9 +101,13 @@ class KeepOutCone:
         """The cone without the distance that plans keep from it."""
         return replace(self, half_angle=self.half_angle - self.clearance, clearance=0.0)
 
+    def in_world(self, frames: Array) -> Array:
+        """Return the axis at poses (..., bodies, 12), shape (..., 3): linear in them."""
+        return axis_in_world(self.body, self.axis, frames)
+
     def angle(self, frames: Array) -> float:
         """Return the angle in [rad] between the axis and the direction at poses (bodies, 12)."""
-        return angle_between(self.body, self.axis, self.direction, frames)
+        return angle_between(self.in_world(frames), np.asarray(self.direction))
 
 
 @dataclass(frozen=True)
@@ -110,12 +133,21 @@ class AttitudeTarget:
 
     def turn(self, x: Array) -> float:
         """Return the angle in [rad] between a state's attitude and the target."""
-        return turn_between(x[self.entries], self.target)
+        return float(turn_between(x[self.entries], self.target))
+
+    def offset(self, x: Array) -> Array:
+        """Return twice the vector part of the turn from the target, shape (3,): smooth near it."""
+        turn = multiply(INVERSE * np.asarray(self.target), x[self.entries])
+        vector: Array = 2 * np.copysign(1.0, turn[3]) * turn[:3]
+        return vector
 
 
 @dataclass(frozen=True, eq=False)
 class Goal:
     """A region around target values of some states, and targets of points and axes.
+
+    How far a state is from the goal is told by ``errors``, of which everything else is a norm, and
+    by ``residual``, which is smooth, for solvers.
 
     Attributes:
         indices: Entries of the state that have a target.
@@ -153,49 +185,68 @@ class Goal:
         difference = self.targets - np.asarray(x)[list(self.indices)]
         return np.where(self.circular, wrapped(difference), difference)
 
-    def excess(self, x: Array, frames: Array | None = None) -> float:
-        """Return how far outside the goal a state is, in tolerances: at most 1 inside.
+    @property
+    def of_bodies(self) -> tuple[PointTarget | DirectionTarget, ...]:
+        """Targets of points, then of axes."""
+        return (*self.points, *self.directions)
 
-        Each deviation is a share of its tolerance; ``norm`` says how they count.
+    @cached_property
+    def error_tolerances(self) -> Array:
+        """The largest size of each of ``errors`` inside the goal."""
+        others = (*self.attitudes, *self.of_bodies)
+        return np.append(self.tolerances, [target.tolerance for target in others])
+
+    def errors(self, x: Array, frames: Array | None = None) -> Array:
+        """Return how far a state is from every target, each in its SI unit, shape (errors,).
+
+        In order: the deviations of named entries, turns of attitudes in [rad], distances of points
+        in [m], angles of axes in [rad].
 
         Args:
             x: State, shape (nx,).
             frames: Poses of the bodies, shape (bodies, 12); needed where ``needs_frames``.
         """
-        shares = (np.abs(self.deviations(x)) / self.tolerances).tolist()
-        shares += [attitude.turn(x) / attitude.tolerance for attitude in self.attitudes]
+        others = [attitude.turn(x) for attitude in self.attitudes]
         if frames is not None:
-            shares += [point.distance(frames) / point.tolerance for point in self.points]
-            shares += [target.angle(frames) / target.tolerance for target in self.directions]
+            others += [target.error(frames) for target in self.of_bodies]
+        return np.append(self.deviations(x), others)
+
+    def residual(self, x: Array, frames: Array | None = None) -> Array:
+        """Return ``errors`` in tolerances, those of attitudes and bodies as vectors of 3.
+
+        It is smooth in x, and 0 in the goal's middle; arguments as for ``errors``.
+        """
+        parts = [self.deviations(x) / self.tolerances]
+        parts += [attitude.offset(x) / attitude.tolerance for attitude in self.attitudes]
+        if frames is not None:
+            parts += [target.offset(frames) / target.tolerance for target in self.of_bodies]
+        return np.concatenate(parts)
+
+    def excess(self, x: Array, frames: Array | None = None) -> float:
+        """Return how far outside the goal a state is, in tolerances: at most 1 inside.
+
+        Each error is a fraction of its tolerance; ``norm`` says how they count. Arguments as for
+        ``errors``.
+        """
+        fractions = np.abs(self.errors(x, frames)) / self.error_tolerances
         if self.norm == "euclidean":
-            return float(np.linalg.norm(shares))
+            return float(np.linalg.norm(fractions))
         if self.norm == "sum":
-            return float(np.sum(shares))
-        return float(np.max(shares, initial=0.0))  # NaN stays NaN, which is outside
+            return float(np.sum(fractions))
+        return float(np.max(fractions, initial=0.0))  # NaN stays NaN, which is outside
 
     def distance(self, x: Array, frames: Array | None = None) -> float:
-        """Return the Euclidean norm of all deviations in SI units; 0 exactly at the goal."""
-        errors = list(self.deviations(x))
-        errors += [attitude.turn(x) for attitude in self.attitudes]
-        if frames is not None:
-            errors += [point.distance(frames) for point in self.points]
-            errors += [direction.angle(frames) for direction in self.directions]
-        return float(np.linalg.norm(errors))
+        """Return the Euclidean norm of all errors in SI units; 0 exactly at the goal."""
+        return float(np.linalg.norm(self.errors(x, frames)))
 
 
-def angle_between(
-    body: int,
-    axis: tuple[float, float, float],
-    direction: tuple[float, float, float],
-    frames: Array,
-) -> float:
-    """Return the angle in [rad] between an axis of a body and a direction of the world.
+def axis_in_world(body: int, axis: tuple[float, float, float], frames: Array) -> Array:
+    """Return an axis of a body at poses (..., bodies, 12), shape (..., 3)."""
+    pose = frames[..., body, :].reshape(*frames.shape[:-2], 3, 4)
+    turned: Array = pose[..., :3] @ np.asarray(axis)
+    return turned
 
-    Args:
-        body: Its row.
-        axis, direction: Unit vectors, the one in the body's frame, the other in the world's.
-        frames: One row [R | p] per body, shape (bodies, 12).
-    """
-    turned = frames[body].reshape(3, 4)[:, :3] @ np.asarray(axis)
-    wanted = np.asarray(direction)
-    return float(np.arctan2(np.linalg.norm(np.cross(turned, wanted)), turned @ wanted))
+
+def angle_between(a: Array, b: Array) -> float:
+    """Return the angle in [rad] between two vectors: sharp everywhere, as the cosine is not."""
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))

@@ -56,28 +56,20 @@ def goal_entries(problem: Problem, x: Array) -> tuple[GoalEntry, ...]:
 def _entries(problem: Problem, x: Array) -> Iterator[GoalEntry]:
     goal, model, bodies = problem.goal, problem.model, problem.bodies
     units = state_units(model)
-    rows = zip(goal.indices, goal.targets, goal.deviations(x), goal.tolerances, strict=True)
-    for i, target, deviation, tolerance in rows:
-        value = float(x[i])
-        if problem.circular[i]:
-            value = float(wrapped(value))
-        error = abs(float(deviation))
-        name, unit = model.state_names[i], units[i]
-        yield GoalEntry(name, value, float(target), error, float(tolerance), unit)
-    for attitude in goal.attitudes:
-        turn = attitude.turn(x)
-        yield GoalEntry(f"turn of {attitude.name}", turn, 0.0, turn, attitude.tolerance, "rad")
-    frames = problem.frames(x) if goal.needs_frames else np.zeros((len(bodies), 12))
-    for point in goal.points:
-        away = point.distance(frames)
-        yield GoalEntry(
-            f"distance of {bodies[point.body].name}", away, 0.0, away, point.tolerance, "m"
-        )
-    for target in goal.directions:
-        turn = target.angle(frames)
-        yield GoalEntry(
-            f"angle of {bodies[target.body].name}", turn, 0.0, turn, target.tolerance, "rad"
-        )
+    values = np.where(problem.circular, wrapped(x), x)
+    told = [
+        (model.state_names[i], float(values[i]), float(target), units[i])
+        for i, target in zip(goal.indices, goal.targets, strict=True)
+    ]
+    measured = [(f"turn of {attitude.name}", "rad") for attitude in goal.attitudes]
+    measured += [(f"distance of {bodies[point.body].name}", "m") for point in goal.points]
+    measured += [(f"angle of {bodies[axis.body].name}", "rad") for axis in goal.directions]
+    errors = np.abs(problem.goal_errors(x)).tolist()
+    sizes = errors[len(told) :]
+    told += [(name, size, 0.0, unit) for (name, unit), size in zip(measured, sizes, strict=True)]
+    rows = zip(told, errors, goal.error_tolerances.tolist(), strict=True)
+    for (name, value, target, unit), error, tolerance in rows:
+        yield GoalEntry(name, value, target, error, tolerance, unit)
 
 
 def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:

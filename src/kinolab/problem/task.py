@@ -134,13 +134,24 @@ class Problem:
         """Return the bodies' poses, shape (bodies, 12), and the cables' ends, (cables, 2, 3)."""
         return self.model.frames(x), self.model.cables(x) if self.cables else NO_ENDS
 
+    def goal_errors(self, x: Array) -> Array:
+        """Return how far a state is from every target, as ``Goal.errors``, shape (errors,)."""
+        return self.goal.errors(x, self._goal_frames(x))
+
+    def goal_residual(self, x: Array) -> Array:
+        """Return the goal errors in tolerances, smooth in x, as ``Goal.residual``."""
+        return self.goal.residual(x, self._goal_frames(x))
+
     def goal_excess(self, x: Array) -> float:
         """Return how far outside the goal a state is: at most 1 inside."""
-        return self.goal.excess(x, self.frames(x) if self.goal.needs_frames else None)
+        return self.goal.excess(x, self._goal_frames(x))
 
     def goal_distance(self, x: Array) -> float:
         """Return the norm of all goal errors in SI units."""
-        return self.goal.distance(x, self.frames(x) if self.goal.needs_frames else None)
+        return self.goal.distance(x, self._goal_frames(x))
+
+    def _goal_frames(self, x: Array) -> Array | None:
+        return self.frames(x) if self.goal.needs_frames else None
 
     def limit_violations(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
         """Yield (name, value, lower, upper) of every limit that a state passes."""

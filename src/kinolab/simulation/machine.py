@@ -25,6 +25,7 @@ class Machine(NamedTuple):
     substeps: int
     f: int
     frames: int
+    frames_tangent: int
     cables: int
     point_speed: int
     cable_speed: int

@@ -13,7 +13,6 @@ from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, ContinuousCollisionCheck
 
 CONE_RESOLUTION = 0.01  # [rad] of an axis between two looks at a forbidden cone
-FD_STEP = 1e-6  # [s] over which the speed of an axis is measured
 # rejections of each cause whose culprit is looked for; beyond them one in SPARSE
 FULLY_EXPLAINED = 200
 EXPLANATION_PERIOD = 32
@@ -202,8 +201,5 @@ class Propagator:
 
 def _axis_speed(problem: Problem, x: np.ndarray, slope: np.ndarray) -> float:
     """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
-    before, after = problem.frames(np.stack([x, x + FD_STEP * slope]))
-    turned = (after - before).reshape(-1, 3, 4)[:, :, :3]
-    return max(
-        float(np.linalg.norm(turned[cone.body] @ cone.axis)) / FD_STEP for cone in problem.keep_outs
-    )
+    rates = problem.model.frames_jacobian(x) @ slope
+    return max(float(np.linalg.norm(cone.in_world(rates))) for cone in problem.keep_outs)

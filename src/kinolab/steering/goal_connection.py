@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.cancel import CancellationToken, CancelledError, raise_if_cancelled
-from kinolab.numerics.quaternions import multiply
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator, ZeroOrderHold
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
@@ -120,7 +119,7 @@ class GoalConnection:
 
         def residual(shares: Array) -> Array:
             reached = end(shares)
-            errors = goal_errors(self._problem, x if reached is None else reached)
+            errors = self._problem.goal_residual(x if reached is None else reached)
             # what runs away has squares that are not finite
             errors = np.clip(errors, -MAX_ERROR, MAX_ERROR)
             return np.concatenate([errors, CONTROL_WEIGHT * shares])
@@ -163,22 +162,3 @@ def _goals(problem: Problem, steering: Steering) -> list[Array]:
         if settled is not None and problem.goal_excess(settled[0]) <= TOLERANCE_FRACTION:
             found.append(settled[0])
     return found
-
-
-def goal_errors(problem: Problem, x: Array) -> Array:
-    """Return the goal's errors at x (nx,) in tolerances, shape (ng,); smooth, 0 in its middle."""
-    goal = problem.goal
-    errors = [goal.deviations(x) / goal.tolerances]
-    for attitude in goal.attitudes:
-        away = np.array([-1.0, -1.0, -1.0, 1.0]) * attitude.target
-        turn = multiply(away, x[attitude.entries])
-        errors.append(2 * np.copysign(1.0, turn[3]) * turn[:3] / attitude.tolerance)
-    if goal.needs_frames:
-        poses = problem.frames(x).reshape(-1, 3, 4)
-        for point in goal.points:
-            reached = poses[point.body, :, :3] @ point.at + poses[point.body, :, 3]
-            errors.append((reached - point.position) / point.tolerance)
-        for direction in goal.directions:
-            turned = poses[direction.body, :, :3] @ direction.axis
-            errors.append((turned - direction.target) / direction.tolerance)
-    return np.concatenate(errors)

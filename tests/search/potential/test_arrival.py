@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import kinolab
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator, ZeroOrderHold
-from kinolab.steering.goal_connection import GoalConnection, goal_errors
+from kinolab.steering.goal_connection import GoalConnection
 from tests.support import OPEN, WALL, problem_of
 
 Array = NDArray[np.float64]
@@ -67,16 +67,16 @@ def test_a_search_that_must_end_does_not_shoot(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["crane_factory", "diffdrive_warehouse", "submarine_corridor"])
-def test_goal_errors_vanish_in_the_middle_of_the_goal_and_are_shares_of_tolerances(
+def test_goal_residuals_vanish_in_the_middle_of_the_goal_and_are_fractions_of_tolerances(
     name: str,
 ) -> None:
     """Their largest is the goal's own excess; attitudes are smooth in place of exact: 1 % here."""
     problem, generator = kinolab.load(name), np.random.default_rng(1)
     middle = in_goal(problem)
-    assert np.abs(goal_errors(problem, middle)).max() < 1e-6
+    assert np.abs(problem.goal_residual(middle)).max() < 1e-6
     for _ in range(20):
         x = problem.sample_goal(generator)
-        errors, attitudes = goal_errors(problem, x), problem.goal.attitudes
+        errors, attitudes = problem.goal_residual(x), problem.goal.attitudes
         plain = np.abs(errors[: len(problem.goal.indices)]).max()
         turned = max((a.turn(x) / a.tolerance for a in attitudes), default=0.0)
         assert max(plain, turned) == pytest.approx(problem.goal_excess(x), rel=1e-9)

@@ -78,27 +78,9 @@ def _reached(problem: Problem, guess: Array) -> Array:
         return problem.model.project(np.concatenate([q, guess[nq:]]))
 
     found = least_squares(
-        lambda q: _errors(problem, state(q)),
+        lambda q: problem.goal_residual(state(q)),
         np.clip(guess[:nq], lower, upper),
         bounds=(lower, upper),
         max_nfev=MAX_EVALUATIONS,
     )
     return state(found.x)
-
-
-def _errors(problem: Problem, x: Array) -> Array:
-    """Return all deviations from the goal's centre as shares of their tolerances."""
-    goal, frames = problem.goal, problem.frames(x)
-    parts = [goal.deviations(x) / goal.tolerances]
-    for point in goal.points:
-        pose = frames[point.body].reshape(3, 4)
-        at = pose[:, :3] @ np.array(point.at) + pose[:, 3]
-        parts.append((at - np.array(point.position)) / point.tolerance)
-    for target in goal.directions:
-        axis = frames[target.body].reshape(3, 4)[:, :3] @ np.array(target.axis)
-        parts.append((axis - np.array(target.target)) / target.tolerance)
-    for attitude in goal.attitudes:
-        near = x[attitude.entries]
-        wanted = np.array(attitude.target)
-        parts.append((near - np.copysign(1.0, near @ wanted) * wanted) / attitude.tolerance)
-    return np.concatenate(parts)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.quaternions import turn_between
 from kinolab.problem import Problem
 from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION
@@ -174,6 +175,5 @@ class ControlGuide:
             total: Array = (shares**2).sum(axis=-1)
             for attitude in goal.attitudes:
                 part = attitude.entries
-                along = np.minimum(1.0, np.abs(states[..., part] @ aim[part]))
-                total += (2 * np.arccos(along) / attitude.tolerance) ** 2
+                total += (turn_between(states[..., part], aim[part]) / attitude.tolerance) ** 2
         return total

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,8 +28,7 @@ class GoalErrors:
             strict=True,
         )
         self._box = list(rows)
-        self._attitudes = [(a.index, a.target, a.tolerance) for a in goal.attitudes]
-        self.size = len(self._box) + len(self._attitudes) + goal.needs_frames
+        self.size = len(self._box) + len(goal.attitudes) + goal.needs_frames
 
     def fractions(self, values: Sequence[float]) -> list[float] | None:
         """Return one number per tolerance; None where one of them is out of reach.
@@ -46,9 +44,8 @@ class GoalErrors:
             if not -self._reach <= fraction <= self._reach:
                 return None
             found.append(fraction)
-        for first, target, tolerance in self._attitudes:
-            along = sum(a * b for a, b in zip(values[first : first + 4], target, strict=True))
-            fraction = 2 * math.acos(min(1.0, abs(along))) / tolerance
+        for attitude in self._problem.goal.attitudes:
+            fraction = attitude.turn(np.array(values)) / attitude.tolerance
             if not fraction <= self._reach:
                 return None
             found.append(fraction)

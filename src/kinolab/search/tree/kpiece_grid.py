@@ -21,8 +21,9 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.numerics.rng import uniform
 from kinolab.problem import Problem
+from kinolab.problem.goal_kernel import normalized_error
 from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
-from kinolab.search.tree.problem_arrays import ProblemArrays, normalized_error
+from kinolab.search.tree.problem_arrays import ProblemArrays
 
 EMPTY = -1
 BLOCK = 64  # cells whose most important one is known

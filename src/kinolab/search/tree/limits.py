@@ -10,11 +10,12 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.problem import Problem
+from kinolab.problem.goal_kernel import axis_angle, carried
 from kinolab.simulation.collision_context import place_machine
 from kinolab.simulation.compiled_step import REQUIREMENT_SAMPLES
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR
 from kinolab.simulation.machine import advance, call_under
-from kinolab.simulation.propagator import CONE_RESOLUTION, FD_STEP
+from kinolab.simulation.propagator import CONE_RESOLUTION
 
 
 class LimitArrays(NamedTuple):
@@ -34,7 +35,6 @@ class LimitArrays(NamedTuple):
     margins: Array  # (requirements,) scratch
     slope: Array  # (2, nx) scratch
     beside: Array  # (nx,) scratch
-    axes: Array  # (cones, 3) scratch
 
 
 def limit_arrays(problem: Problem) -> LimitArrays:
@@ -57,7 +57,6 @@ def limit_arrays(problem: Problem) -> LimitArrays:
         margins=np.zeros(max(requirements, 1)),
         slope=np.zeros((2, model.nx)),
         beside=np.zeros(model.nx),
-        axes=np.zeros((len(cones), 3)),
     )
 
 
@@ -186,29 +185,12 @@ def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-unty
 @kernel
 def outside_cones(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
     """Say whether all axes are outside of their cones at a state."""
-    point_axes(machine, limits, x, scratch)
-    for c in range(limits.body.shape[0]):
-        square = 0.0
-        for i in range(3):
-            square += (limits.axes[c, i] - limits.direction[c, i]) ** 2
-        # The chord is sharp where the cosine is not.
-        if not 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(square))) >= limits.half_angle[c]:
-            return False
-    return True
-
-
-@kernel
-def point_axes(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
-    """Write the axes in the world at a state to ``limits.axes``."""
     place_machine(machine, x, scratch)
     for c in range(limits.body.shape[0]):
-        pose = scratch.poses[limits.body[c]]
-        for i in range(3):
-            limits.axes[c, i] = (
-                pose[4 * i] * limits.axis[c, 0]
-                + pose[4 * i + 1] * limits.axis[c, 1]
-                + pose[4 * i + 2] * limits.axis[c, 2]
-            )
+        angle = axis_angle(scratch.poses[limits.body[c]], limits.axis[c], limits.direction[c])
+        if not angle >= limits.half_angle[c]:
+            return False
+    return True
 
 
 @kernel
@@ -220,25 +202,14 @@ def turning(machine, limits, x, slope, scratch):  # type: ignore[no-untyped-def]
         x, slope: State and its time derivative, shape (nx,).
         scratch: ``CollisionScratch``.
     """
-    point_axes(machine, limits, x, scratch)
-    before, fastest = limits.axes, 0.0
-    neighbouring_state(limits.beside, x, slope)
-    place_machine(machine, limits.beside, scratch)
+    call_under(
+        machine.frames_tangent, x.ctypes.data, machine.p.ctypes.data, slope.ctypes.data,
+        scratch.poses.ctypes.data,
+    )  # fmt: skip
+    fastest = 0.0
     for c in range(limits.body.shape[0]):
-        pose, square = scratch.poses[limits.body[c]], 0.0
+        rates, square = scratch.poses[limits.body[c]], 0.0
         for i in range(3):
-            turned = (
-                pose[4 * i] * limits.axis[c, 0]
-                + pose[4 * i + 1] * limits.axis[c, 1]
-                + pose[4 * i + 2] * limits.axis[c, 2]
-            )
-            square += (turned - before[c, i]) ** 2
-        fastest = max(fastest, math.sqrt(square) / FD_STEP)
+            square += carried(rates, limits.axis[c], i) ** 2
+        fastest = max(fastest, math.sqrt(square))
     return fastest
-
-
-@kernel
-def neighbouring_state(beside, x, slope):  # type: ignore[no-untyped-def]
-    """Write the state an instant later."""
-    for i in range(x.shape[0]):
-        beside[i] = x[i] + FD_STEP * slope[i]

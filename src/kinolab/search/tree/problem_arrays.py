@@ -2,46 +2,27 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import Array, Integers
 from kinolab.numerics.rng import attitude, below, uniform
 from kinolab.problem import Problem
+from kinolab.problem.goal_kernel import (
+    GoalArrays,
+    body_violation,
+    goal_arrays,
+    state_violation,
+    wrapped_angle,
+)
 from kinolab.search.tree.limits import LimitArrays, limit_arrays
 from kinolab.simulation.collision_context import place_machine
 
 GOAL_SAMPLES = 4096  # states around the goal that are drawn beforehand
 GOAL_STATES = 256  # states in the goal
-
-LARGEST, SUM, EUCLIDEAN = range(3)
-NORMS = {"max": LARGEST, "sum": SUM, "euclidean": EUCLIDEAN}
-
-
-class GoalArrays(NamedTuple):
-    """Targets and tolerances; angles are judged the short way."""
-
-    entry: Integers  # (named,) entries of the state
-    target: Array  # (named,)
-    tolerance: Array  # (named,)
-    circular: NDArray[np.bool_]  # (named,)
-    attitude: Integers  # (attitudes,) where their quaternions begin
-    quaternion: Array  # (attitudes, 4)
-    turn: Array  # (attitudes,) tolerances in [rad]
-    point_body: Integers  # (points,)
-    point_at: Array  # (points, 3) in the body's frame
-    point_target: Array  # (points, 3)
-    point_tolerance: Array  # (points,)
-    axis_body: Integers  # (axes,)
-    axis: Array  # (axes, 3) in the body's frame
-    axis_target: Array  # (axes, 3)
-    axis_tolerance: Array  # (axes,) in [rad]
-    norm: int  # what counts of all shares: LARGEST, SUM or EUCLIDEAN
 
 
 class ProblemArrays(NamedTuple):
@@ -79,7 +60,7 @@ def gather_problem(problem: Problem, goal_region_scale: float, seed: int) -> Pro
         entry=entry.astype(np.int64),
         weight=_row(problem.weights[entry]),
         circular=np.ascontiguousarray(problem.circular[entry]),
-        goal=gather_goal(problem),
+        goal=goal_arrays(problem.goal),
         goal_samples=problem.sample_goals(random, spreads),
         goal_states=problem.sample_goals(random, np.ones(GOAL_STATES)),
         step=problem.step,
@@ -91,44 +72,8 @@ def metric_periods(arrays: ProblemArrays) -> Array:
     return np.where(arrays.circular, 2 * np.pi * arrays.weight, np.inf)
 
 
-def gather_goal(problem: Problem) -> GoalArrays:
-    """Return a problem's goal as arrays."""
-    goal = problem.goal
-
-    def rows(things: Any, name: str, width: int) -> Array:
-        return np.array([getattr(thing, name) for thing in things], dtype=float).reshape(-1, width)
-
-    def column(things: Any, name: str) -> Array:
-        return np.array([getattr(thing, name) for thing in things], dtype=float)
-
-    def whole(things: Any, name: str) -> Integers:
-        return np.array([getattr(thing, name) for thing in things], dtype=np.int64)
-
-    return GoalArrays(
-        entry=np.array(goal.indices, dtype=np.int64),
-        target=_row(goal.targets),
-        tolerance=_row(goal.tolerances),
-        circular=np.ascontiguousarray(goal.circular, dtype=bool),
-        attitude=whole(goal.attitudes, "index"),
-        quaternion=rows(goal.attitudes, "target", 4),
-        turn=column(goal.attitudes, "tolerance"),
-        point_body=whole(goal.points, "body"),
-        point_at=rows(goal.points, "at", 3),
-        point_target=rows(goal.points, "position", 3),
-        point_tolerance=column(goal.points, "tolerance"),
-        axis_body=whole(goal.directions, "body"),
-        axis=rows(goal.directions, "axis", 3),
-        axis_target=rows(goal.directions, "target", 3),
-        axis_tolerance=column(goal.directions, "tolerance"),
-        norm=NORMS[goal.norm],
-    )
-
-
 def _row(values: Array) -> Array:
     return np.ascontiguousarray(values, dtype=float)
-
-
-wrapped_angle = kernel(wrapped)
 
 
 @kernel
@@ -172,64 +117,14 @@ def sample_control(arrays, random, u):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def normalized_error(goal, k, x):  # type: ignore[no-untyped-def]
-    """Return how far a named entry is from its target, as a share of its tolerance."""
-    gap = x[goal.entry[k]] - goal.target[k]
-    return (wrapped_angle(gap) if goal.circular[k] else gap) / goal.tolerance[k]
-
-
-@kernel
 def goal_violation(search, x, enough):  # type: ignore[no-untyped-def]
-    """Return how far outside the goal a state is, in tolerances, as ``GoalArrays.goal_violation``.
+    """Return how far outside the goal a state is, in tolerances, as ``Goal.excess``.
 
-    Once it is known to be more than ``enough``, the rest is not looked at.
+    Once it is known to be more than ``enough``, the rest is not worked out.
     """
-    goal, far = search.problem.goal, 0.0
-    for k in range(goal.entry.shape[0]):
-        far = larger_violation(goal, far, abs(normalized_error(goal, k, x)))
-        if not far <= enough:  # NaN included
-            return far
-    for k in range(goal.attitude.shape[0]):
-        first, along = goal.attitude[k], 0.0
-        for i in range(4):
-            along += goal.quaternion[k, i] * x[first + i]
-        far = larger_violation(goal, far, 2.0 * math.acos(min(1.0, abs(along))) / goal.turn[k])
+    goal = search.problem.goal
+    far = state_violation(goal, x, enough)
     if (goal.point_body.shape[0] == 0 and goal.axis_body.shape[0] == 0) or not far <= enough:
         return far
     place_machine(search.machine, x, search.scratch)
-    return body_goal_violation(goal, search.scratch, far)
-
-
-@kernel
-def larger_violation(goal, far, error):  # type: ignore[no-untyped-def]
-    """Return how far outside the goal a state is, one more share counted; NaN stays NaN."""
-    if goal.norm == EUCLIDEAN:
-        return math.sqrt(far * far + error * error)
-    if goal.norm == SUM:
-        return far + abs(error)
-    return far if error <= far or math.isnan(far) else error
-
-
-@kernel
-def body_goal_violation(goal, scratch, far):  # type: ignore[no-untyped-def]
-    """Count the shares of points and axes at poses; see ``GoalArrays.goal_violation``."""
-    for k in range(goal.point_body.shape[0]):
-        pose, square = scratch.poses[goal.point_body[k]], 0.0
-        for i in range(3):
-            gap = pose[4 * i + 3] - goal.point_target[k, i]
-            for j in range(3):
-                gap += pose[4 * i + j] * goal.point_at[k, j]
-            square += gap * gap
-        far = larger_violation(goal, far, math.sqrt(square) / goal.point_tolerance[k])
-    for k in range(goal.axis_body.shape[0]):
-        pose, square = scratch.poses[goal.axis_body[k]], 0.0
-        for i in range(3):
-            turned = 0.0
-            for j in range(3):
-                turned += pose[4 * i + j] * goal.axis[k, j]
-            gap = turned - goal.axis_target[k, i]
-            square += gap * gap
-        # The chord is sharp where the cosine is not.
-        angle = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(square)))
-        far = larger_violation(goal, far, angle / goal.axis_tolerance[k])
-    return far
+    return body_violation(goal, search.scratch.poses, far)

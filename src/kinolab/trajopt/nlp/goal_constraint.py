@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TypeAlias
 
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.problem import Problem
-from kinolab.trajopt.options import NLP
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -42,7 +40,11 @@ class GoalConstraint:
     def residual(self, x: Array) -> Array:
         """Return what is missing at a last state, as shares of what counts as large."""
         near = (x[self._entries] - self._targets) / self._large
-        return np.concatenate([near, *self._of_bodies(x)])
+        goal = self._problem.goal
+        if not goal.needs_frames:
+            return near
+        frames = self._problem.frames(x)
+        return np.concatenate([near, *(target.offset(frames) for target in goal.of_bodies)])
 
     def jacobian(self, x: Array) -> Array:
         """Return the derivative of ``residual``, shape (m, nx)."""
@@ -51,20 +53,5 @@ class GoalConstraint:
         own[np.arange(len(self._entries)), self._entries] = 1 / self._large
         if not goal.needs_frames:
             return own
-        columns = [
-            (np.concatenate([*self._of_bodies(x + d)]) - np.concatenate([*self._of_bodies(x - d)]))
-            / (2 * NLP.fd_step)
-            for d in NLP.fd_step * np.eye(nx)
-        ]
-        return np.vstack([own, np.column_stack(columns)])
-
-    def _of_bodies(self, x: Array) -> Iterator[Array]:
-        goal = self._problem.goal
-        if not goal.needs_frames:
-            return
-        frames = self._problem.frames(x).reshape(-1, 3, 4)
-        for point in goal.points:
-            pose = frames[point.body]
-            yield pose[:, :3] @ np.asarray(point.at) + pose[:, 3] - np.asarray(point.position)
-        for axis in goal.directions:
-            yield frames[axis.body][:, :3] @ np.asarray(axis.axis) - np.asarray(axis.target)
+        columns = np.moveaxis(self._problem.model.frames_jacobian(x), -1, 0)
+        return np.vstack([own, *(target.in_world(columns).T for target in goal.of_bodies)])

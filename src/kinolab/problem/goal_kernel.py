@@ -1,0 +1,150 @@
+"""The errors of a goal in compiled code, one by one, with the arithmetic of ``Goal.errors``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.kd_forest import Array, Integers
+from kinolab.problem.goal import Goal
+
+LARGEST, SUM, EUCLIDEAN = range(3)
+NORMS = {"max": LARGEST, "sum": SUM, "euclidean": EUCLIDEAN}
+
+
+class GoalArrays(NamedTuple):
+    """Targets and tolerances; angles are judged the short way."""
+
+    entry: Integers  # (named,) entries of the state
+    target: Array  # (named,)
+    tolerance: Array  # (named,)
+    circular: NDArray[np.bool_]  # (named,)
+    attitude: Integers  # (attitudes,) where their quaternions begin
+    quaternion: Array  # (attitudes, 4)
+    turn: Array  # (attitudes,) tolerances in [rad]
+    point_body: Integers  # (points,)
+    point_at: Array  # (points, 3) in the body's frame
+    point_target: Array  # (points, 3)
+    point_tolerance: Array  # (points,)
+    axis_body: Integers  # (axes,)
+    axis: Array  # (axes, 3) in the body's frame
+    axis_target: Array  # (axes, 3)
+    axis_tolerance: Array  # (axes,) in [rad]
+    norm: int  # what counts of all fractions: LARGEST, SUM or EUCLIDEAN
+
+
+def goal_arrays(goal: Goal) -> GoalArrays:
+    """Return a goal as arrays."""
+
+    def rows(things: Any, name: str, width: int) -> Array:
+        return np.array([getattr(thing, name) for thing in things], dtype=float).reshape(-1, width)
+
+    def column(things: Any, name: str) -> Array:
+        return np.array([getattr(thing, name) for thing in things], dtype=float)
+
+    def whole(things: Any, name: str) -> Integers:
+        return np.array([getattr(thing, name) for thing in things], dtype=np.int64)
+
+    return GoalArrays(
+        entry=np.array(goal.indices, dtype=np.int64),
+        target=np.ascontiguousarray(goal.targets, dtype=float),
+        tolerance=np.ascontiguousarray(goal.tolerances, dtype=float),
+        circular=np.ascontiguousarray(goal.circular, dtype=bool),
+        attitude=whole(goal.attitudes, "index"),
+        quaternion=rows(goal.attitudes, "target", 4),
+        turn=column(goal.attitudes, "tolerance"),
+        point_body=whole(goal.points, "body"),
+        point_at=rows(goal.points, "at", 3),
+        point_target=rows(goal.points, "position", 3),
+        point_tolerance=column(goal.points, "tolerance"),
+        axis_body=whole(goal.directions, "body"),
+        axis=rows(goal.directions, "axis", 3),
+        axis_target=rows(goal.directions, "target", 3),
+        axis_tolerance=column(goal.directions, "tolerance"),
+        norm=NORMS[goal.norm],
+    )
+
+
+wrapped_angle = kernel(wrapped)
+
+
+@kernel
+def normalized_error(goal, k, x):  # type: ignore[no-untyped-def]
+    """Return how far a named entry is from its target, as a fraction of its tolerance."""
+    gap = x[goal.entry[k]] - goal.target[k]
+    return (wrapped_angle(gap) if goal.circular[k] else gap) / goal.tolerance[k]
+
+
+@kernel
+def state_violation(goal, x, enough):  # type: ignore[no-untyped-def]
+    """Return how far outside the goal a state (nx,) is, in tolerances, bodies apart.
+
+    Once it is known to be more than ``enough``, the rest is not worked out.
+    """
+    far = 0.0
+    for k in range(goal.entry.shape[0]):
+        far = add_violation(goal, far, abs(normalized_error(goal, k, x)))
+        if not far <= enough:  # NaN included
+            return far
+    for k in range(goal.attitude.shape[0]):
+        far = add_violation(goal, far, turn_from_target(goal, k, x) / goal.turn[k])
+    return far
+
+
+@kernel
+def turn_from_target(goal, k, x):  # type: ignore[no-untyped-def]
+    """Return the angle in [rad] between an attitude and its target, as ``turn_between``."""
+    first, apart, together = goal.attitude[k], 0.0, 0.0
+    for i in range(4):
+        apart += (x[first + i] - goal.quaternion[k, i]) ** 2
+        together += (x[first + i] + goal.quaternion[k, i]) ** 2
+    return 4.0 * math.atan2(math.sqrt(min(apart, together)), math.sqrt(max(apart, together)))
+
+
+@kernel
+def add_violation(goal, far, error):  # type: ignore[no-untyped-def]
+    """Return how far outside the goal a state is, one more fraction counted; NaN stays NaN."""
+    if goal.norm == EUCLIDEAN:
+        return math.sqrt(far * far + error * error)
+    if goal.norm == SUM:
+        return far + abs(error)
+    return far if error <= far or math.isnan(far) else error
+
+
+@kernel
+def body_violation(goal, poses, far):  # type: ignore[no-untyped-def]
+    """Count the fractions of points and axes at poses (bodies, 12) in addition to ``far``."""
+    for k in range(goal.point_body.shape[0]):
+        pose, square = poses[goal.point_body[k]], 0.0
+        for i in range(3):
+            gap = pose[4 * i + 3] - goal.point_target[k, i]
+            for j in range(3):
+                gap += pose[4 * i + j] * goal.point_at[k, j]
+            square += gap * gap
+        far = add_violation(goal, far, math.sqrt(square) / goal.point_tolerance[k])
+    for k in range(goal.axis_body.shape[0]):
+        angle = axis_angle(poses[goal.axis_body[k]], goal.axis[k], goal.axis_target[k])
+        far = add_violation(goal, far, angle / goal.axis_tolerance[k])
+    return far
+
+
+@kernel
+def axis_angle(pose, axis, target):  # type: ignore[no-untyped-def]
+    """Return the angle in [rad] between a body's axis at a pose (12,) and a target (3,)."""
+    a0, a1, a2 = carried(pose, axis, 0), carried(pose, axis, 1), carried(pose, axis, 2)
+    c0 = a1 * target[2] - a2 * target[1]
+    c1 = a2 * target[0] - a0 * target[2]
+    c2 = a0 * target[1] - a1 * target[0]
+    along = a0 * target[0] + a1 * target[1] + a2 * target[2]
+    return math.atan2(math.sqrt(c0 * c0 + c1 * c1 + c2 * c2), along)
+
+
+@kernel
+def carried(pose, axis, i):  # type: ignore[no-untyped-def]
+    """Return a component in the world of an axis (3,) of a body at a pose (12,)."""
+    return pose[4 * i] * axis[0] + pose[4 * i + 1] * axis[1] + pose[4 * i + 2] * axis[2]
