@@ -24,7 +24,7 @@ from typing import Any
 from gallery import describe
 
 from kinolab.search import AbstractPlanner, Budget, Outcome
-from kinolab.solve.garbage_collection import old_objects_left_alone
+from kinolab.solve.attempt import old_objects_left_alone
 
 HALVINGS = 6  # of a limit, where a search keeps solving its problem
 PATIENCE = 600  # [s] for a pair

@@ -29,7 +29,8 @@ from kinolab.scenario import builtin_scenarios
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.search import Budget
 from kinolab.simulation import stiffness
-from kinolab.solve.attempt import attempt, make_planner
+from kinolab.solve.attempt import attempt
+from kinolab.solve.request import make_planner
 from tests.outsiders import SKID, skid_steered, written
 
 RK4 = 'integration.method="rk4"'

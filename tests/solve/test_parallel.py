@@ -313,7 +313,7 @@ def test_a_system_without_room_for_so_many_processes_is_told(
         started.append(start())
         return started[0]
 
-    monkeypatch.setattr("kinolab.solve.process_job.start_process", refuse)
+    monkeypatch.setattr("kinolab.solve.jobs.start_process", refuse)
     with pytest.raises(JobsError) as caught:
         table.solve(seed=1, jobs=2)
     told = "seed 2: its process cannot be started ([Errno 11] Resource temporarily unavailable)."

@@ -21,13 +21,13 @@ import numpy as np
 import pytest
 
 from kinolab import planners
-from kinolab.cancel import CancelledError, never_cancelled, raise_if_cancelled
+from kinolab.cancel import raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.problem import Problem
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.simulation import CandidateRollouts, CompiledStep
 from kinolab.simulation.reference import interval
-from kinolab.solve.garbage_collection import old_objects_left_alone
+from kinolab.solve.attempt import old_objects_left_alone
 from kinolab.world import CollisionChecker
 from tests.planners.test_planners import hard
 from tests.scenes import ROOM, scene
@@ -287,53 +287,3 @@ def test_who_leaves_old_objects_alone_first_ends_it() -> None:
             pass
         assert gc.get_freeze_count() > 10_000
     assert gc.get_freeze_count() == 0
-
-
-# --- the budget ---
-
-
-def test_preparation_does_not_count_whenever_it_is_made() -> None:
-    now = 0.0
-    budget = Budget(10.0, clock=lambda: now)
-    now = 3.0
-    budget.restart()
-    now = 5.0
-    with budget.preparing():
-        now = 50.0
-    assert (budget.elapsed, budget.prepared, budget.expired()) == (2.0, 48.0, False)
-    now = 58.5
-    assert (budget.elapsed, budget.expired()) == (10.5, True)
-
-
-def test_an_iteration_that_is_begun_may_be_finished_and_no_other_may_begin() -> None:
-    budget = Budget(10.0, max_iterations=2, clock=lambda: 0.0)
-    assert not budget.spent()
-    budget.take_back()
-    assert not budget.spent()
-    assert not budget.spent()
-    assert (budget.iterations, budget.over, budget.expired()) == (2, True, False)
-    assert budget.spent()
-    budget.end()
-    assert budget.expired()
-
-
-def test_looking_raises_only_when_it_is_time() -> None:
-    raise_if_cancelled(never_cancelled)
-    with pytest.raises(CancelledError):
-        raise_if_cancelled(lambda: True)
-
-
-@pytest.mark.parametrize(
-    ("taken", "compiled", "late"),
-    [(100.0, 0.0, True), (100.0, 95.0, False), (20.0, 0.0, False), (36.0, 0.0, True)],
-)
-def test_a_world_that_takes_much_longer_to_build_than_the_limit_leaves_no_time(
-    taken: float, compiled: float, late: bool
-) -> None:
-    """Half a minute to load things is free, and so is compiling, which happens once."""
-    now = [0.0]
-    budget = Budget(5.0, clock=lambda: now[0], compiled=lambda: compiled)
-    now[0] = taken
-    budget.restart()
-    assert budget.expired() is late
-    assert budget.prepared == taken

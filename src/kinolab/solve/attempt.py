@@ -2,51 +2,48 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from threading import RLock
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from kinolab import planners
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
-from kinolab.search.plugins import full_reference, search
+from kinolab.search.plugins import search
 from kinolab.simulation import stiffness
 from kinolab.simulation.reference import DivergedError, follow_map, resimulate, trajectory_under
-from kinolab.solve.garbage_collection import old_objects_left_alone
-from kinolab.solve.plan import Plan
+from kinolab.solve.plan import REFUSED, Plan
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
 
 T = TypeVar("T")
 
 MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # the true motion may reach the goal
-UNVERIFIED = "Interrupted before what was found had been verified."
 
 # In threads one motion at a time: judged at once, each would take as long as all.
 judging = RLock()
 
 
-def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
-    """Return a planner with the scenario's settings, overridden by those given here.
+@dataclass(frozen=True)
+class Verdict:
+    """What a search's result is worth; the attributes are those of a plan."""
 
-    The scenario's settings are those of the planner that it names: another one has its own.
+    status: str
+    message: str
+    trajectory: Trajectory | None = None
+    certificate: Certificate | None = None
+    goal_distance: float = math.nan
 
-    Raises:
-        InputError: If the planner or a setting does not exist.
-    """
-    section = problem.scenario.planner
-    own = full_reference(section.name, problem.scenario.folder)
-    chosen = own if name is None else full_reference(name, Path.cwd())
-    inherited = section.settings if chosen == own else {}
-    return planners.make(chosen, {**inherited, **settings})
+
+UNVERIFIED = Verdict("interrupted", "Interrupted before what was found had been verified.")
 
 
 def attempt(
@@ -57,7 +54,7 @@ def attempt(
     *,
     keep_approach: bool = True,
 ) -> Plan:
-    """Search with one seed and judge what it gave.
+    """Search with one seed and judge what it gave; what was done before an interrupt is kept.
 
     Args:
         problem: What to solve.
@@ -66,7 +63,30 @@ def attempt(
         budget: When to stop.
         keep_approach: Whether a motion that misses the goal is worth re-simulating.
     """
-    return _Attempt(problem, searcher, seed, budget).plan(keep_approach)
+    timings: dict[str, float] = {}
+    result = _searched(problem, searcher, seed, budget, timings)
+    with judging:
+        if budget.abandoned:
+            verdict = UNVERIFIED
+        elif result.outcome in MISSED and not keep_approach:
+            verdict = Verdict(result.outcome.name.lower(), result.outcome.value)
+        else:
+            verdict = _judged(problem, result, budget, timings)
+    return Plan(
+        verdict.status,
+        verdict.trajectory,
+        verdict.certificate,
+        searcher.name,
+        seed,
+        result.iterations,
+        verdict.goal_distance,
+        timings,
+        dict(result.statistics),
+        {cause: dict(shares) for cause, shares in result.rejections.items()},
+        verdict.message,
+        interrupted=budget.interrupted,
+        graph=result.graph,
+    )
 
 
 def motion(
@@ -80,154 +100,119 @@ def motion(
         seed: Of the random numbers.
         budget: When to stop.
     """
-    further = _Attempt(problem, searcher, seed, budget)
     try:
-        result = further.search()
-        return further.motion(result) if result.outcome is Outcome.SOLVED else None
+        result = _searched(problem, searcher, seed, budget, {})
+        solved = result.outcome is Outcome.SOLVED
+        return _simulated(problem, result, budget, {}) if solved else None
     except KinolabError:
         return None
 
 
-@dataclass
-class _Attempt:
-    """The stages of an attempt; each may be broken off, and what came before it is kept."""
+def _timed(
+    work: Callable[[], T],
+    budget: Budget,
+    timings: dict[str, float],
+    stage: str,
+    patience: int = 0,
+) -> T | None:
+    """Return what a stage gives, None where it is broken off; its seconds go into ``timings``."""
+    begun = time.perf_counter()
+    done = budget.breaking(work, patience=patience)
+    timings[stage] = time.perf_counter() - begun
+    return done
 
-    problem: Problem
-    searcher: AbstractPlanner
-    seed: int
-    budget: Budget
-    timings: dict[str, float] = field(default_factory=dict)
 
-    def plan(self, keep_approach: bool) -> Plan:
-        """Go through all stages."""
-        result = self.search()
-        with judging:
-            if self.budget.abandoned:
-                return self._plan("interrupted", result, math.nan, message=UNVERIFIED)
-            return self._motion_judged(result, keep_approach)
-
-    def _motion_judged(self, result: SearchResult, keep_approach: bool) -> Plan:
-        if result.outcome in MISSED and not keep_approach:
-            return self._plan(result.outcome.name.lower(), result, math.nan)
-        try:
-            trajectory = self.motion(result)
-        except DivergedError as error:
-            return self._plan("verification_failed", result, math.nan, message=str(error))
-        if trajectory is None:
-            return self._plan("interrupted", result, math.nan, message=UNVERIFIED)
-        return self._judged(result, trajectory)
-
-    def search(self) -> SearchResult:
-        """Search, or return that nothing was found in time."""
-        with old_objects_left_alone(), compilation() as compiling:
-            self.budget.compiled = lambda: compiling.seconds
-            found = self._timed(
-                "search",
-                lambda: search(self.searcher, self.problem, self.seed, self.budget),
-                patience=1,
-            )
-        prepared = self.budget.prepared
-        self.timings |= {"prepare": prepared, "search": self.timings["search"] - prepared}
-        if found is None:  # it did not look at the budget
-            nothing = np.zeros((0, self.problem.model.nu))
-            return SearchResult(Outcome.INTERRUPTED, np.zeros(1), nothing, self.budget.iterations)
-        return found
-
-    def motion(self, result: SearchResult) -> Trajectory | None:
-        """Return the true motion, or the planner's own where the user does not wait for it."""
-        true = self._timed("simulate", lambda: resimulate(self.problem, result.t, result.u))
-        if true is not None:
-            return true
-        model, settings = self.problem.model, self.problem.scenario.integration
-        try:
-            motion = follow_map(
-                model, self.problem.start, result.t, result.u, settings.method, settings.substeps
-            )
-        except KinolabError:
-            return None
-        return trajectory_under(model, motion.t, motion.x, result.u)
-
-    def _judged(self, result: SearchResult, trajectory: Trajectory) -> Plan:
-        outcome, message = _outcome(self.problem, result.outcome, trajectory), ""
-        found = outcome is not Outcome.NOT_FOUND and len(trajectory.u) > 0
-        certificate = None
-        if outcome is Outcome.SOLVED or (found and outcome is not Outcome.INTERRUPTED):
-            certificate = self._certificate(trajectory)
-            if certificate is None:
-                outcome, message = Outcome.INTERRUPTED, UNVERIFIED
-            elif outcome in MISSED and certificate.passed:
-                outcome = Outcome.SOLVED  # the true motion reaches what the planner's own missed
-            elif unsteady := self._unsteady(certificate, trajectory):
-                status = "verification_failed" if outcome is Outcome.SOLVED else "not_found"
-                return self._plan(status, result, math.nan, message=unsteady)
-        return self._plan(
-            _status(outcome, certificate),
-            result,
-            self.problem.goal_distance(trajectory.x[-1]),
-            trajectory=trajectory if found or outcome is Outcome.SOLVED else None,
-            certificate=certificate,
-            message=message or outcome.value,
+def _searched(
+    problem: Problem,
+    searcher: AbstractPlanner,
+    seed: int,
+    budget: Budget,
+    timings: dict[str, float],
+) -> SearchResult:
+    """Search, or return that nothing was found in time."""
+    with old_objects_left_alone(), compilation() as compiling:
+        budget.compiled = lambda: compiling.seconds
+        found = _timed(
+            lambda: search(searcher, problem, seed, budget), budget, timings, "search", patience=1
         )
+    timings |= {"prepare": budget.prepared, "search": timings["search"] - budget.prepared}
+    if found is None:  # it did not look at the budget
+        nothing = np.zeros((0, problem.model.nu))
+        return SearchResult(Outcome.INTERRUPTED, np.zeros(1), nothing, budget.iterations)
+    return found
 
-    def _unsteady(self, certificate: Certificate, trajectory: Trajectory) -> str:
-        """Say why what was found is no motion at all, where steps made it up; empty else.
 
-        What a method makes of a stiff machine passes limits and walls that the machine keeps from,
-        or keeps from what the machine runs into: to name one of them would blame the wrong thing.
-        """
-        wrong = any(check.name != "goal" for check in certificate.failures)
-        found = stiffness(self.problem, trajectory.x) if wrong else None
-        return f"What was found is no motion of this machine. {found.sentence}" if found else ""
-
-    def _certificate(self, trajectory: Trajectory) -> Certificate | None:
-        """Verify; None where the user does not wait for it."""
-        if self.budget.interrupted:
-            return None
-        return self._timed("verify", lambda: verify(self.problem, trajectory))
-
-    def _timed(self, stage: str, work: Callable[[], T], patience: int = 0) -> T | None:
-        begun = time.perf_counter()
-        done = self.budget.breaking(work, patience=patience)
-        self.timings[stage] = time.perf_counter() - begun
-        return done
-
-    def _plan(
-        self,
-        status: str,
-        result: SearchResult,
-        goal_distance: float,
-        *,
-        trajectory: Trajectory | None = None,
-        certificate: Certificate | None = None,
-        message: str = "",
-    ) -> Plan:
-        return Plan(
-            status,
-            trajectory,
-            certificate,
-            self.searcher.name,
-            self.seed,
-            result.iterations,
-            goal_distance,
-            self.timings,
-            dict(result.statistics),
-            {cause: dict(shares) for cause, shares in result.rejections.items()},
-            message or result.outcome.value,
-            interrupted=self.budget.interrupted,
-            graph=result.graph,
+def _simulated(
+    problem: Problem, result: SearchResult, budget: Budget, timings: dict[str, float]
+) -> Trajectory | None:
+    """Return the true motion, or the planner's own where the user does not wait for it."""
+    true = _timed(lambda: resimulate(problem, result.t, result.u), budget, timings, "simulate")
+    if true is not None:
+        return true
+    model, settings = problem.model, problem.scenario.integration
+    try:
+        own = follow_map(
+            model, problem.start, result.t, result.u, settings.method, settings.substeps
         )
+    except KinolabError:
+        return None
+    return trajectory_under(model, own.t, own.x, result.u)
 
 
-def _outcome(problem: Problem, claimed: Outcome, trajectory: Trajectory) -> Outcome:
-    """Return how the search ended; an approach that comes no nearer than the start is none."""
-    if claimed is Outcome.APPROXIMATE:
-        begin, end = (problem.goal_distance(x) for x in (trajectory.x[0], trajectory.x[-1]))
-        return claimed if end < begin else Outcome.NOT_FOUND
-    return claimed
+def _judged(
+    problem: Problem, result: SearchResult, budget: Budget, timings: dict[str, float]
+) -> Verdict:
+    """Re-simulate what was found, and verify it where that is worth it."""
+    try:
+        trajectory = _simulated(problem, result, budget, timings)
+    except DivergedError as error:
+        return Verdict(REFUSED, str(error))
+    if trajectory is None:
+        return UNVERIFIED
+    outcome, distance = result.outcome, problem.goal_distance(trajectory.x[-1])
+    if outcome is Outcome.APPROXIMATE and not distance < problem.goal_distance(trajectory.x[0]):
+        outcome = Outcome.NOT_FOUND
+    found = outcome is not Outcome.NOT_FOUND and len(trajectory.u) > 0
+    kept = trajectory if found or outcome is Outcome.SOLVED else None
+    if kept is None or outcome is Outcome.INTERRUPTED:
+        return Verdict(outcome.name.lower(), outcome.value, kept, goal_distance=distance)
+    certificate = None
+    if not budget.interrupted:
+        certificate = _timed(lambda: verify(problem, trajectory), budget, timings, "verify")
+    if certificate is None:
+        return replace(UNVERIFIED, trajectory=trajectory if found else None, goal_distance=distance)
+    if certificate.passed:  # the true motion may reach what the planner's own missed
+        return Verdict("solved", Outcome.SOLVED.value, kept, certificate, distance)
+    missed = outcome in MISSED
+    if unsteady := _unsteady(problem, certificate, trajectory):
+        return Verdict("not_found" if missed else REFUSED, unsteady)
+    status = outcome.name.lower() if missed else REFUSED
+    return Verdict(status, outcome.value, kept, certificate, distance)
 
 
-def _status(outcome: Outcome, certificate: Certificate | None) -> str:
-    if outcome is Outcome.SOLVED:
-        passed = certificate is not None and certificate.passed
-        return "solved" if passed else "verification_failed"
-    return outcome.name.lower()
+def _unsteady(problem: Problem, certificate: Certificate, trajectory: Trajectory) -> str:
+    """Say why what was found is no motion at all, where steps made it up; empty else.
+
+    What a method makes of a stiff machine passes limits and walls that the machine keeps from,
+    or keeps from what the machine runs into: to name one of them would blame the wrong thing.
+    """
+    wrong = any(check.name != "goal" for check in certificate.failures)
+    found = stiffness(problem, trajectory.x) if wrong else None
+    return f"What was found is no motion of this machine. {found.sentence}" if found else ""
+
+
+@contextmanager
+def old_objects_left_alone() -> Iterator[None]:
+    """Let the garbage collector look only at what is made inside.
+
+    There are a million objects or so of imported modules and derived equations. A look at all of
+    them takes a tenth of a second, in which nobody looks at the clock, and finds nothing.
+    """
+    mine = not gc.get_freeze_count()  # else somebody has done it already, and may undo it
+    if mine:
+        gc.freeze()
+    try:
+        yield
+    finally:
+        if mine:
+            gc.unfreeze()

@@ -6,25 +6,29 @@ What comes out is never worse than what was found, and each motion that is kept 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count
+from typing import TypeVar
 
 import numpy as np
 
-from kinolab.numerics.compiling import Compilation, compilation
+from kinolab.errors import KinolabError
+from kinolab.numerics.compiling import compilation
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget
-from kinolab.solve.attempt import motion
-from kinolab.solve.incumbent import Incumbent
-from kinolab.solve.plan import Plan
-from kinolab.solve.repeated_search import REFUSED, stream
-from kinolab.solve.request import Request
-from kinolab.solve.solution_pool import CENTRE_TOLERANCE
+from kinolab.solve.attempt import judging, motion
+from kinolab.solve.plan import REFUSED, Improvement, Plan
+from kinolab.solve.request import Request, stream
+from kinolab.solve.solution_pool import CENTRE_TOLERANCE, rank
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import is_long, make_exact, shorten
+from kinolab.verification import verify
 
+T = TypeVar("T")
+
+SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alone had missed."
 # subproblems that stand for a second where a search must repeat bit by bit
 SUBPROBLEMS_PER_SECOND = 40
 # of what is left for one round of shortening: each one is verified and kept
@@ -36,6 +40,85 @@ VERIFICATION_FRACTION = 0.2
 MIN_GAIN = 1e-3  # share of the duration that is worth another round
 MENDING = 0.25  # of the time that is left to search: for a motion that the verifier refuses
 SOON = 2.0  # [s] for it in any case
+
+
+@dataclass
+class Incumbent:
+    """Keeps the better one of two motions if it passes the verifier.
+
+    Attributes:
+        problem: That they solve.
+        best: The best plan so far, as its search gave it but for the motion.
+        budget: By which the user may interrupt.
+        time: Tells the seconds since the first search began.
+        on_improved: Called with each verified plan that is better than those before.
+        improvements: All verified motions.
+    """
+
+    problem: Problem
+    best: Plan
+    budget: Budget
+    time: Callable[[], float]
+    on_improved: Callable[[Plan], None] | None = None
+    improvements: list[Improvement] = field(default_factory=list)
+
+    def cancelled(self) -> bool:
+        """Say whether nobody waits any more."""
+        return self.budget.interrupted or self.budget.abandoned
+
+    def begin(self) -> None:
+        """Note the plan that the search gave."""
+        if self.best.status == "solved":
+            self._keep(self.best, "search")
+
+    def tried(self, work: Callable[[], T]) -> T | None:
+        """Return what some work gives, None where it fails or the user does not wait for it."""
+        if self.cancelled():
+            return None
+        try:
+            return self.budget.breaking(work, patience=1)
+        except (KinolabError, ArithmeticError):
+            return None  # there is a plan already, and no need for another one
+
+    def take(self, trajectory: Trajectory, by: str) -> bool:
+        """Verify a motion that would be better than the best one; return whether it is kept."""
+        found = replace(
+            self.best,
+            status="solved",
+            trajectory=trajectory,
+            goal_distance=self.problem.goal_distance(trajectory.x[-1]),
+            message=self.best.message if self.best.status == "solved" else SEARCHED_ALONE,
+        )
+        certificate = None
+        if rank(found) < rank(self.best):
+            with judging:  # it may be a while until it is this thread's turn
+                if not self.cancelled():
+                    certificate = self.budget.breaking(lambda: verify(self.problem, trajectory))
+        kept = certificate is not None and certificate.passed
+        if kept:
+            self._keep(replace(found, certificate=certificate), by)
+        return kept
+
+    def plan(
+        self,
+        timings: Mapping[str, float] | None = None,
+        statistics: Mapping[str, float] | None = None,
+    ) -> Plan:
+        """Return the best plan with all that is known of it."""
+        return replace(
+            self.best,
+            timings={**self.best.timings, **(timings or {})},
+            statistics={**self.best.statistics, **(statistics or {})},
+            interrupted=self.best.interrupted or self.budget.interrupted,
+            improvements=tuple(self.improvements),
+        )
+
+    def _keep(self, found: Plan, by: str) -> None:
+        made = Improvement(self.time(), found.cost or 0.0, found.goal_distance, by, found.seed)
+        self.improvements.append(made)
+        self.best = found
+        if self.on_improved:
+            self.on_improved(replace(found, improvements=tuple(self.improvements)))
 
 
 @dataclass
@@ -69,26 +152,26 @@ class PlanImprover:
         """
         with compilation() as compiled:
             incumbent = Incumbent(
-                self.problem, found, budget, self._clock(compiled), self.on_improved
+                self.problem,
+                found,
+                budget,
+                lambda: self.elapsed() - compiled.seconds,  # compiling costs no time
+                self.on_improved,
             )
             incumbent.begin()
             if found.trajectory is None or not self._worth_it(found, incumbent):
                 self._learn(incumbent)
                 return incumbent.plan()
             begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
-            statistics = self._statistics(found, incumbent.best, further)
+            statistics = _statistics(found, incumbent.best, further)
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
-
-    def _clock(self, compiled: Compilation) -> Callable[[], float]:
-        """Return a clock that stands still while anything is compiled."""
-        return lambda: self.elapsed() - compiled.seconds
 
     @property
     def _seconds(self) -> float:
         return self.problem.scenario.planner.improve
 
     def _worth_it(self, found: Plan, incumbent: Incumbent) -> bool:
-        if not (self.request.optimize and self._seconds) or incumbent.stopped:
+        if not (self.request.optimize and self._seconds) or incumbent.cancelled():
             return False
         return found.status != "solved" or self._promises(found.cost)
 
@@ -121,7 +204,7 @@ class PlanImprover:
             most,
             started=begun,
             clock=incumbent.time,
-            cancelled=lambda: incumbent.stopped,
+            cancelled=incumbent.cancelled,
         )
         self._refine(incumbent, first, remaining)
         unmended = refused and incumbent.best.status == REFUSED
@@ -154,7 +237,7 @@ class PlanImprover:
     def _exact(
         self, incumbent: Incumbent, given: Trajectory, spent: Callable[[], float]
     ) -> Trajectory | None:
-        return incumbent.tried(partial(make_exact, self.problem, given, lambda: spent() >= 1.0))
+        return incumbent.tried(lambda: make_exact(self.problem, given, lambda: spent() >= 1.0))
 
     def _verified_soon(self, best: Plan) -> bool:
         """Say whether to verify a motion before it is shortened: if that leaves time to do so."""
@@ -175,10 +258,11 @@ class PlanImprover:
             )
             if shorter is None or not shorter.duration < given.duration:
                 break
+            if not incumbent.take(shorter, "shorten"):
+                break
             worth_another = shorter.duration < given.duration * (1 - MIN_GAIN)
-            if incumbent.take(shorter, "shorten"):
-                given = shorter
-            if given is not shorter or not worth_another:
+            given = shorter
+            if not worth_another:
                 break
         return given
 
@@ -191,7 +275,7 @@ class PlanImprover:
             budget = Budget(remaining.unspent, improve=0.0, below=self._shortest)
             if self.watch:
                 self.watch(budget)
-            if incumbent.stopped:
+            if incumbent.cancelled():
                 return k - 1  # that was meant for this search, which was not known yet
             incumbent.budget = budget
             found = motion(self.problem, self.searcher, stream(seed, k), budget)
@@ -204,12 +288,13 @@ class PlanImprover:
                 self._refine(incumbent, found, remaining)
         raise AssertionError("counting never ends")
 
-    def _statistics(self, found: Plan, best: Plan, further: int) -> dict[str, float]:
-        statistics = {"further_searches": float(further)}
-        if found.status == "solved" and found.cost is not None:
-            statistics["raw_duration"] = found.cost
-        if best.trajectory is not None and best.status == "solved":
-            statistics["final_duration"] = best.trajectory.duration
-            margin = best.certificate.margin if best.certificate else None
-            statistics |= {} if margin is None else {"margin": margin.clearance}
-        return statistics
+
+def _statistics(found: Plan, best: Plan, further: int) -> dict[str, float]:
+    statistics = {"further_searches": float(further)}
+    if found.status == "solved" and found.cost is not None:
+        statistics["raw_duration"] = found.cost
+    if best.trajectory is not None and best.status == "solved":
+        statistics["final_duration"] = best.trajectory.duration
+        margin = best.certificate.margin if best.certificate else None
+        statistics |= {} if margin is None else {"margin": margin.clearance}
+    return statistics

@@ -14,19 +14,15 @@ from multiprocessing.connection import wait
 from kinolab.errors import KinolabError
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.solve.abstract_job import INTERRUPTED, AbstractJob
-from kinolab.solve.plan import Attempt, Plan
-from kinolab.solve.process_job import Job
+from kinolab.solve.jobs import INTERRUPTED, AbstractJob, ProcessJob, ThreadJob
+from kinolab.solve.plan import Attempt
 from kinolab.solve.request import Request
 from kinolab.solve.solution_pool import SolutionPool
-from kinolab.solve.thread_job import ThreadJob
 from kinolab.solve.worker import OUT_OF_MEMORY
 
 POLL_SECONDS = 0.05  # [s] between two looks at whether the user has interrupted
 REQUEST_SECONDS = 0.25  # [s] in which a search that is asked to end may do so by itself
 URGE_SECONDS = 0.2  # [s] more, in which what keeps it from ending is broken off
-
-NOTHING = "Interrupted before anything was found."
 
 
 class JobsError(KinolabError):
@@ -41,11 +37,11 @@ def solve_at_once(
     problem: Problem,
     request: Request,
     pool: SolutionPool,
-    *,
     in_threads: bool,
+    *,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
-) -> Plan:
+) -> None:
     """Search ``pool.jobs`` times at once until one has a plan, or until all have ended.
 
     Raises:
@@ -61,36 +57,15 @@ def solve_at_once(
         team.listen(budget, progress)
     finally:
         team.close()
-    best = pool.plan(interrupted=budget.interrupted)
-    if best is not None:
-        return best
-    if budget.interrupted:
-        return _nothing(problem, request, pool)
-    raise JobsError(pool.all, team.exit_code)
-
-
-def _nothing(problem: Problem, request: Request, pool: SolutionPool) -> Plan:
-    """Return the plan of a user who did not wait for any."""
-    return Plan(
-        "interrupted",
-        None,
-        None,
-        request.planner or problem.scenario.planner.name,
-        request.seed,
-        sum(attempt.iterations for attempt in pool.all),
-        problem.goal_distance(problem.start),
-        message=NOTHING,
-        jobs=pool.jobs,
-        attempts=pool.all,
-        interrupted=True,
-    )
+    if pool.best is None and not budget.interrupted:
+        raise JobsError(pool.all, team.exit_code)
 
 
 class _Team:
     """The processes or threads, from the start of the first to the end of the last."""
 
     def __init__(self, pool: SolutionPool, request: Request) -> None:
-        self._findings, self._request = pool, request
+        self._pool, self._request = pool, request
         self._jobs: list[AbstractJob] = []
 
     @property
@@ -105,16 +80,16 @@ class _Team:
             JobsError: If one of them cannot be started.
         """
         parcel = b"" if in_threads else pickle.dumps(problem)
-        for fraction in self._request.shares(self._findings.jobs):
+        for part in self._request.split(self._pool.jobs):
             try:
                 if in_threads:
-                    self._jobs.append(ThreadJob(problem, fraction, self._findings))
+                    self._jobs.append(ThreadJob(problem, part, self._pool))
                 else:
-                    self._jobs.append(Job(parcel, fraction, self._findings))
+                    self._jobs.append(ProcessJob(parcel, part, self._pool))
             except OSError as error:
                 kind = "thread" if in_threads else "process"
                 what = f"its {kind} cannot be started ({error}). Ask for fewer."
-                failed = Attempt(fraction.seed, "failed", 0, detail=what)
+                failed = Attempt(part.seed, "failed", 0, detail=what)
                 raise JobsError([failed], OUT_OF_MEMORY) from error
 
     def listen(self, budget: Budget, progress: Callable[[int, float], None] | None) -> None:
@@ -153,20 +128,20 @@ class _Team:
 
     @property
     def _reason(self) -> str:
-        best = self._findings.best
+        best = self._pool.best
         return f"seed {best.seed} had won." if self._solved and best else INTERRUPTED
 
     @property
     def _solved(self) -> bool:
         """Whether one has a plan that is enough."""
-        best = self._findings.best
+        best = self._pool.best
         return not self._request.anytime and best is not None and best.status == "solved"
 
     @property
     def _won(self) -> bool:
         """Whether that one has also come to its end."""
-        best = self._findings.best
-        return self._solved and any(best and a.seed == best.seed for a in self._findings.attempts)
+        best = self._pool.best
+        return self._solved and any(best and a.seed == best.seed for a in self._pool.attempts)
 
 
 class _Ending:

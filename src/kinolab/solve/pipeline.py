@@ -8,12 +8,13 @@ from typing import Any
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.solve.attempt import make_planner
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import Plan
-from kinolab.solve.request import Request
+from kinolab.solve.request import Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
+
+NOTHING = "Interrupted before anything was found."
 
 
 def solve(
@@ -73,15 +74,6 @@ def solve(
         optimize=optimize,
     )
     pool = SolutionPool(jobs, improved)
-    if jobs > 1:
-        return solve_at_once(
-            problem,
-            request,
-            pool,
-            in_threads=searcher.in_threads,
-            progress=progress,
-            watch=watch,
-        )
     budgets: list[Budget] = []
 
     def watched(budget: Budget) -> None:
@@ -89,11 +81,25 @@ def solve(
         if watch:
             watch(budget)
 
-    told = pool.compare
-    for found, after in sequential_runs(
-        problem, request, progress=progress, watch=watched, better=told
-    ):
-        pool.add(found, after)
+    if jobs > 1:
+        in_threads = searcher.in_threads
+        solve_at_once(problem, request, pool, in_threads, progress=progress, watch=watched)
+    else:
+        for found, after in sequential_runs(
+            problem, searcher, request, progress=progress, watch=watched, better=pool.compare
+        ):
+            pool.add(found, after)
     best = pool.plan(interrupted=any(budget.interrupted for budget in budgets))
-    assert best is not None, "a series makes at least one attempt"
-    return best
+    return best or Plan(
+        "interrupted",
+        None,
+        None,
+        planner or section.name,
+        request.seed,
+        sum(attempt.iterations for attempt in pool.all),
+        problem.goal_distance(problem.start),
+        message=NOTHING,
+        jobs=jobs,
+        attempts=pool.all,
+        interrupted=True,
+    )

@@ -8,6 +8,7 @@ from kinolab.search.graph import SearchGraph
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
 
+REFUSED = "verification_failed"  # the status of what the verifier refused
 EXIT_CODES = {
     "solved": 0,
     "simulated": 0,

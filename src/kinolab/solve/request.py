@@ -1,11 +1,19 @@
-"""What is asked of everyone who searches."""
+"""What is asked of everyone who searches: with which planner and seeds, and how long."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import count
+from pathlib import Path
 from typing import Any
+
+import numpy as np
+
+from kinolab import planners
+from kinolab.problem import Problem
+from kinolab.search import AbstractPlanner
+from kinolab.search.plugins import full_reference
 
 
 @dataclass(frozen=True)
@@ -36,7 +44,27 @@ class Request:
         """Yield the seeds to try."""
         return count(self.seed, self.stride) if self.anytime else iter((self.seed,))
 
-    def shares(self, jobs: int) -> Iterator[Request]:
+    def split(self, jobs: int) -> Iterator[Request]:
         """Yield what each of several at once does, so that none tries a seed of another's."""
         for k in range(jobs):
             yield replace(self, seed=self.seed + k, stride=jobs)
+
+
+def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
+    """Return a planner with the scenario's settings, overridden by those given here.
+
+    The scenario's settings are those of the planner that it names: another one has its own.
+
+    Raises:
+        InputError: If the planner or a setting does not exist.
+    """
+    section = problem.scenario.planner
+    own = full_reference(section.name, problem.scenario.folder)
+    chosen = own if name is None else full_reference(name, Path.cwd())
+    inherited = section.settings if chosen == own else {}
+    return planners.make(chosen, {**inherited, **settings})
+
+
+def stream(seed: int, k: int) -> int:
+    """Return the seed of the k-th further search after one with a seed."""
+    return int(np.random.SeedSequence((seed, k)).generate_state(1)[0])

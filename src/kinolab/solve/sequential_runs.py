@@ -1,22 +1,27 @@
-"""Searches one after the other, with one seed each, in one process."""
+"""Searches one after the other in one process: search, simulate, certify, improve, for each seed.
+
+Where the verifier refuses a motion, another search with the same seed's numbers follows.
+"""
 
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from kinolab.problem import Problem
-from kinolab.search import Budget
-from kinolab.solve.attempt import attempt, make_planner
+from kinolab.search import AbstractPlanner, Budget
+from kinolab.solve.attempt import attempt
 from kinolab.solve.improve import PlanImprover
-from kinolab.solve.plan import Plan
-from kinolab.solve.repeated_search import RepeatedSearch
-from kinolab.solve.request import Request
+from kinolab.solve.plan import REFUSED, Plan
+from kinolab.solve.request import Request, stream
+from kinolab.solve.solution_pool import rank
 
 
 def sequential_runs(
     problem: Problem,
+    searcher: AbstractPlanner,
     request: Request,
     *,
     progress: Callable[[int, float], None] | None = None,
@@ -30,12 +35,12 @@ def sequential_runs(
 
     Args:
         problem: What to solve.
-        request: With which planner and seeds, and how long.
+        searcher: The planner with its settings.
+        request: With which seeds, and how long.
         progress: Called during a search with the iterations and seconds so far, of all searches.
         watch: Called with the budget before each search, so that it can be interrupted.
         better: Called with each verified plan that is better than those before with its seed.
     """
-    searcher = make_planner(problem, request.planner, request.settings)
     clock, solved = _Clock(progress), False
     improving = PlanImprover(problem, searcher, request, lambda: clock.elapsed, watch, better)
     budget: Budget | None = None
@@ -46,8 +51,7 @@ def sequential_runs(
             left = request.time_limit - clock.elapsed
             if budget is not None and (budget.interrupted or left <= 0):
                 break
-            last = budget
-            budget = Budget(left, searches.left, clock.report if progress else None)
+            last, budget = budget, Budget(left, searches.left, clock.report if progress else None)
             if watch:
                 watch(budget)
             if last is not None and last.interrupted:
@@ -57,7 +61,8 @@ def sequential_runs(
             found = attempt(problem, searcher, searches.next_seed, budget, keep_approach=not solved)
             clock.add(budget)
             found = replace(found, seed=seed)
-            searches.add(found, improving.plan(found, budget))
+            improved = improving.plan(found, budget)
+            searches.add(found, improved)
         if not searches.begun:
             return
         found = searches.plan()
@@ -65,6 +70,97 @@ def sequential_runs(
         yield found, clock.elapsed
         if found.interrupted or (last is not None and last.interrupted):
             return
+
+
+@dataclass
+class RepeatedSearch:
+    """What the searches with one seed have come to.
+
+    Attributes:
+        seed: Of the first one.
+        most: Iterations of all together, None for no limit.
+        made: Iterations so far.
+        refused: How many motions the verifier refused, by the checks that they did not pass.
+    """
+
+    seed: int
+    most: int | None = None
+    made: int = 0
+    refused: Counter[str] = field(default_factory=Counter)
+    _last: Plan | None = None
+    _best: Plan | None = None  # of those refused
+    _again: bool = False  # whether the last motion had been refused before
+    _seen: set[bytes] = field(default_factory=set)
+    _timings: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def begun(self) -> bool:
+        """Whether any search has ended."""
+        return self._last is not None
+
+    @property
+    def next_seed(self) -> int:
+        """Seed of the next search."""
+        return stream(self.seed, self.refused.total()) if self.refused else self.seed
+
+    @property
+    def left(self) -> int | None:
+        """Iterations of the next search, None for no limit."""
+        return None if self.most is None else self.most - self.made
+
+    @property
+    def over(self) -> bool:
+        """Whether no other search may find what the verifier accepts.
+
+        It cannot where a motion comes again: nothing in that planner is drawn at random.
+        """
+        last = self._last
+        if last is None:
+            return False
+        spent = self.left is not None and (self.left <= 0 or not last.iterations)
+        return last.status != REFUSED or last.interrupted or self._again or spent
+
+    def add(self, found: Plan, last: Plan) -> None:
+        """Take in how one more search ended.
+
+        Args:
+            found: As the search gave it.
+            last: What has been made of it.
+        """
+        self.made += found.iterations
+        self._timings.update(last.timings)
+        self._last = last
+        if found.status == REFUSED:
+            self.refused[_checks(found)] += 1
+            self._again = self._known(found)
+        if last.status == REFUSED:
+            self._best = min((self._best or last, last), key=rank)
+
+    def plan(self) -> Plan:
+        """Return the verified motion, else the best that was refused, else what there is."""
+        last, best = self._last, self._best
+        assert last is not None, "a search has ended"
+        return replace(
+            last if best is None or last.status == "solved" else best,
+            iterations=self.made,
+            timings=dict(self._timings),
+            refused=dict(self.refused),
+            interrupted=last.interrupted,
+        )
+
+    def _known(self, found: Plan) -> bool:
+        """Say whether a motion has these inputs that was refused before, and remember them."""
+        if found.trajectory is None:
+            return False
+        inputs, known = found.trajectory.inputs.tobytes(), len(self._seen)
+        self._seen.add(inputs)
+        return len(self._seen) == known
+
+
+def _checks(refused: Plan) -> str:
+    """Name the checks that a motion did not pass; one that cannot be followed is none."""
+    certificate = refused.certificate
+    return "motion" if certificate is None else ", ".join(c.name for c in certificate.failures)
 
 
 class _Clock:

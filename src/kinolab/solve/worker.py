@@ -1,7 +1,8 @@
-"""A process that searches for another one.
+"""A process or a thread that searches for another one, and what it tells.
 
-It ignores Ctrl-C, which a terminal sends to all processes of a command: the one that started it
-decides. That one ends a search by SIGTERM, which keeps what was found, and a process by SIGKILL.
+A process ignores Ctrl-C, which a terminal sends to all processes of a command: the one that
+started it decides. That one ends a search by SIGTERM, which keeps what was found, and a process by
+SIGKILL.
 """
 
 from __future__ import annotations
@@ -13,17 +14,48 @@ import threading
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
 from kinolab.errors import KinolabError
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.solve.job_messages import Better, Failed, Found, Message, Searching
 from kinolab.solve.plan import Plan
-from kinolab.solve.request import Request
+from kinolab.solve.request import Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 
 OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes
+
+
+@dataclass(frozen=True)
+class Searching:
+    """How far it is, in all its searches together."""
+
+    iterations: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Better:
+    """It has a verified plan, the best one so far with this seed, and goes on to improve it."""
+
+    plan: Plan
+
+
+@dataclass(frozen=True)
+class Found:
+    """A search is over."""
+
+    plan: Plan
+    after: float  # [s] since its first search began
+
+
+@dataclass(frozen=True)
+class Failed:
+    """It cannot go on."""
+
+    exit_code: int
+    reason: str
 
 
 def enter(handle: int) -> None:
@@ -85,19 +117,16 @@ def search_and_tell(
 def _search(
     connection: Connection, problem: Problem, request: Request, heed: Callable[[Budget], None]
 ) -> None:
-    def tell(message: Message) -> None:
-        connection.send(message)
-
-    def report(iterations: int, seconds: float) -> None:
-        tell(Searching(iterations, seconds))
-
-    def better(plan: Plan) -> None:
-        tell(Better(plan))
-
+    searcher = make_planner(problem, request.planner, request.settings)
     for found, after in sequential_runs(
-        problem, request, progress=report, watch=heed, better=better
+        problem,
+        searcher,
+        request,
+        progress=lambda iterations, seconds: connection.send(Searching(iterations, seconds)),
+        watch=heed,
+        better=lambda plan: connection.send(Better(plan)),
     ):
-        tell(Found(found, after))
+        connection.send(Found(found, after))
 
 
 def _leave_with(connection: Connection) -> None:
