@@ -270,23 +270,6 @@ def test_time_that_is_left_is_searched_again_and_no_longer_than_it_lasts(driven:
     assert 2.0 - unused <= found.timings["improve"] <= 2.2  # [s] by that clock
 
 
-def test_a_budget_is_spent_when_its_time_or_its_number_is() -> None:
-    now = 0.0
-    time = Budget(10.0, clock=lambda: now)
-    half = time.fraction(0.5)
-    assert half() == 0.0
-    now = 4.0
-    assert half() == pytest.approx(0.8)
-    now = 10.1
-    assert half() == math.inf
-    assert time.over
-    number = Budget(math.inf, 4)
-    assert [number.fraction()() for _ in range(4)] == [0.25, pytest.approx(1 / 3), 0.5, 1.0]
-    assert number.over
-    assert Budget(3.0, 4, started=0.0, clock=lambda: 3.1).over
-    assert Budget(1.0, cancelled=lambda: True).over
-
-
 def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
     drive: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
