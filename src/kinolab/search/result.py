@@ -38,7 +38,7 @@ class SearchResult:
         u: Inputs per interval, shape (N, nu).
         iterations: Number of extensions tried.
         statistics: Numbers worth reporting, by name.
-        rejections: Share of all refused motions, by cause and by who is to blame.
+        rejections: Fraction of all refused motions, by cause and by who is to blame.
         graph: What it explored, None where a planner keeps nothing of the kind.
     """
 

@@ -37,9 +37,10 @@ SHORTENING_FRACTION = 0.7
 EXACTNESS_FRACTION = 0.25
 # of the time for improving: a verification that does not keep from shortening
 VERIFICATION_FRACTION = 0.2
-MIN_GAIN = 1e-3  # share of the duration that is worth another round
-MENDING = 0.25  # of the time that is left to search: for a motion that the verifier refuses
-SOON = 2.0  # [s] for it in any case
+MIN_GAIN = 1e-3  # fraction of the duration that is worth another round
+# of the time that is left to search: for a motion that the verifier refuses
+REPAIR_TIME_FRACTION = 0.25
+MIN_REPAIR_SECONDS = 2.0  # [s] for it in any case
 
 
 @dataclass
@@ -193,7 +194,9 @@ class PlanImprover:
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds = self._seconds
         if refused:  # most of the time is for finding another one
-            seconds = min(seconds, max(SOON, MENDING * (limit - incumbent.time())))
+            seconds = min(
+                seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * (limit - incumbent.time()))
+            )
         end = incumbent.time() + seconds
         most = None
         if self.request.max_iterations is not None:

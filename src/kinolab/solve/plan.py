@@ -82,7 +82,7 @@ class Plan:
         goal_distance: Norm of the goal errors at the end, in SI units.
         timings: Seconds per stage.
         statistics: What the planner counted.
-        rejections: Share of all refused motions, by cause and by who is to blame.
+        rejections: Fraction of all refused motions, by cause and by who is to blame.
         message: A sentence for the user.
         jobs: Number of searches at once.
         attempts: How every seed ended that was tried, this one's included.
