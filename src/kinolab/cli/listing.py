@@ -16,20 +16,14 @@ from kinolab.settings import Setting
 HEADINGS = ("setting", "default", "unit", "range", "meaning")
 INDENT = "  "
 
-
-def scenario_titles() -> dict[str, str]:
-    """Return the title of every scenario that comes with kinolab, by name."""
-    return {name: load_scenario(path).title for name, path in builtin_scenarios().items()}
-
-
-def system_summaries() -> dict[str, str]:
-    """Return a line about every system that comes with kinolab, by name."""
-    return {name: systems.summary(name) for name in systems.names()}
-
-
-def planner_summaries() -> dict[str, str]:
-    """Return a line about every planner, by name; kinolab's own where another has its name."""
-    return {entry.name: entry.line for entry in reversed(planner_entries())}
+# A line about everything, by name; about kinolab's own planner where another has its name.
+GROUPS: Mapping[str, Callable[[], dict[str, str]]] = {
+    "scenarios": lambda: {
+        name: load_scenario(path).title for name, path in builtin_scenarios().items()
+    },
+    "systems": lambda: {name: systems.summary(name) for name in systems.names()},
+    "planners": lambda: {entry.name: entry.line for entry in reversed(planner_entries())},
+}
 
 
 def names_of(group: str, wanted: Sequence[str] = ()) -> dict[str, str]:
@@ -49,21 +43,14 @@ def names_of(group: str, wanted: Sequence[str] = ()) -> dict[str, str]:
     return {name: lines[name] for name in sorted(wanted or lines)}
 
 
-def planner_to_json(entry: PlannerEntry) -> dict[str, Any]:
-    """Return what is told about a planner as plain data."""
-    return {**asdict(entry), "settings": [setting_to_json(item) for item in entry.settings]}
-
-
 def setting_to_json(entry: Setting) -> dict[str, Any]:
     """Return a setting as plain data."""
     return {**asdict(entry), "range": entry.range}
 
 
-GROUPS: Mapping[str, Callable[[], dict[str, str]]] = {
-    "scenarios": scenario_titles,
-    "systems": system_summaries,
-    "planners": planner_summaries,
-}
+def planner_to_json(entry: PlannerEntry) -> dict[str, Any]:
+    """Return what is told about a planner as plain data."""
+    return {**asdict(entry), "settings": [setting_to_json(item) for item in entry.settings]}
 
 
 def listed(group: str | None, wanted: Sequence[str] = ()) -> dict[str, list[dict[str, Any]]]:
@@ -100,20 +87,17 @@ def listed_as_text(group: str | None, wanted: Sequence[str] = ()) -> str:
         InputError: If nothing in the group has a name.
     """
     if group is None:
-        return "\n".join(line for kind in GROUPS for line in group_lines(kind))
+        return "\n".join(
+            line for kind in GROUPS for line in [kind, *indented(names_of(kind).items())]
+        )
     if group == "options":
         return "\n\n".join("\n".join(planner_lines(entry)) for entry in option_entries(wanted))
     if group != "planners":
         return "\n".join(columns(names_of(group, wanted).items()))
     blocks = ["\n".join(planner_lines(entry)) for entry in planner_entries(wanted)]
-    shared = "" if wanted else "\n".join(shared_lines())
+    further = ["further keys of [planner], for every planner", *setting_lines(shared_settings())]
+    shared = "" if wanted else "\n".join(further)
     return "\n\n".join(filter(None, [*blocks, shared]))
-
-
-def group_lines(group: str) -> Iterator[str]:
-    """Yield a group's heading and, below it, its names with a line about each."""
-    yield group
-    yield from (INDENT + line for line in columns(names_of(group).items()))
 
 
 def planner_lines(entry: PlannerEntry) -> Iterator[str]:
@@ -126,16 +110,14 @@ def planner_lines(entry: PlannerEntry) -> Iterator[str]:
     yield from setting_lines(entry.settings)
 
 
-def shared_lines() -> Iterator[str]:
-    """Yield the keys that all planners share."""
-    yield "further keys of [planner], for every planner"
-    yield from setting_lines(shared_settings())
+def setting_lines(settings: Sequence[Setting]) -> list[str]:
+    """Return a table of settings; nothing where there are none."""
+    return indented([HEADINGS, *setting_rows(settings)]) if settings else []
 
 
-def setting_lines(settings: Sequence[Setting]) -> Iterator[str]:
-    """Yield a table of settings; nothing where there are none."""
-    if settings:
-        yield from (INDENT + line for line in columns([HEADINGS, *setting_rows(settings)]))
+def indented(rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return rows of cells as columns below a heading."""
+    return [INDENT + line for line in columns(rows)]
 
 
 def setting_rows(settings: Iterable[Setting]) -> list[tuple[str, str, str, str, str]]:

@@ -4,6 +4,7 @@ from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.folder import (
     MODEL,
     PAGE,
+    PLOT_NAMES,
     Run,
     add_diagnosis,
     check_run,
@@ -16,6 +17,7 @@ from kinolab.runs.report import check_to_json, goal_distance_by_unit, margin_to_
 __all__ = [
     "MODEL",
     "PAGE",
+    "PLOT_NAMES",
     "Run",
     "add_diagnosis",
     "check_run",

@@ -21,7 +21,6 @@ from kinolab.problem import Problem
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, portable_scenario, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
-from kinolab.runs.plot_files import FILES
 from kinolab.runs.report import report_of
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.scenario.dynobench import is_environment
@@ -33,7 +32,8 @@ from kinolab.verification import Certificate, verify
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
 MOTION = ("trajectory.csv", "trajectory.npz", "search.npz")
-PLOTS = tuple(f"plots/{name}" for name in FILES)  # by ``plan plot``
+PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
+PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
 PICTURES = ("animation.gif", "animation.mp4", PAGE, MODEL)
 OPTIONAL = (*MOTION, "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 

@@ -2,8 +2,7 @@
 
 from kinolab.world.cable import NO_ENDS, CableGeometry
 from kinolab.world.collision.checker import CollisionChecker, Contact
-from kinolab.world.feature_points import feature_points
-from kinolab.world.geometry import BodyGeometry, lowest_z, triangles
+from kinolab.world.geometry import BodyGeometry, feature_points, lowest_z, triangles
 from kinolab.world.mesh import Mesh, load_mesh
 from kinolab.world.obstacle import (
     Obstacle,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 import trimesh
@@ -122,3 +123,22 @@ def _own_triangles(kind: ShapeKind, x: float, y: float, z: float, corners: int) 
     capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[corners // 2, corners // 2])
     capsule.apply_translation(-capsule.bounds.mean(axis=0))
     return capsule
+
+
+def feature_points(shape: Shape) -> Array:
+    """Return points in the body's frame, in [m], that stay where the shape stays; (points, 3).
+
+    They lie as far out as the shape does. Points of a round shape are on its axis: its spin about
+    it is no motion. A ball has its centre alone.
+    """
+    kind, half = sizes(shape)
+    if kind is ShapeKind.SPHERE:
+        own = np.zeros((1, 3))
+    elif kind is ShapeKind.BOX:
+        own = half * np.array(list(product((-1.0, 1.0), repeat=3)))
+    else:
+        far = max(half) + (half[0] if kind is ShapeKind.CAPSULE else 0.0)
+        own = np.array([[0.0, 0.0, far], [0.0, 0.0, -far]])
+    frame = placement(shape)
+    points: Array = own @ frame[:, :3].T + frame[:, 3]
+    return points

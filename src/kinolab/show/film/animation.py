@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from kinolab.problem import Problem
-from kinolab.show.film.film import make_film
+from kinolab.scenario.schema import RenderSection
+from kinolab.show.film.film import Film, make_film
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
@@ -21,18 +23,7 @@ CONE_LENGTH = 1.25  # of cones, in reaches of the machine
 
 def animate(problem: Problem, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
-    settings = problem.scenario.render
-    poses = problem.model.frames(trajectory.x)
-    film = make_film(
-        picture(problem, poses, problem.model.cables(trajectory.x)),
-        trajectory.t,
-        poses,
-        size=settings.size,
-        speed=settings.speed,
-        title=problem.scenario.title,
-        magnify=settings.magnify,
-    )
-    return b"".join(gif_parts(film, settings.size))
+    return b"".join(gif_parts(_film(problem, trajectory), problem.scenario.render.size))
 
 
 def video(
@@ -58,21 +49,29 @@ def video(
     Raises:
         InputError: If PyAV is not installed, or the size is odd.
     """
-    settings = problem.scenario.render
-    poses, size = problem.model.frames(trajectory.x), size or settings.size
+    given = {"size": size, "speed": speed, "view": view}
+    changed = {name: value for name, value in given.items() if value}
+    settings = problem.scenario.render.model_copy(update=changed)
+    return mp4(_film(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)
+
+
+def _film(
+    problem: Problem, trajectory: Trajectory, settings: RenderSection | None = None, **options: Any
+) -> Film:
+    """Set the scene of a trajectory, as the scenario has it or by other settings."""
+    settings = settings or problem.scenario.render
+    poses = problem.model.frames(trajectory.x)
     shown = picture(problem, poses, problem.model.cables(trajectory.x))
-    film = make_film(
-        replace(shown, view=view or settings.view),
+    return make_film(
+        replace(shown, view=settings.view),
         trajectory.t,
         poses,
-        size=size,
-        fps=fps,
-        speed=speed or settings.speed,
+        size=settings.size,
+        speed=settings.speed,
         title=problem.scenario.title,
-        video=True,
         magnify=settings.magnify,
+        **options,
     )
-    return mp4(film, size, fps)
 
 
 def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:

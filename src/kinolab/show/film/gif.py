@@ -1,4 +1,8 @@
-"""A motion as an animated GIF: each frame stores only the pixels that changed."""
+"""A motion as an animated GIF: each frame stores only the pixels that changed.
+
+Pillow compresses a frame (``getdata``). Its own way to save all of them keeps every frame in
+memory, merges those that are alike, and takes two and a half times as long for the same bytes.
+"""
 
 from __future__ import annotations
 
@@ -84,9 +88,10 @@ def _blocks(film: Film, palette: Palette) -> Iterator[bytes]:
     for i, image in enumerate(film.frames()):
         indices = palette.indices(image)
         changed, corner = _difference(indices, shown)
-        last = i == len(film) - 1
-        delay = LAST_DELAY if last else film.playback.delay
-        yield _encoded(changed, corner, delay)
+        delay = LAST_DELAY if i == len(film) - 1 else film.playback.delay
+        options = {"duration": 10 * delay, "transparency": UNCHANGED, "disposal": KEEP}
+        part = Image.fromarray(np.ascontiguousarray(changed))
+        yield b"".join(getdata(part, corner, **options))
         shown = indices
 
 
@@ -104,10 +109,3 @@ def _difference(indices: Bytes, shown: Bytes | None) -> tuple[Bytes, tuple[int, 
     box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
     part = np.where(changes[box], indices[box], np.uint8(UNCHANGED))
     return part, (int(columns[0]), int(rows[0]))
-
-
-def _encoded(indices: Bytes, corner: tuple[int, int], delay: int) -> bytes:
-    image = Image.fromarray(np.ascontiguousarray(indices))
-    return b"".join(
-        getdata(image, corner, duration=10 * delay, transparency=UNCHANGED, disposal=KEEP)
-    )

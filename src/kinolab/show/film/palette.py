@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from kinolab.show.film.raster.pixel_jit import compiled
+from kinolab.numerics.jit import kernel
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -57,7 +57,7 @@ def shared_palette(images: Sequence[Bytes]) -> Palette:
     return Palette(colors, table)
 
 
-@compiled
+@kernel  # type: ignore[untyped-decorator]
 def _nearest(colors: NDArray[np.int32], bits: int, table: Bytes) -> None:
     side, width = 1 << bits, 256 >> bits
     for r in range(side):
@@ -75,7 +75,7 @@ def _nearest(colors: NDArray[np.int32], bits: int, table: Bytes) -> None:
                 table[(r * side + g) * side + b] = best
 
 
-@compiled
+@kernel  # type: ignore[untyped-decorator]
 def _look_up(image: Bytes, table: Bytes, out: Bytes) -> None:
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):

@@ -7,7 +7,7 @@ import numpy as np
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
 from kinolab.problem.unwrapping import unwrapped
-from kinolab.runs.plot_files import NAMES
+from kinolab.runs import PLOT_NAMES
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots.configuration_plane import configuration_plane
 from kinolab.show.plots.figure import Format, written
@@ -49,7 +49,7 @@ def plots(
     )
     return {
         f"{name}.{form}": written(figure, form)
-        for name, figure in zip(NAMES, figures, strict=True)
+        for name, figure in zip(PLOT_NAMES, figures, strict=True)
         if figure is not None
     }
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.show.film.raster.pixel_jit import compiled
+from kinolab.numerics.jit import allocating_kernel
 
 Array: TypeAlias = NDArray[np.float64]
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -130,7 +130,7 @@ def average(pixels: Bytes, block: int) -> Bytes:
     return out
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _extent(points: Array) -> tuple[float, float, float, float]:
     """Left, top, right and bottom of points before the camera; left > right if none is."""
     left, top, right, bottom = np.inf, np.inf, -np.inf, -np.inf
@@ -142,7 +142,7 @@ def _extent(points: Array) -> tuple[float, float, float, float]:
     return left, top, right, bottom
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _lines(tri: Array, lines: Array) -> None:
     """Write a triangle's edges as rows where they begin and end, first column, columns per row."""
     for i in range(3):
@@ -151,7 +151,7 @@ def _lines(tri: Array, lines: Array) -> None:
         lines[i, 3] = (b[0] - a[0]) / (b[1] - a[1]) if a[1] != b[1] else 0.0
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _span(lines: Array, row: float) -> tuple[float, float]:
     """The interval in which a horizontal line crosses a triangle; empty if low > high."""
     low, high = np.inf, -np.inf
@@ -162,7 +162,7 @@ def _span(lines: Array, row: float) -> tuple[float, float]:
     return low, high
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _rows(tri: Array, height: int) -> tuple[int, int]:
     """The rows whose centres a triangle may cover, half open; none if it cannot be drawn."""
     for i in range(3):
@@ -177,7 +177,7 @@ def _rows(tri: Array, height: int) -> tuple[int, int]:
     return int(first), int(last)
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _columns(low: float, high: float, width: int) -> tuple[int, int]:
     """The columns whose centres lie in [low, high)."""
     first = max(0.0, np.ceil(low - 0.5))
@@ -187,7 +187,7 @@ def _columns(low: float, high: float, width: int) -> tuple[int, int]:
     return int(first), int(last)
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _draw(
     color: Bytes,
     nearness: NDArray[np.float32],
@@ -233,7 +233,7 @@ def _draw(
                     color[i, j, 2] = colors[k, 2]
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _paint(color: Bytes, kind: Bytes, corners: Array, colors: Bytes) -> None:
     height, width = kind.shape
     lines = np.empty((3, 4))
@@ -249,7 +249,7 @@ def _paint(color: Bytes, kind: Bytes, corners: Array, colors: Bytes) -> None:
                         color[i, j, c] = colors[k, c]
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _hide(kind: Bytes, corners: Array, bit: int) -> None:
     """Mark the ground inside triangles, without a branch: so many pixels are marked at once."""
     height, width = kind.shape
@@ -265,7 +265,7 @@ def _hide(kind: Bytes, corners: Array, bit: int) -> None:
                 part[j] |= (part[j] & np.uint8(GROUND)) * mark
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _dim(color: Bytes, before: Bytes, after: Bytes, left: Bytes) -> None:
     """Darken each pixel by as many lamps as have been hidden from it; ``left`` says to what."""
     for i in range(before.shape[0]):
@@ -276,7 +276,7 @@ def _dim(color: Bytes, before: Bytes, after: Bytes, left: Bytes) -> None:
                     color[i, j, c] = left[COUNTS[new], color[i, j, c], c]
 
 
-@compiled
+@allocating_kernel  # type: ignore[untyped-decorator]
 def _average(pixels: Bytes, block: int, out: Bytes) -> None:
     count = block * block
     for i in range(out.shape[0]):
