@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numba import typeof
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
@@ -54,11 +55,11 @@ def test_compiled_code_reads_and_writes_what_the_tuple_holds(sound: bool) -> Non
 
 
 def test_records_of_one_form_share_compiled_code_and_others_do_not() -> None:
-    kind = Record(example()).type
-    assert kind == Record(example(sound=False)).type
+    kind = typeof(Record(example()))
+    assert kind == typeof(Record(example(sound=False)))
     assert pickle.loads(pickle.dumps(kind)) == kind
-    assert kind != Record(example()._replace(table=np.zeros(3))).type
-    assert kind != Record(example()._replace(count=7.0)).type
+    assert kind != typeof(Record(example()._replace(table=np.zeros(3))))
+    assert kind != typeof(Record(example()._replace(count=7.0)))
 
 
 def test_an_array_that_is_not_contiguous_is_refused() -> None:

@@ -21,7 +21,6 @@ from numba.extending import (
     infer_getattr,
     models,
     register_model,
-    typeof_impl,
     unbox,
 )
 from numba.np import arrayobj
@@ -50,7 +49,7 @@ class Record:
     def __init__(self, held: Any) -> None:
         self.held = held
         words: list[int] = []
-        self.type = _lay_out(held, words)
+        self._numba_type_ = _lay_out(held, words)  # numba asks for it by this name, fastest
         self._memory = np.array(words, dtype=np.uint64)
         self.address = self._memory.ctypes.data
 
@@ -84,11 +83,6 @@ def _number(value: Any) -> tuple[Any, Any]:
     if isinstance(value, bool | np.bool_ | int | np.integer):
         return types.int64, np.int64
     return types.float64, np.float64
-
-
-@typeof_impl.register(Record)  # type: ignore[untyped-decorator]
-def _typeof(value: Record, _context: Any) -> RecordType:
-    return value.type
 
 
 register_model(RecordType)(models.OpaqueModel)

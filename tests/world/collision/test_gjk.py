@@ -2,23 +2,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from kinolab.world.collision.gjk import TRIANGLE, separation
+from kinolab.world.collision.gjk import TRIANGLE, Convex, separation
 
 UPRIGHT, UNUSED = np.eye(3), np.ones(3)
-Thing = tuple[int, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 def triangle(
     *corners: tuple[float, float, float],
-) -> Thing:
+) -> Convex:
     points = np.array(corners, dtype=float)
-    return TRIANGLE, UNUSED, np.ascontiguousarray(points.T), points[0]
+    return Convex(TRIANGLE, UNUSED, np.ascontiguousarray(points.T), points[0])
 
 
-def sphere(radius: float, *at: float) -> Thing:
-    return 1, np.full(3, radius), UPRIGHT, np.array(at, dtype=float)
+def sphere(radius: float, *at: float) -> Convex:
+    return Convex(1, np.full(3, radius), UPRIGHT, np.array(at, dtype=float))
 
 
 FLOOR = triangle((0, 0, 0), (1, 0, 0), (0, 1, 0))
@@ -37,17 +35,17 @@ FLOOR = triangle((0, 0, 0), (1, 0, 0), (0, 1, 0))
 def test_a_point_is_as_far_from_a_triangle_as_drawn(
     at: tuple[float, float, float], distance: float
 ) -> None:
-    assert separation(*sphere(0.0, *at), *FLOOR) == pytest.approx(distance, abs=2e-9)  # [m]
-    assert separation(*FLOOR, *sphere(0.0, *at)) == pytest.approx(distance, abs=2e-9)
+    assert separation(sphere(0.0, *at), FLOOR) == pytest.approx(distance, abs=2e-9)  # [m]
+    assert separation(FLOOR, sphere(0.0, *at)) == pytest.approx(distance, abs=2e-9)
 
 
 @pytest.mark.parametrize("thin", [1e-3, 1e-6, 1e-12, 0.0])
 def test_slivers_still_give_a_valid_bound(thin: float) -> None:
     sliver = triangle((-1, 0, 0), (1, 0, 0), (0, thin, 0))
-    bound = separation(*sphere(0.1, 0.1, 0.0, 1.0), *sliver)
+    bound = separation(sphere(0.1, 0.1, 0.0, 1.0), sliver)
     assert 0.9 - 1e-6 <= bound <= 0.9 + 1e-12  # [m]
 
 
 def test_nothing_is_proved_for_things_that_overlap() -> None:
-    assert separation(*sphere(0.5, 0, 0, 0), *sphere(0.5, 0.9, 0, 0)) == 0.0
-    assert separation(*sphere(0.5, 0, 0, 0), *sphere(0.5, 0, 0, 0)) == 0.0
+    assert separation(sphere(0.5, 0, 0, 0), sphere(0.5, 0.9, 0, 0)) == 0.0
+    assert separation(sphere(0.5, 0, 0, 0), sphere(0.5, 0, 0, 0)) == 0.0

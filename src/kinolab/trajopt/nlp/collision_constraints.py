@@ -20,7 +20,7 @@ from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_br
 from kinolab.world.collision.checker import own_pairs
 from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.clearance_bound import box_bound, own_bound, plane_bound
-from kinolab.world.collision.gjk import TRIANGLE, box_gap
+from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, signed_gap
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
@@ -217,21 +217,28 @@ def placed(around, x, found):  # type: ignore[no-untyped-def]
 def gap_of(c, around, found):  # type: ignore[no-untyped-def]
     """Give a gap where the machine is now, its normal held."""
     s, k, n = found.mover[c], found.what[c], found.normal[c]
-    kind, fixed = around.scene.kind, around.fixtures
-    half, turn, at = found.half[s], found.turns[s], found.places[s]
+    fixed = around.fixtures
+    shape = shape_of(s, around, found)
     if k == GROUND:
-        return at[2] - extent(kind[s], half, turn, n)
+        return shape.at[2] - extent(shape, n)
     if k <= OWN:
-        b = OWN - k
-        return gap_along(
-            kind[s], half, turn, at, kind[b], found.half[b], found.turns[b], found.places[b], n
-        )
+        return gap_along(shape, shape_of(OWN - k, around, found), n)
     if k < fixed.kind.shape[0]:
-        return gap_along(
-            kind[s], half, turn, at, fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k], n
-        )
+        return gap_along(shape, obstacle_of(k, fixed), n)
     corners_of(around.tree.triangles[k - fixed.kind.shape[0]], found.corners)
-    return gap_along(kind[s], half, turn, at, TRIANGLE, half, found.corners, at, n)
+    return gap_along(shape, Convex(TRIANGLE, shape.half, found.corners, shape.at), n)
+
+
+@kernel
+def shape_of(s, around, found):  # type: ignore[no-untyped-def]
+    """Return a shape of the machine where it is now."""
+    return Convex(around.scene.kind[s], found.half[s], found.turns[s], found.places[s])
+
+
+@kernel
+def obstacle_of(k, fixed):  # type: ignore[no-untyped-def]
+    """Return an obstacle that is no mesh."""
+    return Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
 
 
 @kernel
@@ -297,13 +304,9 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
         for k in range(scene.obstacle.shape[0]):
             near = scene.mesh[k] < 0 and box_gap(found.box[s], scene.obstacle[k]) < reach
             if near and count < MAX_GAPS:
-                fixed = around.fixtures
+                shape, other = shape_of(s, around, found), obstacle_of(k, around.fixtures)
                 found.mover[count], found.what[count] = s, k
-                found.gap[count] = signed_gap(
-                    scene.kind[s], found.half[s], found.turns[s], found.places[s],
-                    fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
-                    found.scratch, found.normal[count],
-                )  # fmt: skip
+                found.gap[count] = signed_gap(shape, other, found.scratch, found.normal[count])
                 count += found.gap[count] < reach
         if around.tree.boxes.shape[0]:
             count = near_triangles(s, count, reach, around, found)
@@ -311,11 +314,8 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
         a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
         if count < MAX_GAPS and box_gap(found.box[a], found.box[b]) < reach:
             found.mover[count], found.what[count] = a, OWN - b
-            found.gap[count] = signed_gap(
-                scene.kind[a], found.half[a], found.turns[a], found.places[a],
-                scene.kind[b], found.half[b], found.turns[b], found.places[b],
-                found.scratch, found.normal[count],
-            )  # fmt: skip
+            shape, other = shape_of(a, around, found), shape_of(b, around, found)
+            found.gap[count] = signed_gap(shape, other, found.scratch, found.normal[count])
             count += found.gap[count] < reach
     return count
 
@@ -331,14 +331,13 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         around, found: ``CollisionArrays`` and ``GapBuffer``.
     """
     tree, queue = around.tree, found.queue
-    box, turn, at = found.box[s], found.turns[s], found.places[s]
-    kind, half = around.scene.kind[s], found.half[s]
+    box, shape = found.box[s], shape_of(s, around, found)
     first, left, limit = count, 1, reach
     queue[0] = 0
     while left > 0:
         left -= 1
         node = queue[left]
-        if box_bound(kind, half, turn, at, box, tree.boxes[node]) >= limit:
+        if box_bound(shape, box, tree.boxes[node]) >= limit:
             continue
         one, other = tree.child[node, 0], tree.child[node, 1]
         if one >= 0:
@@ -349,9 +348,9 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
                 left += 2
             continue
         for t in range(tree.span[node, 0], tree.span[node, 1]):
-            if plane_bound(kind, half, turn, at, tree.planes[t]) >= limit:
+            if plane_bound(shape, tree.planes[t]) >= limit:
                 continue
-            if own_bound(kind, half, turn, at, tree.triangles[t]) >= limit:
+            if own_bound(shape, tree.triangles[t]) >= limit:
                 continue
             count = look(s, t, first, count, limit, around, found)
             limit = limit_of(first, count, reach, found)
@@ -370,10 +369,8 @@ def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-d
     """
     corners, n = found.corners, found.normal[MAX_GAPS]
     corners_of(around.tree.triangles[t], corners)
-    gap = signed_gap(
-        around.scene.kind[s], found.half[s], found.turns[s], found.places[s],
-        TRIANGLE, found.half[s], corners, around.tree.triangles[t, :3], found.scratch, n,
-    )  # fmt: skip
+    other = Convex(TRIANGLE, found.half[s], corners, around.tree.triangles[t, :3])
+    gap = signed_gap(shape_of(s, around, found), other, found.scratch, n)
     if gap < limit:
         return kept(s, t + around.fixtures.kind.shape[0], gap, n, first, count, found)
     return count

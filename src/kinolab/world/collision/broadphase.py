@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry, span_all
+from kinolab.world.collision.clearance import ObstacleArrays
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid, mesh_grid
 from kinolab.world.geometry import Array, BodyGeometry, ShapeKind, placement, sizes
 from kinolab.world.support_functions import half_extent
@@ -58,13 +59,22 @@ class BroadphaseScratch(NamedTuple):
     pairs: Integers
 
 
+class CheckerArrays(NamedTuple):
+    """All that is known of a machine in its world, for compiled code: one record to hand over."""
+
+    scratch: BroadphaseScratch
+    scene: BroadphaseScene
+    grid: MeshGrid
+    obstacles: ObstacleArrays
+
+
 def make_broadphase(
     bodies: Sequence[BodyGeometry],
     cables: Sequence[CableGeometry],
     world: World,
     own_pairs: Sequence[tuple[int, int]],
 ) -> tuple[BroadphaseScene, MeshGrid]:
-    """Gather the arrays that ``broadphase`` takes as records.
+    """Gather the arrays of ``CheckerArrays``.
 
     Of ``cables`` only those that collide are given. Nothing is inflated yet.
     """
@@ -270,18 +280,18 @@ def first_not_finite(poses):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def broadphase(poses, scratch, scene, grid):  # type: ignore[no-untyped-def]
+def broadphase(poses, arrays):  # type: ignore[no-untyped-def]
     """Judge one pose of the machine as far as boxes, the ground and solids decide it.
 
     Args:
         poses: One row [R | p] per body, shape (bodies, 12).
-        scratch: ``BroadphaseScratch``; written, but read where cables are.
-        scene, grid: ``BroadphaseScene`` and ``MeshGrid``.
+        arrays: ``CheckerArrays``; its scratch is written, but read where cables are.
 
     Returns:
         The number of pairs left, or NOT_FINITE, GROUND or INSIDE: then the first row of ``pairs``
         says which body, -1 for a cable, and which obstacle it is inside of.
     """
+    scratch, scene, grid = arrays.scratch, arrays.scene, arrays.grid
     turns, places, around, pairs = scratch.turns, scratch.places, scratch.around, scratch.pairs
     kind, body, half, own_pairs = scene.kind, scene.body, scene.half, scene.own_pairs
     obstacle, mesh, grow = scene.obstacle, scene.mesh, scene.grow
@@ -321,7 +331,7 @@ def broadphase(poses, scratch, scene, grid):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def broadphase_rows(first, poses, ends, rows, scratch, scene, grid):  # type: ignore[no-untyped-def]
+def broadphase_rows(first, poses, ends, rows, arrays):  # type: ignore[no-untyped-def]
     """Screen pose after pose until there is one that is not proved free.
 
     Args:
@@ -329,17 +339,17 @@ def broadphase_rows(first, poses, ends, rows, scratch, scene, grid):  # type: ig
         poses: Of every body in every pose, shape (poses, bodies, 12).
         ends: Of every cable in every pose, shape (poses, cables, 6).
         rows: Which cables have a shape, as ``span_all`` takes them.
-        scratch: ``BroadphaseScratch``; written.
-        scene, grid: ``BroadphaseScene`` and ``MeshGrid``.
+        arrays: ``CheckerArrays``; its scratch is written.
 
     Returns:
         Which pose it is, the number of poses where there is none; and what ``broadphase`` says of
         it.
     """
+    scratch = arrays.scratch
     for k in range(first, poses.shape[0]):
-        if not span_all(ends[k], rows, scene.half, scratch.turns, scratch.places):
+        if not span_all(ends[k], rows, arrays.scene.half, scratch.turns, scratch.places):
             return k, NOT_FINITE
-        left = broadphase(poses[k], scratch, scene, grid)
+        left = broadphase(poses[k], arrays)
         if left != 0:
             return k, left
     return poses.shape[0], 0

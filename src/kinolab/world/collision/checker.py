@@ -15,6 +15,7 @@ from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.collision.broadphase import (
     ROUNDING_MARGIN,
     BroadphaseScratch,
+    CheckerArrays,
     broadphase,
     broadphase_rows,
     enclose,
@@ -93,7 +94,7 @@ class CollisionChecker:
         parts = [body.name for body in bodies] + [cable.name for cable in cables]
         pairs = own_pairs(self._names, parts, self_pairs)
         self.scene, self.grid = make_broadphase(self.bodies, lines, world, pairs)
-        self._fixtures = Record(obstacle_arrays(world))
+        self._fixtures = obstacle_arrays(world)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._first_cable = len(shapes)
@@ -139,7 +140,6 @@ class CollisionChecker:
         grow, self.margin = CONTACT_MARGIN + margin, margin
         half = self.scene.half.copy()  # the lengths of cables are written into it
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
-        self._records = (Record(self.scene), Record(self.grid))
         lines = [cable for cable in self.cables if cable.collides]
         strung = [cable_object(line.radius, grow) for line in lines]
         self._capsules = [capsule for _, capsule in strung]
@@ -152,9 +152,8 @@ class CollisionChecker:
         self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
         self._around = np.zeros((shapes, 6))
         self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
-        self._scratch = Record(
-            BroadphaseScratch(self._turns, self._places, self._around, self._pairs)
-        )
+        scratch = BroadphaseScratch(self._turns, self._places, self._around, self._pairs)
+        self._arrays = Record(CheckerArrays(scratch, self.scene, self.grid, self._fixtures))
         # Views made once: FCL wants arrays, and slicing costs as much as setting.
         self._where = list(zip(movers, self._turns, self._places, strict=True))
 
@@ -167,7 +166,7 @@ class CollisionChecker:
     def _touching(self, poses: Array, ends: Array) -> bool:
         if self._capsules and not self._span(ends):
             return True
-        left = broadphase(self._table(poses), self._scratch, *self._records)
+        left = broadphase(self._table(poses), self._arrays)
         return bool(left < 0) if left <= 0 else self._asked(left)
 
     def _asked(self, left: int) -> bool:
@@ -196,7 +195,7 @@ class CollisionChecker:
         strung = strung.reshape(len(table), *self._ends_shape)
         k = 0
         while k < len(table):
-            k, left = broadphase_rows(k, table, strung, self._rows, self._scratch, *self._records)
+            k, left = broadphase_rows(k, table, strung, self._rows, self._arrays)
             if k < len(table) and (left < 0 or self._asked(left)):
                 break
             k += 1
@@ -233,7 +232,7 @@ class CollisionChecker:
         if self._touching(poses, ends):
             return 0.0
         beside = np.inf if self._beside is None else self._beside.room(poses, ends)
-        free = clearance_at(self._scratch, *self._records, self._fixtures)
+        free = clearance_at(self._arrays)
         return max(min(float(free) - self.margin, beside), 0.0)
 
     def _table(self, poses: Array) -> Array:
@@ -301,7 +300,7 @@ class CollisionChecker:
                     yield Contact(self._names[shape], obstacle.name, kind)
 
     def _kind(self, shape: int, k: int) -> Literal["touches", "inside", "error"] | None:
-        mesh, (_, grid) = self.scene.mesh[k], self._records
+        mesh, grid = self.scene.mesh[k], Record(self.grid)
         try:
             near = mesh < 0 or near_surface(self._around[shape], mesh, grid)
             if near and self._touches(self._moved(shape), self._obstacles[k]):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kinolab.numerics.jit import allocating_kernel
-from kinolab.world.collision.gjk import box_gap, mesh_separation, separation
+from kinolab.world.collision.gjk import Convex, box_gap, mesh_separation, separation
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.geometry import Array, placement, sizes
 from kinolab.world.obstacle import Obstacle
@@ -54,40 +54,36 @@ def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
 
 
 @allocating_kernel
-def clearance_at(scratch, scene, grid, fixed):  # type: ignore[no-untyped-def]
+def clearance_at(arrays):  # type: ignore[no-untyped-def]
     """Bound the room of placed shapes from below, in [m]; infinite in an empty world.
 
     Two shapes of the machine can approach each other from both sides: half their gap counts.
 
     Args:
-        scratch: ``BroadphaseScratch``, as ``broadphase`` left it.
-        scene, grid, fixed: ``BroadphaseScene``, ``MeshGrid`` and ``ObstacleArrays``.
+        arrays: ``CheckerArrays``, as ``broadphase`` left them.
     """
+    scratch, scene, grid, fixed = arrays.scratch, arrays.scene, arrays.grid, arrays.obstacles
     turns, places, around = scratch.turns, scratch.places, scratch.around
     kind, half, obstacle, own_pairs = scene.kind, scene.half, scene.obstacle, scene.own_pairs
     best = math.inf
     for s in range(kind.shape[0]):
+        shape = Convex(kind[s], half[s], turns[s], places[s])
         if scene.ground and not scene.rests[s]:
             best = min(best, around[s, 2] + scene.grow)
         for k in range(obstacle.shape[0]):
             if box_gap(around[s], obstacle[k]) >= best:
                 continue
             if fixed.last[k] > 0:
-                best = mesh_separation(
-                    kind[s], half[s], turns[s], places[s], around[s],
-                    grid, fixed.first[k], fixed.last[k], best,
-                )  # fmt: skip
+                best = mesh_separation(shape, around[s], grid, fixed.first[k], fixed.last[k], best)
             else:
-                gap = separation(
-                    kind[s], half[s], turns[s], places[s],
-                    fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
-                )  # fmt: skip
-                best = min(best, gap)
+                other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
+                best = min(best, separation(shape, other))
     for k in range(own_pairs.shape[0]):
         a, b = own_pairs[k, 0], own_pairs[k, 1]
         if 0.5 * box_gap(around[a], around[b]) < best:
             gap = separation(
-                kind[a], half[a], turns[a], places[a], kind[b], half[b], turns[b], places[b]
+                Convex(kind[a], half[a], turns[a], places[a]),
+                Convex(kind[b], half[b], turns[b], places[b]),
             )
             best = min(best, 0.5 * gap)
     return best

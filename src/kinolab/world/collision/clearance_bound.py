@@ -30,7 +30,7 @@ from kinolab.world.collision.checker import own_pairs
 from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.distance_field import DistanceField, digest, distance_bound
 from kinolab.world.collision.distance_field_cache import cached_distance_field
-from kinolab.world.collision.gjk import TRIANGLE, box_gap, separation_within
+from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap, separation_within
 from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
@@ -230,8 +230,8 @@ def self_clearance(best, least, scratch, scene):  # type: ignore[no-untyped-def]
             enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
         if 0.5 * box_gap(around[a], around[b]) - TOUCHING_MARGIN < best:
             gap = separation_within(
-                broadphase.kind[a], broadphase.half[a], turns[a], places[a],
-                broadphase.kind[b], broadphase.half[b], turns[b], places[b],
+                Convex(broadphase.kind[a], broadphase.half[a], turns[a], places[a]),
+                Convex(broadphase.kind[b], broadphase.half[b], turns[b], places[b]),
                 2.0 * (least + TOUCHING_MARGIN), math.inf, scratch.simplex,
             )  # fmt: skip
             best = min(best, 0.5 * gap - TOUCHING_MARGIN)
@@ -333,31 +333,27 @@ def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type
     """
     least += TOUCHING_MARGIN
     broadphase, fixed = scene.broadphase, scene.obstacles
-    kind, half = broadphase.kind[s], broadphase.half[s]
-    best = mesh_clearance(kind, half, turn, at, box, least, within, scene.triangles, scratch)
+    shape = Convex(broadphase.kind[s], broadphase.half[s], turn, at)
+    best = mesh_clearance(shape, box, least, within, scene.triangles, scratch)
     for k in range(broadphase.obstacle.shape[0]):
         if best < least or best <= TOUCHING_MARGIN:
             break
         if box_gap(box, broadphase.obstacle[k]) >= best:
             continue
         if broadphase.mesh[k] < 0:
-            gap = separation_within(
-                kind, half, turn, at,
-                fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k],
-                least, best, scratch.simplex,
-            )  # fmt: skip
-            best = min(best, gap)
+            other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
+            best = min(best, separation_within(shape, other, least, best, scratch.simplex))
         elif inside(at, broadphase.mesh[k], scene.mesh):
             return -1.0
     return best - TOUCHING_MARGIN
 
 
 @kernel
-def mesh_clearance(kind, half, turn, at, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
+def mesh_clearance(shape, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
     """Bound the gap between a shape and all triangles, if it is below ``within``.
 
     Args:
-        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        shape: ``Convex``.
         box: Lowest and highest x, y, z in [m], shape (6,).
         least, within: In [m]; a gap below ``least`` is told, and not by how much.
         tree, scratch: ``TriangleTree`` and ``Scratch``.
@@ -373,18 +369,18 @@ def mesh_clearance(kind, half, turn, at, box, least, within, tree, scratch):  # 
             continue
         if tree.child[node, 0] < 0:
             for t in range(tree.span[node, 0], tree.span[node, 1]):
-                if plane_bound(kind, half, turn, at, tree.planes[t]) >= best:
+                if plane_bound(shape, tree.planes[t]) >= best:
                     continue
-                if own_bound(kind, half, turn, at, tree.triangles[t]) >= best:
+                if own_bound(shape, tree.triangles[t]) >= best:
                     continue
-                gap = to_triangle(kind, half, turn, at, tree.triangles[t], least, best, scratch)
+                gap = to_triangle(shape, tree.triangles[t], least, best, scratch)
                 best = min(best, gap)
                 if best < least or best <= TOUCHING_MARGIN:
                     return best
             continue
         one, other = tree.child[node, 0], tree.child[node, 1]
-        gap_one = box_bound(kind, half, turn, at, box, tree.boxes[one])
-        gap_other = box_bound(kind, half, turn, at, box, tree.boxes[other])
+        gap_one = box_bound(shape, box, tree.boxes[one])
+        gap_other = box_bound(shape, box, tree.boxes[other])
         if gap_one < gap_other:  # the nearer one goes on top
             one, other, gap_one, gap_other = other, one, gap_other, gap_one
         waiting[left], gaps[left] = one, gap_one
@@ -394,11 +390,11 @@ def mesh_clearance(kind, half, turn, at, box, least, within, tree, scratch):  # 
 
 
 @kernel
-def to_triangle(kind, half, turn, at, triangle, least, enough, scratch):  # type: ignore[no-untyped-def]
+def to_triangle(shape, triangle, least, enough, scratch):  # type: ignore[no-untyped-def]
     """Bound the gap between a shape and a triangle (9,).
 
     Args:
-        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        shape: ``Convex``.
         triangle: Corners in [m], shape (9,).
         least, enough: In [m], as ``separation_within`` takes them.
         scratch: ``Scratch``.
@@ -406,54 +402,41 @@ def to_triangle(kind, half, turn, at, triangle, least, enough, scratch):  # type
     corners = scratch.corners
     for i in range(9):
         corners[i % 3, i // 3] = triangle[i]
-    return separation_within(
-        kind, half, turn, at, TRIANGLE, half, corners, triangle, least, enough, scratch.simplex
-    )
+    other = Convex(TRIANGLE, shape.half, corners, triangle)
+    return separation_within(shape, other, least, enough, scratch.simplex)
 
 
 @kernel
-def plane_bound(kind, half, turn, at, plane):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset.
-
-    Args:
-        kind, half, turn, at: The shape (3,) and (3, 3), as ``separation_within`` takes it.
-        plane: Unit normal and offset in [m], shape (4,).
-    """
+def plane_bound(shape, plane):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset."""
+    turn, at = shape.turn, shape.at
     a, b, c = plane[0], plane[1], plane[2]
     away = abs(a * at[0] + b * at[1] + c * at[2] - plane[3])
     x = a * turn[0, 0] + b * turn[1, 0] + c * turn[2, 0]
     y = a * turn[0, 1] + b * turn[1, 1] + c * turn[2, 1]
     z = a * turn[0, 2] + b * turn[1, 2] + c * turn[2, 2]
-    return away - half_extent(kind, half, x, y, z)
+    return away - half_extent(shape.kind, shape.half, x, y, z)
 
 
 @kernel
-def box_bound(kind, half, turn, at, around, box):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a box (6,): along the world's axes, and along its own.
-
-    Args:
-        kind, half, turn, at: The shape (3,) and (3, 3), as ``separation_within`` takes it.
-        around, box: Of the shape and the other one: lowest and highest x, y, z in [m], shape (6,).
-    """
+def box_bound(shape, around, box):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and a box (6,): along the world's axes, and along its own."""
+    turn, at = shape.turn, shape.at
     total = 0.0
     a, b, c = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
     u, v, w = a + box[0] - at[0], b + box[1] - at[1], c + box[2] - at[2]
     for i in range(3):
         x, y, z = turn[0, i], turn[1, i], turn[2, i]
         away = abs(x * u + y * v + z * w) - abs(x) * a - abs(y) * b - abs(z) * c
-        gap = max(away - reach_along(kind, half, i), 0.0)
+        gap = max(away - reach_along(shape.kind, shape.half, i), 0.0)
         total += gap * gap
     return max(math.sqrt(total), box_gap(around, box))
 
 
 @kernel
-def own_bound(kind, half, turn, at, triangle):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a triangle (9,) along the shape's own axes.
-
-    Args:
-        kind, half, turn, at: The shape (3,) and (3, 3), as ``separation_within`` takes it.
-        triangle: Corners in [m], shape (9,).
-    """
+def own_bound(shape, triangle):  # type: ignore[no-untyped-def]
+    """Bound the gap between a shape and a triangle (9,) along the shape's own axes."""
+    turn, at = shape.turn, shape.at
     total = 0.0
     for i in range(3):
         x, y, z = turn[0, i], turn[1, i], turn[2, i]
@@ -462,7 +445,7 @@ def own_bound(kind, half, turn, at, triangle):  # type: ignore[no-untyped-def]
         two = x * triangle[3] + y * triangle[4] + z * triangle[5]
         three = x * triangle[6] + y * triangle[7] + z * triangle[8]
         low, high = min(one, two, three) - middle, max(one, two, three) - middle
-        gap = max(max(low, -high) - reach_along(kind, half, i), 0.0)
+        gap = max(max(low, -high) - reach_along(shape.kind, shape.half, i), 0.0)
         total += gap * gap
     return math.sqrt(total)
 

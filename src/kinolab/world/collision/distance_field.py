@@ -22,11 +22,12 @@ from scipy import ndimage
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.collision.broadphase import bounding_box, inside
-from kinolab.world.collision.gjk import separation
+from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.collision.triangle_grid import MeshGrid, mesh_grid
-from kinolab.world.geometry import Array, ShapeKind, placement, sizes
+from kinolab.world.geometry import Array, placement, sizes
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.redundant_obstacles import without_redundant
+from kinolab.world.support_functions import SPHERE
 
 MAX_BYTES = 256 * 2**20  # [bytes] that a grid may take at most
 MAX_CELLS = 5_000_000  # that are built in well under a second
@@ -107,7 +108,7 @@ def _mark_primitive(obstacle: Obstacle, low: Array, width: float, taken: Taken) 
     turn = np.ascontiguousarray(pose[:, :3] @ own[:, :3])
     at = pose[:, :3] @ own[:, 3] + pose[:, 3]
     first, last = bounding_box(obstacle.vertices, obstacle.primitive)
-    mark_shape(int(kind), half, turn, at, first, last, int(ShapeKind.SPHERE), low, width, taken)
+    mark_shape(Convex(int(kind), half, turn, at), first, last, low, width, taken)
 
 
 def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None:
@@ -192,7 +193,7 @@ def cell_range(low, width, count, first, last):  # type: ignore[no-untyped-def]
 
 
 @allocating_kernel
-def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  # type: ignore[no-untyped-def]
+def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells whose centre is within half a diagonal of a convex shape.
 
     Blocks of cells are halved where the shape's border may run through them. None of a block is
@@ -200,15 +201,15 @@ def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  #
     what is within some distance of a convex shape is convex. What is marked is not asked again.
 
     Args:
-        kind, half, turn, at: The shape, as ``separation_within`` takes it.
+        shape: ``Convex``.
         first, last: Its lowest and highest x, y, z in [m], shape (3,).
-        sphere: The kind of a cell's centre, a ball without radius.
         low, width: The grid's lowest corner, shape (3,), and a cell's width, in [m].
         taken: Whether cells are marked, shape (nx, ny, nz); written.
     """
     reach = TRANSFORM_REACH * width
     slack = SLACK * width + SURE  # nearer than that to a decision each cell is asked itself
-    point, center, eye = np.zeros(3), np.zeros(3), np.eye(3)
+    center = np.zeros(3)
+    point = Convex(np.int64(SPHERE), np.zeros(3), np.eye(3), center)  # of a block or a cell
     stack = np.zeros((STACK, 3, 2), np.int64)  # first cell, one past the last
     for i in range(3):
         begin, end = cell_range(low[i], width, taken.shape[i], first[i] - reach, last[i] + reach)
@@ -227,7 +228,7 @@ def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  #
             center[i] = low[i] + 0.5 * (block[i, 0] + block[i, 1]) * width
             radius += (0.5 * (size - 1) * width) ** 2
         radius = math.sqrt(radius)
-        gap = separation(kind, half, turn, at, sphere, point, eye, center)
+        gap = separation(shape, point)
         if radius == 0.0:
             if gap <= reach:
                 taken[block[0, 0], block[1, 0], block[2, 0]] = 1
@@ -240,7 +241,7 @@ def mark_shape(kind, half, turn, at, first, last, sphere, low, width, taken):  #
                 for i in range(3):
                     cell = block[i, 0] if corner >> i & 1 else block[i, 1] - 1
                     center[i] = low[i] + (cell + 0.5) * width
-                gap = separation(kind, half, turn, at, sphere, point, eye, center)
+                gap = separation(shape, point)
                 within = gap <= reach - slack
         if within:
             taken[

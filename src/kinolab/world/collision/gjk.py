@@ -11,11 +11,12 @@ Source of the search: Gilbert, Johnson, Keerthi, IEEE Journal on Robotics and Au
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from kinolab.numerics.jit import allocating_kernel, kernel
-from kinolab.world.support_functions import core_radius, core_support, dot
+from kinolab.world.support_functions import Array, core_radius, core_support, dot
 
 # numba would compile everything anew for a literal, here and where others are begun with one.
 TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
@@ -23,16 +24,19 @@ TOLERANCE = 1e-9  # [m] between the bound and a distance that is attained
 MAX_ITERATIONS = 64
 
 
-@kernel
-def support_point(kind, half, turn, at, n, local, point):  # type: ignore[no-untyped-def]
-    """Write the farthest point (3,) along n of a core or a triangle; ``local`` is scratch (3,).
+class Convex(NamedTuple):
+    """A placed convex shape, or a triangle; compiled code takes it as it is."""
 
-    Args:
-        kind, half, turn, at: The shape (3, 3), (3,), as ``separation_within`` takes it.
-        n: Direction of any length, shape (3,).
-        local: Scratch, shape (3,).
-        point: In [m], shape (3,); written.
-    """
+    kind: int | np.int64  # of ``support_functions``, or TRIANGLE: columns of ``turn`` are corners
+    half: Array  # (3,) half sizes in [m]; of a triangle unused
+    turn: Array  # (3, 3) rotation into the world
+    at: Array  # (3,) centre in the world in [m]; of a triangle any point of it
+
+
+@kernel
+def support_point(shape, n, local, point):  # type: ignore[no-untyped-def]
+    """Write the farthest point (3,) along n of a core or a triangle; ``local`` is scratch (3,)."""
+    kind, half, turn, at = shape
     if kind == TRIANGLE:
         best = -math.inf
         for corner in range(3):
@@ -150,17 +154,11 @@ def closest_on_simplex(simplex, count, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def separation_within(  # type: ignore[no-untyped-def]
-    kind_a, half_a, turn_a, at_a, kind_b, half_b, turn_b, at_b, least, enough, scratch
-):  # fmt: skip
+def separation_within(one, other, least, enough, scratch):  # type: ignore[no-untyped-def]
     """Bound the gap between two convex things from below, to 1e-9 m of the truth where it is free.
 
     Args:
-        kind_a: A kind of shape, or TRIANGLE: then ``turn_a`` has its corners as columns.
-        half_a: Half sizes (3,) in [m].
-        turn_a: Rotation into the world (3, 3).
-        at_a: Centre in the world (3,); for a triangle, any point of it.
-        kind_b, half_b, turn_b, at_b: The other one, of the same shapes.
+        one, other: ``Convex``.
         least: In [m]; whether the gap is smaller than this is told, and not by how much.
         enough: In [m]; a bound of this size need not be improved.
         scratch: Memory, shape (9, 3).
@@ -171,10 +169,10 @@ def separation_within(  # type: ignore[no-untyped-def]
     simplex, v, away = scratch[:4], scratch[4], scratch[5]
     a, b, local = scratch[6], scratch[7], scratch[8]
     for k in range(3):
-        v[k] = at_a[k] - at_b[k]
+        v[k] = one.at[k] - other.at[k]
     count, bound = 0, 0.0
-    swollen = (0.0 if kind_a == TRIANGLE else core_radius(kind_a, half_a)) + (
-        0.0 if kind_b == TRIANGLE else core_radius(kind_b, half_b)
+    swollen = (0.0 if one.kind == TRIANGLE else core_radius(one.kind, one.half)) + (
+        0.0 if other.kind == TRIANGLE else core_radius(other.kind, other.half)
     )
     for _ in range(MAX_ITERATIONS):
         distance = math.sqrt(dot(v, v))
@@ -182,8 +180,8 @@ def separation_within(  # type: ignore[no-untyped-def]
             break
         for k in range(3):
             away[k] = -v[k]
-        support_point(kind_a, half_a, turn_a, at_a, away, local, a)
-        support_point(kind_b, half_b, turn_b, at_b, v, local, b)
+        support_point(one, away, local, a)
+        support_point(other, v, local, b)
         bound = max(bound, (dot(v, a) - dot(v, b)) / distance)
         if distance - bound <= TOLERANCE or bound - swollen >= enough:
             break
@@ -196,17 +194,9 @@ def separation_within(  # type: ignore[no-untyped-def]
 
 
 @allocating_kernel
-def separation(kind_a, half_a, turn_a, at_a, kind_b, half_b, turn_b, at_b):  # type: ignore[no-untyped-def]
-    """Bound a gap as ``separation_within`` does, as closely as it can.
-
-    Args:
-        kind_a, half_a, turn_a, at_a: The one, as ``separation_within`` takes it.
-        kind_b, half_b, turn_b, at_b: The other one.
-    """
-    scratch = np.empty((9, 3))
-    return separation_within(
-        kind_a, half_a, turn_a, at_a, kind_b, half_b, turn_b, at_b, 0.0, math.inf, scratch
-    )
+def separation(one, other):  # type: ignore[no-untyped-def]
+    """Bound a gap as ``separation_within`` does, as closely as it can."""
+    return separation_within(one, other, 0.0, math.inf, np.empty((9, 3)))
 
 
 @kernel
@@ -220,20 +210,21 @@ def box_gap(a, b):  # type: ignore[no-untyped-def]
 
 
 @allocating_kernel
-def mesh_separation(kind, half, turn, at, around, grid, first, last, best):  # type: ignore[no-untyped-def]
+def mesh_separation(shape, around, grid, first, last, best):  # type: ignore[no-untyped-def]
     """Bound the gap between a shape and some triangles, if it is below ``best``.
 
     The triangle with the nearest box goes first; most others are then farther by their boxes.
 
     Args:
-        kind, half, turn, at: The shape, as ``separation_within`` takes it.
-        around: The shape's box, lowest and highest x, y, z in [m], shape (6,).
+        shape: ``Convex``.
+        around: Its box, lowest and highest x, y, z in [m], shape (6,).
         grid: ``MeshGrid``.
         first, last: The triangles are first ... last - 1 of it.
         best: In [m].
     """
     triangles, boxes = grid.triangles, grid.boxes
-    gaps, corners = np.empty(last - first), np.empty((3, 3))
+    gaps, corners, corner = np.empty(last - first), np.empty((3, 3)), np.empty(3)
+    triangle, scratch = Convex(TRIANGLE, shape.half, corners, corner), np.empty((9, 3))
     for k in range(first, last):
         gaps[k - first] = box_gap(around, boxes[k])
     front = gaps.argmin() + first
@@ -242,6 +233,8 @@ def mesh_separation(kind, half, turn, at, around, grid, first, last, best):  # t
         if gaps[k - first] < best and not (k == front and step >= first):
             for i in range(9):
                 corners[i % 3, i // 3] = triangles[k, i]
-            gap = separation(kind, half, turn, at, TRIANGLE, half, corners, triangles[k, :3])
+            for i in range(3):
+                corner[i] = triangles[k, i]
+            gap = separation_within(shape, triangle, 0.0, math.inf, scratch)
             best = min(best, gap)
     return best

@@ -22,104 +22,79 @@ PARALLEL_TOLERANCE = 1e-6  # length of a cross product of unit vectors that has 
 
 
 @kernel
-def extent(kind, half, turn, n):  # type: ignore[no-untyped-def]
+def extent(shape, n):  # type: ignore[no-untyped-def]
     """Give the reach of a shape from its centre along n (3,), in [m]."""
+    turn = shape.turn
     x = n[0] * turn[0, 0] + n[1] * turn[1, 0] + n[2] * turn[2, 0]
     y = n[0] * turn[0, 1] + n[1] * turn[1, 1] + n[2] * turn[2, 1]
     z = n[0] * turn[0, 2] + n[1] * turn[1, 2] + n[2] * turn[2, 2]
-    return half_extent(kind, half, x, y, z)
+    return half_extent(shape.kind, shape.half, x, y, z)
 
 
 @kernel
-def highest(kind, half, turn, at, n):  # type: ignore[no-untyped-def]
-    """Give the farthest offset of a shape, or of a triangle as in ``separation``, along n.
-
-    Args:
-        kind, half, turn, at: The shape or triangle: number, (3,), (3, 3) and (3,).
-        n: Unit vector, shape (3,).
-    """
-    if kind == TRIANGLE:
+def highest(shape, n):  # type: ignore[no-untyped-def]
+    """Give the farthest offset of a shape or a triangle along n (3,), in [m]."""
+    turn, at = shape.turn, shape.at
+    if shape.kind == TRIANGLE:
         best = -math.inf
         for c in range(3):
             best = max(best, n[0] * turn[0, c] + n[1] * turn[1, c] + n[2] * turn[2, c])
         return best
-    return n[0] * at[0] + n[1] * at[1] + n[2] * at[2] + extent(kind, half, turn, n)
+    return n[0] * at[0] + n[1] * at[1] + n[2] * at[2] + extent(shape, n)
 
 
 @kernel
-def gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
-    """Give the distance of the planes with normal n, which points from the other one to a shape.
-
-    Args:
-        kind, half, turn, at: The shape: number, (3,), (3, 3) and (3,).
-        other, other_half, other_turn, other_at: The other one, or a triangle.
-        n: Unit vector, shape (3,).
-    """
-    lowest = n[0] * at[0] + n[1] * at[1] + n[2] * at[2] - extent(kind, half, turn, n)
-    return lowest - highest(other, other_half, other_turn, other_at, n)
+def gap_along(shape, other, n):  # type: ignore[no-untyped-def]
+    """Give the distance of the planes with normal n, which points from the other one to a shape."""
+    at = shape.at
+    lowest = n[0] * at[0] + n[1] * at[1] + n[2] * at[2] - extent(shape, n)
+    return lowest - highest(other, n)
 
 
 @kernel
-def signed_gap(  # type: ignore[no-untyped-def]
-    kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n
-):  # fmt: skip
+def signed_gap(shape, other, scratch, n):  # type: ignore[no-untyped-def]
     """Return the signed gap in [m] between a shape and another one or a triangle; write n (3,).
 
     Inside an overlap the best of a few normals is taken: those of faces and of pairs of edges,
     which is exact between boxes and triangles, and the line between the centres.
 
     Args:
-        kind, half, turn, at: The shape, as ``separation_within`` takes it.
-        other, other_half, other_turn, other_at: The other one, or a triangle.
+        shape, other: ``Convex``.
         scratch: Memory, shape (9, 3).
-        n: Unit normal, shape (3,); written.
+        n: Unit normal from the other one to the shape, shape (3,); written.
     """
-    separation_within(
-        kind, half, turn, at, other, other_half, other_turn, other_at,
-        -math.inf, math.inf, scratch,
-    )  # fmt: skip
+    separation_within(shape, other, -math.inf, math.inf, scratch)
     v = scratch[4]
     length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     if length > MIN_CORE_DISTANCE:
         for i in range(3):
             n[i] = v[i] / length
-        return gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, n)
-    return overlap(kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n)
+        return gap_along(shape, other, n)
+    return overlap(shape, other, scratch, n)
 
 
 @kernel
-def overlap(  # type: ignore[no-untyped-def]
-    kind, half, turn, at, other, other_half, other_turn, other_at, scratch, n
-):  # fmt: skip
-    """Return the largest gap along normals that may be the best one where things overlap.
-
-    Args:
-        kind, half, turn, at: The shape, (3,), (3, 3) and (3,), as ``separation_within`` takes it.
-        other, other_half, other_turn, other_at: The other one (3,), or a triangle.
-        scratch: Memory, shape (9, 3).
-        n: Unit normal, shape (3,); written.
-    """
-    best, corners = -math.inf, other == TRIANGLE
+def overlap(shape, other, scratch, n):  # type: ignore[no-untyped-def]
+    """Return the largest gap along normals that may be the best one where things overlap."""
+    best, corners = -math.inf, other.kind == TRIANGLE
     trial, one, two = scratch[5], scratch[6], scratch[7]
     for a in range(-1, 3):
         for b in range(-1, 3):
-            axis_of(a, False, turn, one)
-            axis_of(b, corners, other_turn, two)
+            axis_of(a, False, shape.turn, one)
+            axis_of(b, corners, other.turn, two)
             for i in range(3):
                 if a < 0 and b < 0:
-                    trial[i] = at[i] - other_at[i]
+                    trial[i] = shape.at[i] - other.at[i]
                 elif b < 0 or a < 0:
                     trial[i] = one[i] if b < 0 else two[i]
             if a >= 0 and b >= 0:
                 across(one, two, trial)
-            best = better(
-                best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n
-            )
+            best = better(best, trial, shape, other, n)
     if corners:
-        axis_of(0, True, other_turn, one)
-        axis_of(1, True, other_turn, two)
+        axis_of(0, True, other.turn, one)
+        axis_of(1, True, other.turn, two)
         across(one, two, trial)
-        best = better(best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n)
+        best = better(best, trial, shape, other, n)
     return best
 
 
@@ -140,14 +115,13 @@ def axis_of(i, corners, columns, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def better(best, trial, kind, half, turn, at, other, other_half, other_turn, other_at, n):  # type: ignore[no-untyped-def]
+def better(best, trial, shape, other, n):  # type: ignore[no-untyped-def]
     """Return the gap along a trial direction or its opposite if it is larger; write n then.
 
     Args:
         best: The largest gap so far in [m].
         trial: Direction of any length, shape (3,); made a unit vector.
-        kind, half, turn, at: The shape, as ``separation_within`` takes it.
-        other, other_half, other_turn, other_at: The other one, or a triangle.
+        shape, other: ``Convex``.
         n: Unit normal, shape (3,); written where the gap is larger.
     """
     length = math.sqrt(trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2])
@@ -157,7 +131,7 @@ def better(best, trial, kind, half, turn, at, other, other_half, other_turn, oth
         for i in range(3):
             trial[i] *= sign / length
         length = 1.0
-        gap = gap_along(kind, half, turn, at, other, other_half, other_turn, other_at, trial)
+        gap = gap_along(shape, other, trial)
         if gap > best:
             best = gap
             for i in range(3):
