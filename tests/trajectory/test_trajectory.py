@@ -1,4 +1,4 @@
-"""Trajectories as files: nothing is lost, and nothing broken is read."""
+"""Trajectories: nothing is lost in files, nothing broken is read, and pieces fit together."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from kinolab import systems
 from kinolab.errors import InputError
 from kinolab.trajectory import Trajectory, read_csv
 
@@ -108,3 +109,39 @@ def test_arrays_that_do_not_fit_together_are_refused(
 ) -> None:
     with pytest.raises(InputError, match="trajectory"):
         Trajectory(t, x, u, STATES, CONTROLS)
+
+
+# --- pieces ---
+
+
+def rolled(steps: NDArray[np.float64], seed: int) -> Trajectory:
+    """Return any states and inputs of a coin at uneven times."""
+    model, random = systems.get("rolling_disk").model(), np.random.default_rng(seed)
+    t = np.concatenate([[0.0], np.cumsum(steps)])
+    x = random.normal(size=(len(t), model.nx))
+    u = random.normal(size=(len(steps), model.nu))
+    return Trajectory(t, x, u, model.state_names, model.control_names)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(0, 12), (0, 5), (4, 9), (9, 12)])
+def test_a_piece_put_back_in_its_place_changes_nothing(begin: int, end: int) -> None:
+    whole = rolled(np.random.default_rng(1).uniform(0.01, 0.2, 12), 2)
+    piece = whole.piece(begin, end)
+    assert piece.t[0] == 0.0
+    assert piece.duration == pytest.approx(whole.t[end] - whole.t[begin], abs=1e-15)
+    again = whole.with_piece(begin, end, piece, systems.get("rolling_disk").model().space)
+    assert np.array_equal(again.x, whole.x)
+    assert np.array_equal(again.u, whole.u)
+    assert np.abs(again.t - whole.t).max() < 1e-15  # [s]; sums of a second, rounded
+
+
+def test_what_follows_a_quicker_piece_comes_as_much_earlier_and_begins_where_it_ends() -> None:
+    whole, space = rolled(np.full(10, 0.1), 3), systems.get("rolling_disk").model().space
+    quick = rolled(np.full(2, 0.05), 4)
+    joined = whole.with_piece(3, 7, quick, space)
+    assert joined.duration == pytest.approx(whole.duration - 4 * 0.1 + 2 * 0.05)
+    assert np.array_equal(joined.x[:3], whole.x[:3])
+    assert np.array_equal(joined.x[3:6], quick.x)
+    moved = joined.x[5:] - whole.x[7:]  # a coin's states have no quaternion: all of them shift
+    assert moved == pytest.approx(np.tile(quick.x[-1] - whole.x[7], (len(moved), 1)))
+    assert np.array_equal(joined.u, np.vstack([whole.u[:3], quick.u, whole.u[7:]]))

@@ -6,13 +6,14 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.errors import InputError, Mistake
 
 Array: TypeAlias = NDArray[np.float64]
@@ -71,6 +72,37 @@ class Trajectory:
     def inputs(self) -> Array:
         """What was chosen: the references where the machine has feedback, else ``u``."""
         return self.references if self.reference_names else self.u
+
+    def piece(self, begin: int, end: int) -> Trajectory:
+        """Return the motion from one knot to another, by their indices, from time 0."""
+        t, held = self.t[begin : end + 1] - self.t[begin], slice(begin, end)
+        x, references = self.x[begin : end + 1], self.references[held]
+        return replace(self, t=t, x=x, u=self.u[held], references=references)
+
+    def with_piece(self, begin: int, end: int, other: Trajectory, space: StateSpace) -> Trajectory:
+        """Return the motion with a piece replaced by another one, which may take another time.
+
+        What follows begins where that ends: entries of the state that may come out differently
+        keep the difference, quaternions their sign.
+
+        Args:
+            begin: Knot with which the piece begins.
+            end: Knot with which it ends.
+            other: From the same state to the same one, as far as that matters.
+            space: Of the states.
+        """
+        own = self.t[begin] + other.t - other.t[0]
+        rest = own[-1] + self.t[end + 1 :] - self.t[end]
+        carried = space.carried(self.x[end:], other.x[-1])
+        return replace(
+            self,
+            t=np.concatenate([self.t[:begin], own, rest]),
+            x=np.vstack([self.x[:begin], other.x[:-1], carried]),
+            u=np.vstack([self.u[:begin], other.u, self.u[end:]]),
+            references=np.vstack(
+                [self.references[:begin], other.references, self.references[end:]]
+            ),
+        )
 
     def to_csv(self) -> str:
         """Return the file format of ``trajectory.csv``; the last row has no inputs."""

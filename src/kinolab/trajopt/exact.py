@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
-from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
@@ -23,7 +22,6 @@ from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments
 from kinolab.trajopt.sqp.restoration import coarse_to_fine, restore_feasibility
-from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -134,36 +132,21 @@ def connect_to_goal(
         motion: A true one from its start.
         cancelled: Whether to give up.
     """
-    given, times = variable_step_motion(motion), motion.t - motion.t[0]
-    tasks = [
-        TrajectoryProblem(
-            problem, clearance, fraction=SHORT.segment_limit_fraction, near=SHORT.near_gaps
-        )
-        for clearance in SHORT.segment_clearances
-    ]
-    paths = [(task, Segments(task, cancelled)) for task in tasks]
-    for (task, pieces), steps in product(paths, SHORT.tail_steps):
+    paths = [Segments(problem, clearance, cancelled) for clearance in SHORT.segment_clearances]
+    for segments, steps in product(paths, SHORT.tail_steps):
         if cancelled():
             break
-        begin = int(np.searchsorted(times, times[-1] - steps * problem.step))
-        tail = pieces.ended(given.piece(begin, len(given.spans)))
+        begin = int(np.searchsorted(motion.t, motion.t[-1] - steps * problem.step))
+        tail = segments.ended(motion.piece(begin, len(motion.u)))
         if tail is not None and in_the_centre(problem, tail.x[-1]):
-            return _joined(task, given, begin, tail)
+            whole = motion.with_piece(begin, len(motion.u), tail, problem.space)
+            return whole if segments.task.satisfies_all_at_knots(whole) else None
     return None
 
 
 def in_the_centre(problem: Problem, end: Array) -> bool:
     """Say whether a motion that ends so needs no landing."""
     return bool(np.abs(GoalConstraint(problem, end).residual(end)).sum() <= SHORT.centre_tolerance)
-
-
-def _joined(
-    task: TrajectoryProblem, given: VariableStepMotion, begin: int, tail: VariableStepMotion
-) -> Trajectory | None:
-    """Return a motion with another tail, None where the whole breaks anything."""
-    course = given.with_piece(begin, len(given.spans), tail, task.problem.space)
-    made = trajectory_under(task.problem.model, course.times, course.x, course.u)
-    return made if task.satisfies_all_at_knots(made) else None
 
 
 def is_motion(task: TrajectoryProblem, motion: Trajectory) -> bool:

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.problem.goal import AttitudeTarget, Goal
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
+from kinolab.trajectory import Trajectory
 from kinolab.trajopt.minimum_time import minimize_time
-from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import LOOSE, SHORT, SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-from kinolab.trajopt.variable_step_motion import VariableStepMotion, variable_step_motion
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -34,63 +34,64 @@ class Segments:
     """Quicker ways from one state of a motion to another.
 
     Args:
-        task: The problem that the whole motion solves.
+        problem: That the whole motion solves.
+        clearance: What gaps keep in reserve while knots are few, in machine sizes.
         cancelled: Whether to give up.
+
+    Attributes:
+        task: The problem for the optimiser.
+        space: Of the states.
     """
 
-    def __init__(self, task: TrajectoryProblem, cancelled: Callable[[], bool]) -> None:
-        self._task, self._late = task, cancelled
-        self._problem = task.problem
-        self.space = task.problem.space
+    def __init__(self, problem: Problem, clearance: float, cancelled: Callable[[], bool]) -> None:
+        self.problem, self.space, self.cancelled = problem, problem.space, cancelled
+        self.task = TrajectoryProblem(
+            problem, clearance, fraction=SHORT.segment_limit_fraction, near=SHORT.near_gaps
+        )
 
-    def quicker(
-        self, course: VariableStepMotion, knots: int, *, last: bool
-    ) -> VariableStepMotion | None:
+    def quicker(self, motion: Trajectory, knots: int, *, last: bool) -> Trajectory | None:
         """Return a piece made faster as it is, None where that is not worth it or not true.
 
         Args:
-            course: The piece.
+            motion: The piece.
             knots: How many there are, at most.
             last: Whether it ends in the problem's goal.
         """
-        task = self._between(course.x[0], None if last else course.x[-1])
-        count = max(SHORT.min_steps, min(knots, len(course.spans)))
-        few = course.in_steps(count, self.space)
+        task = self._between(motion.x[0], None if last else motion.x[-1])
+        count = max(SHORT.min_steps, min(knots, len(motion.u)))
+        few = resampled(motion.t, motion.x, motion.inputs, count, self.space)
         lengths = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h)
         return self._made(
             task,
             few,
             lengths,
             SQP.closure_iterations,
-            (1 - SHORT.min_segment_gain) * course.duration,
+            (1 - SHORT.min_segment_gain) * motion.duration,
         )
 
-    def along(
-        self, guess: Knots, course: VariableStepMotion, *, last: bool
-    ) -> VariableStepMotion | None:
+    def along(self, guess: Knots, motion: Trajectory, *, last: bool) -> Trajectory | None:
         """Return a motion that comes of a guess of another way, as ``quicker``."""
-        task = self._between(course.x[0], None if last else course.x[-1])
+        task = self._between(motion.x[0], None if last else motion.x[-1])
         lengths = (SHORT.stretch[0] * guess.h, SHORT.stretch[1] * guess.h)
-        below = (1 - SHORT.min_segment_gain) * course.duration
+        below = (1 - SHORT.min_segment_gain) * motion.duration
         return self._made(
             task, guess, lengths, SHORT.far_iterations, below, penalty=SQP.bold_penalty
         )
 
-    def ended(self, course: VariableStepMotion) -> VariableStepMotion | None:
+    def ended(self, motion: Trajectory) -> Trajectory | None:
         """Return a motion near the last piece that ends in the goal, no faster; or None."""
-        task = self._between(course.x[0], None)
-        few = course.in_steps(
-            max(SHORT.min_steps, min(SHORT.tail_knots, len(course.spans))), self.space
-        )
+        task = self._between(motion.x[0], None)
+        count = max(SHORT.min_steps, min(SHORT.tail_knots, len(motion.u)))
+        few = resampled(motion.t, motion.x, motion.inputs, count, self.space)
         lengths = (SHORT.stretch[0] * few.h, SHORT.stretch[1] * few.h)
         knots = self._closed(task, few, lengths, SHORT.far_iterations)
         return None if knots is None else self._true(task, knots, self._steps(lengths[1], knots.h))
 
     def _between(self, begin: Array, end: Array | None) -> TrajectoryProblem:
-        problem = self._problem
+        problem = self.problem
         if end is None:
-            return self._task.of(replace(problem, start=begin))
-        return self._task.of(segment_problem(problem, begin, end))
+            return self.task.of(replace(problem, start=begin))
+        return self.task.of(segment_problem(problem, begin, end))
 
     def _made(
         self,
@@ -100,7 +101,7 @@ class Segments:
         iterations: int,
         below: float,
         penalty: float = SQP.violation_penalty,
-    ) -> VariableStepMotion | None:
+    ) -> Trajectory | None:
         """Return the true motion that comes of a guess once it is closed and made faster.
 
         It takes less than ``below``, in [s].
@@ -108,11 +109,11 @@ class Segments:
         knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
             return None
-        times, faster = self._steps(lengths[1], knots.h), SHORT.min_segment_duration * knots.h
+        times, least = self._steps(lengths[1], knots.h), SHORT.min_segment_duration * knots.h
         fast = minimize_time(
-            task, knots, (faster, knots.h), times=times, tolerances=LOOSE, cancelled=self._late
+            task, knots, (least, knots.h), times=times, tolerances=LOOSE, cancelled=self.cancelled
         )
-        times = self._steps(times * self._problem.step, fast.h)
+        times = self._steps(times * self.problem.step, fast.h)
         found = self._true(task, fast, times) if fast.duration < below else None
         return found if found is not None and found.duration < below else None
 
@@ -131,14 +132,15 @@ class Segments:
         try:
             with np.errstate(over="raise", invalid="raise"):
                 return restore_feasibility(
-                    task, guess, self._late, iterations=iterations, times=self._times(lengths[1]),
-                    lengths=lengths, enough=SQP.closure_tolerance, most=SQP.closure_tolerance,
+                    task, guess, self.cancelled, iterations=iterations,
+                    times=self._times(lengths[1]), lengths=lengths,
+                    enough=SQP.closure_tolerance, most=SQP.closure_tolerance,
                     pace=SQP.min_decrease, penalty=penalty,
                 )  # fmt: skip
         except FloatingPointError:
             return None
 
-    def _true(self, task: TrajectoryProblem, knots: Knots, times: int) -> VariableStepMotion | None:
+    def _true(self, task: TrajectoryProblem, knots: Knots, times: int) -> Trajectory | None:
         """Return the true motion under the inputs of knots, step by step; None if it breaks any.
 
         Each step of the knots becomes as many as ``times``.
@@ -149,11 +151,11 @@ class Segments:
         found = self._kept(task, fine)
         if found is not None:
             return found
-        lengths = (fine.h, max(self._problem.step, fine.h))
+        lengths = (fine.h, max(self.problem.step, fine.h))
         mended = restore_feasibility(
             task,
             fine,
-            self._late,
+            self.cancelled,
             iterations=SQP.closure_iterations,
             lengths=lengths,
             enough=SQP.closure_tolerance,
@@ -161,9 +163,9 @@ class Segments:
         )
         return None if mended is None else self._kept(task, mended)
 
-    def _kept(self, task: TrajectoryProblem, knots: Knots) -> VariableStepMotion | None:
+    def _kept(self, task: TrajectoryProblem, knots: Knots) -> Trajectory | None:
         made = task.trajectory(knots)
-        return variable_step_motion(made) if made is not None and task.satisfies_all(made) else None
+        return made if made is not None and task.satisfies_all(made) else None
 
     def _steps(self, longest: float, h: float) -> int:
         """Return of how many steps of the problem one of length ``h`` is.
@@ -171,12 +173,12 @@ class Segments:
         Feedback that acts in other places is another motion, so that there they are as many as in
         the longest step.
         """
-        model = self._problem.model
+        model = self.problem.model
         return self._times(h if model.plant is model else longest)
 
     def _times(self, h: float) -> int:
         """Return how many steps of the problem a step of knots is, at least."""
-        return max(1, math.ceil(h / self._problem.step - 1e-9))
+        return max(1, math.ceil(h / self.problem.step - 1e-9))
 
 
 def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
@@ -207,41 +209,33 @@ def straight(problem: Problem, begin: Array, end: Array) -> Array:
 
 
 class SlidingWindow:
-    """Sweeps along a motion.
+    """Sweeps along a motion, segment by segment."""
 
-    Args:
-        task: The problem that the whole motion solves.
-        pieces: Gives quicker ones.
-        cancelled: Whether to stop.
-    """
-
-    def __init__(
-        self, task: TrajectoryProblem, pieces: Segments, cancelled: Callable[[], bool]
-    ) -> None:
-        self._step, self._pieces, self._late = task.problem.step, pieces, cancelled
+    def __init__(self, segments: Segments) -> None:
+        self._segments, self._step = segments, segments.problem.step
         self._held, self._sweeps = SHORT.steps_per_knot, 0
 
-    def sweep(self, course: VariableStepMotion) -> VariableStepMotion:
+    def sweep(self, motion: Trajectory) -> Trajectory:
         """Return a motion that is shorter or the same."""
         begin, fraction = 0, 0.5 if self._sweeps % 2 else 1.0
         knots = SHORT.window_knots[min(self._sweeps, len(SHORT.window_knots) - 1)]
         self._sweeps += 1
-        while begin < len(course.spans) and not self._late():
-            end = self._end(course, begin, fraction * knots * self._held * self._step)
-            given, last = course.piece(begin, end), end == len(course.spans)
-            piece = self._pieces.quicker(given, knots, last=last)
-            if piece is not None:
-                course = course.with_piece(begin, end, piece, self._pieces.space)
-                begin, fraction = begin + len(piece.spans), 1.0
+        while begin < len(motion.u) and not self._segments.cancelled():
+            end = self._end(motion, begin, fraction * knots * self._held * self._step)
+            given, last = motion.piece(begin, end), end == len(motion.u)
+            segment = self._segments.quicker(given, knots, last=last)
+            if segment is not None:
+                motion = motion.with_piece(begin, end, segment, self._segments.space)
+                begin, fraction = begin + len(segment.u), 1.0
                 self._held = min(SHORT.window_growth * self._held, SHORT.max_steps_per_knot)
             elif self._held > SHORT.min_steps_per_knot:
                 self._held = max(SHORT.window_shrinkage * self._held, SHORT.min_steps_per_knot)
             else:
                 begin, fraction = end, 1.0
-        return course
+        return motion
 
-    def _end(self, course: VariableStepMotion, begin: int, length: float) -> int:
+    def _end(self, motion: Trajectory, begin: int, length: float) -> int:
         """Return where a piece of about a length in [s] ends."""
-        t = course.times
+        t = motion.t
         end = min(int(np.searchsorted(t, t[begin] + length)), len(t) - 1)
         return len(t) - 1 if t[-1] - t[end] < SHORT.min_remainder * length else end

@@ -12,16 +12,18 @@ from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments
-from kinolab.trajopt.shortening.cycles import CycleRemoval
+from kinolab.trajopt.shortening.cycles import without_cycles
 from kinolab.trajopt.shortening.shortcuts import ConnectionGuesses
-from kinolab.trajopt.variable_step_motion import variable_step_motion
 from tests.trajopt.shortening.test_long_plans import STEP, problem_with
 
 SPEED, TURN = 0.25, 0.25  # [m/s], [rad/s^2]
 CIRCLE = round(4 * np.sqrt(np.pi / 2 / TURN) / STEP) // 4 * 4  # steps for a whole turn, about
+
+
+def segments_of(problem: Problem) -> Segments:
+    return Segments(problem, SHORT.segment_clearances[0], never_cancelled)
 
 
 def looped(problem: Problem) -> Trajectory:
@@ -38,21 +40,13 @@ def looped(problem: Problem) -> Trajectory:
 def test_a_loop_is_left_out_and_what_is_far_from_it_stays(tmp_path: Path) -> None:
     """The circle leads back to its beginning, so that all of its duration may go."""
     problem = problem_with(tmp_path)
-    given = variable_step_motion(looped(problem))
+    given = looped(problem)
     assert given.x[:, 2].max() == pytest.approx(2 * np.pi, abs=1e-6)
-    task = TrajectoryProblem(
-        problem,
-        SHORT.segment_clearances[0],
-        fraction=SHORT.segment_limit_fraction,
-        near=SHORT.near_gaps,
-    )
-    left = CycleRemoval(task, Segments(task, never_cancelled), never_cancelled).without_cycles(
-        given
-    )
+    left = without_cycles(segments_of(problem), given)
     assert left.duration <= given.duration - 0.9 * CIRCLE * STEP
     assert np.array_equal(left.x[: SHORT.blend_steps], given.x[: SHORT.blend_steps])
     assert np.abs(left.x[:, 2]).max() < np.pi / 2
-    motion = resimulate(problem, left.times, left.u)
+    motion = resimulate(problem, left.t, left.u)
     nearly = [given.x[-1, 0], given.x[-1, 1]]
     assert motion.x[-1, :2] == pytest.approx(nearly, abs=0.3)  # no piece but the last must hold it
 
@@ -98,14 +92,5 @@ def test_a_motion_that_is_one_loop_has_nothing_to_be_spliced(tmp_path: Path) -> 
     turn = 2 * np.pi / (half * STEP) ** 2
     times = STEP * np.append(np.arange(2 * half + 1.0), 2 * half + 6.0)
     u = np.array([(0.0, turn)] * half + [(0.0, -turn)] * half + [(0.0, 0.0)])
-    given = variable_step_motion(resimulate(problem, times, u))
-    task = TrajectoryProblem(
-        problem,
-        SHORT.segment_clearances[0],
-        fraction=SHORT.segment_limit_fraction,
-        near=SHORT.near_gaps,
-    )
-    assert (
-        CycleRemoval(task, Segments(task, never_cancelled), never_cancelled).without_cycles(given)
-        is given
-    )
+    given = resimulate(problem, times, u)
+    assert without_cycles(segments_of(problem), given) is given

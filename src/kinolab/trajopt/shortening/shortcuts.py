@@ -8,7 +8,7 @@ Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJR
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import combinations, cycle
 from typing import TypeAlias
 
@@ -18,73 +18,64 @@ from numpy.typing import NDArray
 from kinolab.problem import Problem
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import PathMotion
+from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses, path_time_scaling
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments, straight
-from kinolab.trajopt.variable_step_motion import VariableStepMotion
 
 Array: TypeAlias = NDArray[np.float64]
 
 
 class Shortcuts:
-    """Looks for direct ways.
+    """Looks for direct paths between two states of a motion."""
 
-    Args:
-        task: The problem that the whole motion solves.
-        pieces: Makes motions of them.
-        cancelled: Whether to stop.
-    """
+    def __init__(self, segments: Segments) -> None:
+        self._segments, self._samples = segments, cycle(SHORT.shortcut_samples)
+        self._guesses = ConnectionGuesses(segments.problem)
 
-    def __init__(
-        self, task: TrajectoryProblem, pieces: Segments, cancelled: Callable[[], bool]
-    ) -> None:
-        self._pieces, self._late = pieces, cancelled
-        self._bridges, self._places = ConnectionGuesses(task.problem), cycle(SHORT.shortcut_samples)
-
-    def with_shortcuts(self, course: VariableStepMotion) -> VariableStepMotion:
+    def with_shortcuts(self, motion: Trajectory) -> Trajectory:
         """Return a motion that is shorter or the same."""
-        while not self._late():
-            shorter = self._once(course)
+        while not self._segments.cancelled():
+            shorter = self._once(motion)
             if shorter is None:
                 break
-            little = shorter.duration > (1 - SHORT.small_gain) * course.duration
-            course = shorter
+            little = shorter.duration > (1 - SHORT.small_gain) * motion.duration
+            motion = shorter
             if little:
                 break
-        return course
+        return motion
 
-    def _once(self, course: VariableStepMotion) -> VariableStepMotion | None:
+    def _once(self, motion: Trajectory) -> Trajectory | None:
         """Return a motion with one detour less."""
-        failures, slow, places = 0, 0, next(self._places)
-        for begin, end in self._pairs(course, places):
+        failures, slow, places = 0, 0, next(self._samples)
+        for begin, end in self._pairs(motion, places):
             if (
                 failures == SHORT.max_failed_shortcuts
                 or slow == SHORT.max_slow_shortcuts
-                or self._late()
+                or self._segments.cancelled()
             ):
                 break
-            given, last = course.piece(begin, end), end == len(course.spans)
-            for guess in self._bridges.between(given.x[0], given.x[-1], SHORT.shortcut_knots):
+            given, last = motion.piece(begin, end), end == len(motion.u)
+            for guess in self._guesses.between(given.x[0], given.x[-1], SHORT.shortcut_knots):
                 if not guess.duration < given.duration:
                     slow += 1
                     continue
-                piece = self._pieces.along(guess, given, last=last)
-                if piece is not None:
-                    return course.with_piece(begin, end, piece, self._pieces.space)
+                segment = self._segments.along(guess, given, last=last)
+                if segment is not None:
+                    return motion.with_piece(begin, end, segment, self._segments.space)
                 failures += 1
         return None
 
-    def _pairs(self, course: VariableStepMotion, places: int) -> Iterator[tuple[int, int]]:
+    def _pairs(self, motion: Trajectory, places: int) -> Iterator[tuple[int, int]]:
         """Yield the ends of pieces that a direct way may make shorter, the largest gain first."""
-        t = course.times
+        t = motion.t
         even = np.searchsorted(t, np.linspace(0, t[-1], places + 1))
         knots = np.unique(np.minimum(even, len(t) - 1)).tolist()
         gains = []
         for begin, end in combinations(knots, 2):
-            least = self._bridges.least(course.x[begin], course.x[end])
+            least = self._guesses.least(motion.x[begin], motion.x[end])
             duration = float(t[end] - t[begin])
             if least < SHORT.promised_duration * duration:
                 gains.append((least - duration, begin, end))

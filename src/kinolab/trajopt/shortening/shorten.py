@@ -28,10 +28,9 @@ from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow
-from kinolab.trajopt.shortening.cycles import CycleRemoval
+from kinolab.trajopt.shortening.cycles import without_cycles
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-from kinolab.trajopt.variable_step_motion import variable_step_motion
 
 
 def shorten(
@@ -196,34 +195,26 @@ def shorten_segments(
         cancelled: Whether to stop making it shorter.
         over: Whether to stop making what is shorter exact.
     """
-    task = TrajectoryProblem(
-        problem,
-        SHORT.segment_clearances[0],
-        fraction=SHORT.segment_limit_fraction,
-        near=SHORT.near_gaps,
-    )
-    if not is_motion(task, given):
+    segments, short = Segments(problem, SHORT.segment_clearances[0], cancelled), given
+    if not is_motion(segments.task, given):
         return given
-    pieces = Segments(task, cancelled)
-    shortcuts, splices = Shortcuts(task, pieces, cancelled), CycleRemoval(task, pieces, cancelled)
-    windows = SlidingWindow(task, pieces, cancelled)
-    course = variable_step_motion(given)
+    shortcuts, windows = Shortcuts(segments), SlidingWindow(segments)
     while not cancelled():
-        before = course.duration
-        course = windows.sweep(splices.without_cycles(shortcuts.with_shortcuts(course)))
-        if course.duration > (1 - SHORT.min_sweep_gain) * before:
+        before = short.duration
+        short = windows.sweep(without_cycles(segments, shortcuts.with_shortcuts(short)))
+        if short.duration > (1 - SHORT.min_sweep_gain) * before:
             break
-    if not course.duration < given.duration:
+    if not short.duration < given.duration:
         return given
     try:
-        motion = resimulate(problem, course.times, course.u)
+        motion = resimulate(problem, short.t, short.inputs)
     except DivergedError:
         return given
     exact = connect_to_goal(problem, motion, over)
     if (
         exact is None
         and not in_the_centre(problem, given.x[-1])
-        and task.satisfies_all_at_knots(motion)
+        and segments.task.satisfies_all_at_knots(motion)
     ):
         exact = motion
     return exact if exact is not None and exact.duration < given.duration else given
