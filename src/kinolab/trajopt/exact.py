@@ -17,6 +17,13 @@ from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.nlp.dynamics_constraint import (
+    is_discrete,
+    largest_defect,
+    repeatable,
+    true_trajectory,
+)
+from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
@@ -66,8 +73,7 @@ def is_long(problem: Problem, trajectory: Trajectory) -> bool:
 
     Discrete ones have steps of one length, so that pieces cannot take a little less time.
     """
-    discrete = problem.scenario.integration.truth == "discrete"
-    return not discrete and trajectory.duration > SHORT.long_steps * problem.step
+    return not is_discrete(problem) and trajectory.duration > SHORT.long_steps * problem.step
 
 
 def make_exact(
@@ -102,10 +108,10 @@ def make_exact(
         )
         if knots is None:
             continue
-        made = task.trajectory(knots)
-        if made is None or not task.repeatable(made):
+        made = true_trajectory(task.problem, knots)
+        if made is None or not repeatable(task.problem, made):
             return None  # more room does not help
-        if task.satisfies_all(made):
+        if satisfies_all(task, made):
             return made
     return None
 
@@ -140,7 +146,7 @@ def connect_to_goal(
         tail = segments.ended(motion.piece(begin, len(motion.u)))
         if tail is not None and in_the_centre(problem, tail.x[-1]):
             whole = motion.with_piece(begin, len(motion.u), tail, problem.space)
-            return whole if segments.task.satisfies_all_at_knots(whole) else None
+            return whole if satisfies_all_at_knots(segments.task, whole) else None
     return None
 
 
@@ -154,5 +160,5 @@ def is_motion(task: TrajectoryProblem, motion: Trajectory) -> bool:
     away = np.abs(motion.x[0] - task.problem.start) / task.problem.scales
     return (
         bool(away.max(initial=0.0) <= SHORT.defect_tolerance)
-        and task.defect(motion) <= SHORT.defect_tolerance
+        and largest_defect(task.problem, motion) <= SHORT.defect_tolerance
     )

@@ -23,6 +23,8 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.nlp.dynamics_constraint import refined, true_trajectory
+from kinolab.trajopt.nlp.feasibility_check import satisfies_all
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import LOOSE, SHORT, SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
@@ -147,7 +149,7 @@ class Segments:
 
         What few knots overlooked between them is mended with all.
         """
-        fine = task.refined(knots, times)
+        fine = refined(task.problem, knots, times)
         found = self._kept(task, fine)
         if found is not None:
             return found
@@ -164,8 +166,8 @@ class Segments:
         return None if mended is None else self._kept(task, mended)
 
     def _kept(self, task: TrajectoryProblem, knots: Knots) -> Trajectory | None:
-        made = task.trajectory(knots)
-        return made if made is not None and task.satisfies_all(made) else None
+        made = true_trajectory(task.problem, knots)
+        return made if made is not None and satisfies_all(task, made) else None
 
     def _steps(self, longest: float, h: float) -> int:
         """Return of how many steps of the problem one of length ``h`` is.

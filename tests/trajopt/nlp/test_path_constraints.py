@@ -14,6 +14,7 @@ from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
 from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from tests.support import OPEN, problem_of
@@ -207,8 +208,8 @@ def test_what_inputs_decide_is_demanded_where_a_step_begins(
     knots = Knots(x, u, 1.0)
     assert task.transcription(knots).violation(knots)[2] == pytest.approx(short, abs=1e-12)
     motion = Trajectory(np.array([0.0, 1.0]), x, u, model.state_names, model.control_names)
-    assert task.satisfies_all(motion) == (short == 0.0)
-    assert task.satisfies_all_at_knots(motion) == (short == 0.0)
+    assert satisfies_all(task, motion) == (short == 0.0)
+    assert satisfies_all_at_knots(task, motion) == (short == 0.0)
 
 
 def test_a_demand_where_a_step_begins_is_linear_in_that_knot_and_its_inputs(

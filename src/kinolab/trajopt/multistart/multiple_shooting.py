@@ -29,6 +29,7 @@ from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import GUESS, SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
@@ -57,7 +58,7 @@ def shoot(
     if knots is None:
         return None
     given = _step_by_step(task, knots, block)
-    motion = given if task.repeatable(given) else _faster(task, knots, block, cancelled)
+    motion = given if repeatable(task.problem, given) else _faster(task, knots, block, cancelled)
     return (
         None
         if motion is None
@@ -81,7 +82,7 @@ def _closed(
 
 
 def _step_by_step(task: TrajectoryProblem, knots: Knots, block: int) -> Trajectory:
-    fine, model = task.refined(knots, block), task.problem.model
+    fine, model = refined(task.problem, knots, block), task.problem.model
     t = fine.h * np.arange(len(fine.u) + 1.0)
     return trajectory_under(model, t, fine.x, fine.u)
 

@@ -25,6 +25,8 @@ from kinolab.trajopt.exact import (
 )
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.nlp.dynamics_constraint import refined, true_trajectory
+from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow
@@ -89,8 +91,8 @@ def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory) -> Trajecto
     """Return the true motion under the inputs of knots where it is shorter and keeps everything."""
     if not knots.duration < best.duration:
         return best
-    made = task.trajectory(knots)
-    return made if made is not None and task.satisfies_all(made) else best
+    made = true_trajectory(task.problem, knots)
+    return made if made is not None and satisfies_all(task, made) else best
 
 
 def _with_few_knots(
@@ -104,7 +106,7 @@ def _with_few_knots(
         if knots is not None:
             lengths = (SHORT.min_duration * knots.h, knots.h)
             fast = minimize_time(task, knots, lengths, times=block, cancelled=cancelled)
-            return task.refined(fast, block)
+            return refined(task.problem, fast, block)
         block //= 2
     return None
 
@@ -214,7 +216,7 @@ def shorten_segments(
     if (
         exact is None
         and not in_the_centre(problem, given.x[-1])
-        and segments.task.satisfies_all_at_knots(motion)
+        and satisfies_all_at_knots(segments.task, motion)
     ):
         exact = motion
     return exact if exact is not None and exact.duration < given.duration else given

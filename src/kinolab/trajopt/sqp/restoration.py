@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kinolab.trajopt.nlp.decision import Knots, Weights
+from kinolab.trajopt.nlp.dynamics_constraint import refined
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.solver import minimize
@@ -83,4 +84,4 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[]
     found = restore_feasibility(
         task, coarse, cancelled, iterations=SQP.coarse_iterations, times=times
     )
-    return knots if found is None else task.refined(found, times)
+    return knots if found is None else refined(task.problem, found, times)

@@ -1,0 +1,135 @@
+"""The dynamics between knots, in substeps that are short enough, and their derivatives."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.problem import Problem
+from kinolab.simulation.machine import states_under
+from kinolab.simulation.reference import (
+    MAX_ERROR_AMPLIFICATION,
+    DivergedError,
+    error_amplification,
+    perturbed_start,
+    resimulate,
+    trajectory_under,
+)
+from kinolab.simulation.sensitivities import StepSensitivities
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.options import NLP
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def is_discrete(problem: Problem) -> bool:
+    """Say whether a problem's motions are steps of one length by one map."""
+    return problem.scenario.integration.truth == "discrete"
+
+
+def step_map(problem: Problem, knots: Knots) -> StepSensitivities:
+    """Return the map from knot to knot."""
+    return StepSensitivities(problem.model, *_steps_of(problem, knots))
+
+
+def derived_map(problem: Problem, knots: Knots, times: int) -> StepSensitivities:
+    """Return the map with derivatives that are good enough for a direction."""
+    model = problem.model
+    acts = 1 if model.plant is model else times
+    method, substeps = _steps_of(problem, knots, acts)
+    if is_discrete(problem):
+        return StepSensitivities(model, method, times * substeps // acts, acts=acts)
+    step = partial(StepSensitivities, model, method, acts=acts)
+    x, u = knots.x[:-1][:: NLP.sampled_step_stride], knots.u[:: NLP.sampled_step_stride]
+    few, coarse = 1, step(1).linearized(x, u, knots.h)[1]
+    while few < substeps:
+        fine = step(2 * few).linearized(x, u, knots.h)[1]
+        if _derivative_error(problem, coarse, fine) <= NLP.derivative_tolerance:
+            break
+        few, coarse = 2 * few, fine
+    return step(substeps, few)
+
+
+def refined(problem: Problem, knots: Knots, times: int) -> Knots:
+    """Return the motion under the same inputs with so many times the steps."""
+    short = Knots(knots.x, knots.u, knots.h / times)
+    step, parts = step_map(problem, short), [knots.x[:-1]]
+    for _ in range(times - 1):
+        parts.append(step.after(parts[-1], knots.u, short.h))
+    x = np.stack(parts, axis=1).reshape(-1, knots.x.shape[1])
+    return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, times, axis=0), short.h)
+
+
+def true_trajectory(problem: Problem, knots: Knots) -> Trajectory | None:
+    """Return the true motion under the inputs of knots; None where it cannot be followed."""
+    model = problem.model
+    u = np.clip(knots.u, *model.control_bounds.T)
+    t = knots.h * np.arange(len(u) + 1.0)
+    if is_discrete(problem):
+        x = states_under(problem, u)
+        if not np.isfinite(x).all():
+            return None
+        return trajectory_under(model, t, x, u)
+    try:
+        return resimulate(problem, t, u)
+    except DivergedError:
+        return None
+
+
+def largest_defect(problem: Problem, trajectory: Trajectory) -> float:
+    """Return the largest distance of a state from where the step before leads, in scales."""
+    spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
+    step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
+    largest = 0.0
+    for span in np.unique(spans):
+        own = np.flatnonzero(spans == span)
+        after = step.after(trajectory.x[own], trajectory.inputs[own], float(span))
+        largest = max(largest, _apart(after, trajectory.x[own + 1], problem.scales))
+    return largest
+
+
+def repeatable(problem: Problem, trajectory: Trajectory) -> bool:
+    """Say whether errors do not grow too much to follow the motion without feedback."""
+    start = perturbed_start(problem, problem.start)
+    h = float(np.diff(trajectory.t).max(initial=0.0)) or 1.0
+    x = np.vstack([start, np.empty((len(trajectory.inputs), len(start)))])
+    step = step_map(problem, Knots(trajectory.x, trajectory.inputs, h))
+    for k in range(len(trajectory.inputs)):
+        span = float(trajectory.t[k + 1] - trajectory.t[k])
+        x[k + 1] = step.after(x[k : k + 1], trajectory.inputs[k : k + 1], span)[0]
+    return error_amplification(problem, trajectory.x, x) <= MAX_ERROR_AMPLIFICATION
+
+
+def _steps_of(problem: Problem, knots: Knots, acts: int = 1) -> tuple[str, int]:
+    """Return the method and the number of substeps that are true enough."""
+    settings, model = problem.scenario.integration, problem.model
+    if is_discrete(problem):
+        return settings.method, settings.substeps
+    substeps, step = 1, partial(StepSensitivities, model, "rk4", acts=acts)
+    coarse = step(1).after(knots.x, knots.u, knots.h)
+    while substeps < NLP.max_substeps:
+        fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
+        if _apart(coarse, fine, problem.scales) <= NLP.step_tolerance:
+            break
+        substeps, coarse = 2 * substeps, fine
+    if np.isfinite(coarse).all():
+        return "rk4", substeps
+    return settings.accurate_method, substeps  # so stiff that only implicit steps stay bounded
+
+
+def _derivative_error(problem: Problem, coarse: Array, fine: Array) -> float:
+    """Return the largest difference of derivatives, in what counts as large."""
+    scales = problem.scales
+    large = np.repeat(scales[:, None], coarse.shape[2], axis=1)
+    large[:, : len(scales)] /= scales
+    return _apart(coarse, fine, large)
+
+
+def _apart(coarse: Array, fine: Array, scales: Array) -> float:
+    """Return the largest difference in scales; NaN or infinite where a long step runs away."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.abs((coarse - fine) / scales).max(initial=0.0))

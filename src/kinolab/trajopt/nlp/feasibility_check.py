@@ -1,0 +1,78 @@
+"""Whether a true motion breaks nothing, as far as samples and planners' own judgement show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from kinolab.problem.task import LIMIT_TOLERANCE
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.dynamics_constraint import repeatable, step_map
+from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples, beginnings, samples
+from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.options import NLP
+
+
+def satisfies_all(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
+    """Say whether a true motion ends in the goal and breaks nothing, as far as samples show."""
+    return (
+        task.problem.goal_excess(trajectory.x[-1]) <= 1.0
+        and _breaks_nothing(task, _on_the_way(task, trajectory))
+        and _begins_well(task, trajectory)
+        and _stays_free(task, trajectory)
+        and repeatable(task.problem, trajectory)
+    )
+
+
+def satisfies_all_at_knots(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
+    """Say the same of a motion whose steps have been judged one by one."""
+    return (
+        task.problem.goal_excess(trajectory.x[-1]) <= 1.0
+        and _breaks_nothing(task, samples(Knots(trajectory.x, trajectory.inputs, 1.0), 1))
+        and _begins_well(task, trajectory)
+        and repeatable(task.problem, trajectory)
+    )
+
+
+def _breaks_nothing(task: TrajectoryProblem, at: Samples) -> bool:
+    lower, upper = task.problem.bounds.T
+    if not ((at.x >= lower - LIMIT_TOLERANCE) & (at.x <= upper + LIMIT_TOLERANCE)).all():
+        return False
+    margins = PathConstraints(task.problem, 0.0).margins(at.x, at.u)
+    return bool(margins.min(initial=0.0) >= -LIMIT_TOLERANCE) and task.bare.free(at.x)
+
+
+def _begins_well(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
+    """Say whether what inputs decide is as it must be where each step begins."""
+    at = beginnings(Knots(trajectory.x, trajectory.inputs, 1.0))
+    margins = PathConstraints(task.problem, 0.0, begins=True).margins(at.x, at.u)
+    return bool(margins.min(initial=0.0) >= -LIMIT_TOLERANCE)
+
+
+def _stays_free(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
+    """Say whether every step is free between its ends too, as planners judge it."""
+    judge, spans = task.judge, np.diff(trajectory.t).tolist()
+    steps = zip(trajectory.x.tolist(), trajectory.inputs.tolist(), spans, strict=False)
+    return all(judge.touches_nothing(x, u, span) for x, u, span in steps)
+
+
+def _on_the_way(task: TrajectoryProblem, trajectory: Trajectory) -> Samples:
+    """Return states of the motion between knots, not of the straight lines between them.
+
+    A discrete motion is those lines.
+    """
+    spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
+    knots = Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0)))
+    at = samples(knots, NLP.check_factor * task.samples_per_step(knots))
+    if task.discrete:
+        return at
+    step, count = step_map(task.problem, knots), len(at.x) // max(len(knots.u), 1)
+    x = at.x.copy().reshape(-1, count, at.x.shape[1])
+    for span in np.unique(spans):
+        own = np.flatnonzero(spans == span)
+        before, held = knots.x[own], knots.u[own]
+        for k, fraction in enumerate(at.share[:count].tolist()):
+            x[own, k] = step.after(before, held, fraction * float(span))
+    return replace(at, x=x.reshape(at.x.shape))
