@@ -5,7 +5,6 @@ Of a long true motion the last part alone is changed, so that it takes no longer
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from itertools import product
 from typing import TypeAlias
@@ -16,64 +15,20 @@ from numpy.typing import NDArray
 from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.nlp.decision import even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import (
-    is_discrete,
-    largest_defect,
+    is_motion,
     repeatable,
     true_trajectory,
 )
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
-from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
+from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segments import Segments
-from kinolab.trajopt.sqp.restoration import coarse_to_fine, restore_feasibility
+from kinolab.trajopt.segments import Segments, is_long
+from kinolab.trajopt.sqp.restoration import make_knots_exact
 
 Array: TypeAlias = NDArray[np.float64]
-
-
-def knots_of(problem: Problem, trajectory: Trajectory) -> Knots:
-    """Return a trajectory as knots with even steps, none longer than the problem's."""
-    steps, h = len(trajectory.inputs), problem.step
-    spans = np.diff(trajectory.t)
-    even = (
-        np.abs(spans - spans[0]).max() <= SHORT.even_step_tolerance
-        and spans[0] <= h + SHORT.even_step_tolerance
-    )
-    if even:
-        return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
-    count = max(
-        steps, SHORT.min_steps, math.ceil(trajectory.duration / h - SHORT.even_step_tolerance)
-    )
-    space = problem.space
-    return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
-
-
-def make_knots_exact(
-    task: TrajectoryProblem,
-    knots: Knots,
-    cancelled: Callable[[], bool],
-    iterations: int = 40,
-    *,
-    held: bool = False,
-) -> Knots | None:
-    """Return knots near given ones from which nothing is missing; None where none are found.
-
-    Steps keep their length where that is ``held`` and in discrete problems.
-    """
-    knots = coarse_to_fine(task, task.within_limits(knots), cancelled)
-    free = (0.5 * knots.h, max(task.problem.step, knots.h))
-    lengths = None if held or task.discrete else free
-    return restore_feasibility(task, knots, cancelled, iterations=iterations, lengths=lengths)
-
-
-def is_long(problem: Problem, trajectory: Trajectory) -> bool:
-    """Say whether a motion has so many steps that pieces of it are better looked at one by one.
-
-    Discrete ones have steps of one length, so that pieces cannot take a little less time.
-    """
-    return not is_discrete(problem) and trajectory.duration > SHORT.long_steps * problem.step
 
 
 def make_exact(
@@ -104,7 +59,7 @@ def make_exact(
         if cancelled() or not len(trajectory.inputs):
             return None
         knots = make_knots_exact(
-            task, knots_of(problem, trajectory), cancelled, iterations, held=held
+            task, even_knots(problem, trajectory), cancelled, iterations, held=held
         )
         if knots is None:
             continue
@@ -120,8 +75,7 @@ def _in_the_end(
     problem: Problem, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
-    task = TrajectoryProblem(problem, SHORT.exact_clearances[0])
-    if not is_long(problem, trajectory) or not is_motion(task, trajectory):
+    if not is_long(problem, trajectory) or not is_motion(problem, trajectory):
         return None
     return connect_to_goal(problem, trajectory, cancelled)
 
@@ -144,21 +98,7 @@ def connect_to_goal(
             break
         begin = int(np.searchsorted(motion.t, motion.t[-1] - steps * problem.step))
         tail = segments.ended(motion.piece(begin, len(motion.u)))
-        if tail is not None and in_the_centre(problem, tail.x[-1]):
+        if tail is not None and meets_centre(problem, tail.x[-1]):
             whole = motion.with_piece(begin, len(motion.u), tail, problem.space)
             return whole if satisfies_all_at_knots(segments.task, whole) else None
     return None
-
-
-def in_the_centre(problem: Problem, end: Array) -> bool:
-    """Say whether a motion that ends so needs no landing."""
-    return bool(np.abs(GoalConstraint(problem, end).residual(end)).sum() <= SHORT.centre_tolerance)
-
-
-def is_motion(task: TrajectoryProblem, motion: Trajectory) -> bool:
-    """Say whether a motion begins at the start and every step leads to the next state."""
-    away = np.abs(motion.x[0] - task.problem.start) / task.problem.scales
-    return (
-        bool(away.max(initial=0.0) <= SHORT.defect_tolerance)
-        and largest_defect(task.problem, motion) <= SHORT.defect_tolerance
-    )

@@ -23,7 +23,7 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.nlp.dynamics_constraint import refined, true_trajectory
+from kinolab.trajopt.nlp.dynamics_constraint import is_discrete, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import LOOSE, SHORT, SQP
@@ -241,3 +241,11 @@ class SlidingWindow:
         t = motion.t
         end = min(int(np.searchsorted(t, t[begin] + length)), len(t) - 1)
         return len(t) - 1 if t[-1] - t[end] < SHORT.min_remainder * length else end
+
+
+def is_long(problem: Problem, trajectory: Trajectory) -> bool:
+    """Say whether a motion has so many steps that pieces of it are better looked at one by one.
+
+    Discrete ones have steps of one length, so that pieces cannot take a little less time.
+    """
+    return not is_discrete(problem) and trajectory.duration > SHORT.long_steps * problem.step

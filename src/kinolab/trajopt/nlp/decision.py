@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -9,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.problem import Problem
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.options import SHORT
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -103,3 +107,20 @@ def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
     """Return what a trajectory costs apart from what is missing."""
     effort = float(np.mean((knots.u / scaling.u) ** 2)) if knots.u.size else 0.0
     return weights.time * knots.duration + weights.effort * effort
+
+
+def even_knots(problem: Problem, trajectory: Trajectory) -> Knots:
+    """Return a trajectory as knots with even steps, none longer than the problem's."""
+    steps, h = len(trajectory.inputs), problem.step
+    spans = np.diff(trajectory.t)
+    even = (
+        np.abs(spans - spans[0]).max() <= SHORT.even_step_tolerance
+        and spans[0] <= h + SHORT.even_step_tolerance
+    )
+    if even:
+        return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
+    count = max(
+        steps, SHORT.min_steps, math.ceil(trajectory.duration / h - SHORT.even_step_tolerance)
+    )
+    space = problem.space
+    return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)

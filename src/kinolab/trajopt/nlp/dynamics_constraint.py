@@ -21,7 +21,7 @@ from kinolab.simulation.reference import (
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.options import NLP
+from kinolab.trajopt.options import NLP, SHORT
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -80,16 +80,16 @@ def true_trajectory(problem: Problem, knots: Knots) -> Trajectory | None:
         return None
 
 
-def largest_defect(problem: Problem, trajectory: Trajectory) -> float:
-    """Return the largest distance of a state from where the step before leads, in scales."""
+def is_motion(problem: Problem, trajectory: Trajectory) -> bool:
+    """Say whether a trajectory begins at the start and every step leads to the next state."""
+    largest = float(np.abs((trajectory.x[0] - problem.start) / problem.scales).max(initial=0.0))
     spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
     step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
-    largest = 0.0
     for span in np.unique(spans):
         own = np.flatnonzero(spans == span)
         after = step.after(trajectory.x[own], trajectory.inputs[own], float(span))
         largest = max(largest, _apart(after, trajectory.x[own + 1], problem.scales))
-    return largest
+    return largest <= SHORT.defect_tolerance
 
 
 def repeatable(problem: Problem, trajectory: Trajectory) -> bool:

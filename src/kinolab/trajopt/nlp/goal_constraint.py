@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.problem import Problem
+from kinolab.trajopt.options import SHORT
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -55,3 +56,8 @@ class GoalConstraint:
             return own
         columns = np.moveaxis(self._problem.model.frames_jacobian(x), -1, 0)
         return np.vstack([own, *(target.in_world(columns).T for target in goal.of_bodies)])
+
+
+def meets_centre(problem: Problem, x: Array) -> bool:
+    """Say whether a motion that ends in a state, shape (nx,), ends in the goal's centre."""
+    return bool(np.abs(GoalConstraint(problem, x).residual(x)).sum() <= SHORT.centre_tolerance)

@@ -15,24 +15,18 @@ from kinolab.problem import Problem
 from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.exact import (
-    connect_to_goal,
-    in_the_centre,
-    is_long,
-    is_motion,
-    knots_of,
-    make_knots_exact,
-)
+from kinolab.trajopt.exact import connect_to_goal
 from kinolab.trajopt.minimum_time import minimize_time
-from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.nlp.dynamics_constraint import refined, true_trajectory
+from kinolab.trajopt.nlp.decision import Knots, even_knots, resampled
+from kinolab.trajopt.nlp.dynamics_constraint import is_motion, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
+from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT, SQP
-from kinolab.trajopt.segments import Segments, SlidingWindow
+from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.shortening.cycles import without_cycles
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
-from kinolab.trajopt.sqp.restoration import restore_feasibility
+from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
 
 def shorten(
@@ -61,7 +55,7 @@ def shorten(
     if is_long(problem, trajectory):
         fraction = (
             SHORT.segment_budget
-            if in_the_centre(problem, trajectory.x[-1])
+            if meets_centre(problem, trajectory.x[-1])
             else SHORT.inexact_segment_budget
         )
         enough = throttled(lambda: spent() >= fraction, SHORT.segment_subproblems)
@@ -76,7 +70,7 @@ def shorten(
             break
         task = TrajectoryProblem(problem, clearance)
         knots = guess and _in_steps(task, guess, len(trajectory.inputs), over)
-        knots = knots or make_knots_exact(task, knots_of(problem, trajectory), over)
+        knots = knots or make_knots_exact(task, even_knots(problem, trajectory), over)
         if knots is None:
             continue
         first = _better(task, knots, best)
@@ -198,7 +192,7 @@ def shorten_segments(
         over: Whether to stop making what is shorter exact.
     """
     segments, short = Segments(problem, SHORT.segment_clearances[0], cancelled), given
-    if not is_motion(segments.task, given):
+    if not is_motion(problem, given):
         return given
     shortcuts, windows = Shortcuts(segments), SlidingWindow(segments)
     while not cancelled():
@@ -215,7 +209,7 @@ def shorten_segments(
     exact = connect_to_goal(problem, motion, over)
     if (
         exact is None
-        and not in_the_centre(problem, given.x[-1])
+        and not meets_centre(problem, given.x[-1])
         and satisfies_all_at_knots(segments.task, motion)
     ):
         exact = motion

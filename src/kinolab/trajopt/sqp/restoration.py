@@ -85,3 +85,21 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[]
         task, coarse, cancelled, iterations=SQP.coarse_iterations, times=times
     )
     return knots if found is None else refined(task.problem, found, times)
+
+
+def make_knots_exact(
+    task: TrajectoryProblem,
+    knots: Knots,
+    cancelled: Callable[[], bool],
+    iterations: int = 40,
+    *,
+    held: bool = False,
+) -> Knots | None:
+    """Return knots near given ones from which nothing is missing; None where none are found.
+
+    Steps keep their length where that is ``held`` and in discrete problems.
+    """
+    knots = coarse_to_fine(task, task.within_limits(knots), cancelled)
+    free = (0.5 * knots.h, max(task.problem.step, knots.h))
+    lengths = None if held or task.discrete else free
+    return restore_feasibility(task, knots, cancelled, iterations=iterations, lengths=lengths)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights, cost
-from kinolab.trajopt.nlp.transcription import MultipleShooting
+from kinolab.trajopt.nlp.problem import MultipleShooting
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve
