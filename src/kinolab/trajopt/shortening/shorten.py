@@ -53,40 +53,81 @@ def shorten(
     if not len(trajectory.inputs):
         return trajectory
     if is_long(problem, trajectory):
-        fraction = (
-            SHORT.segment_budget
-            if meets_centre(problem, trajectory.x[-1])
-            else SHORT.inexact_segment_budget
-        )
-        enough = throttled(lambda: spent() >= fraction, SHORT.segment_subproblems)
-        trajectory = shorten_segments(
-            problem, trajectory, enough, throttled(over, SHORT.segment_subproblems)
-        )
+        exact = meets_centre(problem, trajectory.x[-1])
+        budget = SHORT.segment_budget if exact else SHORT.inexact_segment_budget
+        enough = throttled(lambda: spent() >= budget, SHORT.segment_subproblems)
+        at_all = throttled(over, SHORT.segment_subproblems)
+        trajectory = _shorten_segments(problem, trajectory, enough, at_all)
         if cancelled():
             return trajectory
-    guess, best = _with_few_knots(problem, trajectory, cancelled), trajectory
+    return _shorten_whole(problem, trajectory, cancelled, over)
+
+
+def _shorten_segments(
+    problem: Problem, given: Trajectory, cancelled: Callable[[], bool], over: Callable[[], bool]
+) -> Trajectory:
+    """Return a shorter motion, or the one that was given.
+
+    It ends in the goal's centre, but where neither the given one does nor one near it could be
+    found: then it ends somewhere in the goal.
+
+    Args:
+        problem: That the motion solves.
+        given: A true motion; one that is not true stays as it is.
+        cancelled: Whether to stop making it shorter.
+        over: Whether to stop making what is shorter exact.
+    """
+    segments, short = Segments(problem, SHORT.segment_clearances[0], cancelled), given
+    if not is_motion(problem, given):
+        return given
+    shortcuts, windows = Shortcuts(segments), SlidingWindow(segments)
+    while not cancelled():
+        before = short.duration
+        short = windows.sweep(without_cycles(segments, shortcuts.with_shortcuts(short)))
+        if short.duration > (1 - SHORT.min_sweep_gain) * before:
+            break
+    if not short.duration < given.duration:
+        return given
+    try:
+        motion = resimulate(problem, short.t, short.inputs)
+    except DivergedError:
+        return given
+    exact = connect_to_goal(problem, motion, over)
+    if (
+        exact is None
+        and not meets_centre(problem, given.x[-1])
+        and satisfies_all_at_knots(segments.task, motion)
+    ):
+        exact = motion
+    return exact if exact is not None and exact.duration < given.duration else given
+
+
+def _shorten_whole(
+    problem: Problem, given: Trajectory, cancelled: Callable[[], bool], over: Callable[[], bool]
+) -> Trajectory:
+    """Return a shorter motion, or the one that was given.
+
+    Args:
+        problem: That the motion solves.
+        given: Exact or not.
+        cancelled: Whether to stop making it shorter.
+        over: Whether to stop making what is shorter exact.
+    """
+    guess, best = _with_few_knots(problem, given, cancelled), given
     for clearance in SHORT.short_clearances:
         if over():
             break
         task = TrajectoryProblem(problem, clearance)
-        knots = guess and _in_steps(task, guess, len(trajectory.inputs), over)
-        knots = knots or make_knots_exact(task, even_knots(problem, trajectory), over)
+        knots = guess and _in_steps(task, guess, len(given.inputs), over)
+        knots = knots or make_knots_exact(task, even_knots(problem, given), over)
         if knots is None:
             continue
         first = _better(task, knots, best)
         guess = _shorter(task, knots, cancelled)
         best = _better(task, guess, first)
-        if first is not trajectory or best is not trajectory:
+        if first is not given or best is not given:
             break
     return best
-
-
-def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory) -> Trajectory:
-    """Return the true motion under the inputs of knots where it is shorter and keeps everything."""
-    if not knots.duration < best.duration:
-        return best
-    made = true_trajectory(task.problem, knots)
-    return made if made is not None and satisfies_all(task, made) else best
 
 
 def _with_few_knots(
@@ -177,40 +218,9 @@ def _in(
     return make_knots_exact(task, Knots(guess.x, guess.u, h), cancelled, iterations=20)
 
 
-def shorten_segments(
-    problem: Problem, given: Trajectory, cancelled: Callable[[], bool], over: Callable[[], bool]
-) -> Trajectory:
-    """Return a shorter motion, or the one that was given.
-
-    It ends in the goal's centre, but where neither the given one does nor one near it could be
-    found: then it ends somewhere in the goal.
-
-    Args:
-        problem: That the motion solves.
-        given: A true motion; one that is not true stays as it is.
-        cancelled: Whether to stop making it shorter.
-        over: Whether to stop making what is shorter exact.
-    """
-    segments, short = Segments(problem, SHORT.segment_clearances[0], cancelled), given
-    if not is_motion(problem, given):
-        return given
-    shortcuts, windows = Shortcuts(segments), SlidingWindow(segments)
-    while not cancelled():
-        before = short.duration
-        short = windows.sweep(without_cycles(segments, shortcuts.with_shortcuts(short)))
-        if short.duration > (1 - SHORT.min_sweep_gain) * before:
-            break
-    if not short.duration < given.duration:
-        return given
-    try:
-        motion = resimulate(problem, short.t, short.inputs)
-    except DivergedError:
-        return given
-    exact = connect_to_goal(problem, motion, over)
-    if (
-        exact is None
-        and not meets_centre(problem, given.x[-1])
-        and satisfies_all_at_knots(segments.task, motion)
-    ):
-        exact = motion
-    return exact if exact is not None and exact.duration < given.duration else given
+def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory) -> Trajectory:
+    """Return the true motion under the inputs of knots where it is shorter and keeps everything."""
+    if not knots.duration < best.duration:
+        return best
+    made = true_trajectory(task.problem, knots)
+    return made if made is not None and satisfies_all(task, made) else best
