@@ -56,41 +56,39 @@ class CollisionContext(NamedTuple):
     clearance_horizon: float  # [m] of room that is looked for, to spare later looks
 
 
-def collision_context(problem: Problem) -> CollisionContext:
-    """Gather what is in the way of a problem's machine."""
+def collision_context(problem: Problem) -> tuple[CollisionContext, CollisionScratch]:
+    """Gather what is in the way of a problem's machine, with scratch memory for one thread."""
     world, spacing = problem.world, resolution(problem)
+    gliding = not moves_upright(problem, touching=False)
+    # A foot may come down to the ground and no further: only fine checks tell the difference.
+    max_step = spacing if moves_upright(problem, touching=True) else math.inf
     limits = [("xyz".index(axis), *pair) for axis, pair in world.bounds.items()]
     all_around = collision_scene(
         problem.bodies,
         world,
         cables=problem.cables,
         self_pairs=problem.system.collisions,
-        glides=not moves_upright(problem, touching=False),
+        glides=gliding,
     )
-    return CollisionContext(
+    bodies, cables = len(problem.bodies), len(problem.cables)
+    scratch = CollisionScratch(
+        x=np.zeros(problem.model.nx),
+        speeds=np.zeros(max(bodies, cables, 1)),
+        poses=np.zeros((bodies, 12)),
+        ends=np.zeros((cables, 6)),
+        clearance_scratch=scratch_for(all_around),
+    )
+    context = CollisionContext(
         scene=all_around,
         axis=np.array([4 * axis + 3 for axis, *_ in limits], dtype=np.int64),
         lower=np.array([lower for _, lower, _ in limits], dtype=float),
         upper=np.array([upper for *_, upper in limits], dtype=float),
         required_clearance=spacing / 2,
-        # A foot may come down to the ground and no further: only fine looks tell the difference.
-        max_step=spacing if moves_upright(problem, touching=True) else math.inf,
+        max_step=max_step,
         coarse_clearance=max(COARSE_CELL_FRACTION * all_around.distance.width, spacing),
         clearance_horizon=CLEARANCE_HORIZON,
     )
-
-
-def collision_scratch(
-    problem: Problem, context: CollisionContext, poses: Array, ends: Array
-) -> CollisionScratch:
-    """Return scratch memory for one thread, on poses (bodies, 12) and ends (cables, 6)."""
-    return CollisionScratch(
-        x=np.zeros(problem.model.nx),
-        speeds=np.zeros(max(len(poses), len(ends), 1)),
-        poses=poses,
-        ends=ends,
-        clearance_scratch=scratch_for(context.scene),
-    )
+    return context, scratch
 
 
 @kernel

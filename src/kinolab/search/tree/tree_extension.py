@@ -5,8 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-import numpy as np
-
 from kinolab.numerics.kd_forest import Array
 from kinolab.numerics.rng import State, generator
 from kinolab.problem import Problem
@@ -17,7 +15,6 @@ from kinolab.simulation.collision_context import (
     CollisionContext,
     CollisionScratch,
     collision_context,
-    collision_scratch,
 )
 from kinolab.simulation.machine import Machine, machine_of
 
@@ -36,13 +33,10 @@ class SearchState(NamedTuple):
 
 def search_state(problem: Problem, goal_region_scale: float, seed: int) -> SearchState:
     """Gather everything for one search; searches in threads of their own share nothing written."""
-    poses, ends = np.zeros((len(problem.bodies), 12)), np.zeros((len(problem.cables), 6))
-    context = collision_context(problem)
     return SearchState(
         machine_of(problem),
         gather_problem(problem, goal_region_scale, seed),
-        context,
-        collision_scratch(problem, context, poses, ends),
+        *collision_context(problem),
         generator(seed),
     )
 
