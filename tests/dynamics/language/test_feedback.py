@@ -166,6 +166,11 @@ def test_a_machine_with_feedback_survives_its_file(model: Model) -> None:
     assert np.array_equal(System.of(stated).model().plant_inputs(x, r), model.plant_inputs(x, r))
 
 
+def test_a_model_is_not_made_of_a_regulator_without_gains() -> None:
+    with pytest.raises(InputError, match=r"its gains are still to be found. Take system.model\(\)"):
+        Model(cart_pole())
+
+
 def test_other_parameters_give_other_gains() -> None:
     heavy = cart_pole().with_parameters(m=1.0).model()
     A, B = upright()
