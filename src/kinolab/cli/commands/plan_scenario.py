@@ -20,7 +20,7 @@ from kinolab.cli.common import (
 )
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
-from kinolab.cli.live import Spectators, spectators
+from kinolab.cli.live import live_page
 from kinolab.cli.plan_summary import progress_text, summary
 from kinolab.cli.progress import Progress
 from kinolab.errors import InputError, Mistake
@@ -28,6 +28,7 @@ from kinolab.errors import InputError, Mistake
 if TYPE_CHECKING:
     from kinolab.problem import Problem
     from kinolab.search import Budget
+    from kinolab.show.view.live_page import LivePage
     from kinolab.solve import Plan
 
 
@@ -97,10 +98,10 @@ def command(
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
     with (
         progress.compiling(),
-        spectators(problem, progress, live=live, browser=not no_browser) as watchers,
+        live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),
     ):
         found, report = _search(
-            problem, folder, progress, watchers,
+            problem, folder, progress, page,
             jobs=jobs, anytime=anytime, optimize=not no_optimize,
         )  # fmt: skip
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
@@ -108,7 +109,9 @@ def command(
         if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
             progress("drawing the pictures")
             write_pictures(problem, found, folder, report)
-        watchers.leave(folder / PAGE)
+        if page:
+            finished = folder / PAGE
+            page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
     progress.close()
     if as_json:
         echo_json({"folder": str(folder), **report})
@@ -131,22 +134,23 @@ def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) ->
         with redirect_stdout(sys.stderr):  # what a user's code prints is no result
             return load(scenario, overrides=[*overrides, *given])
     except InputError as error:
-        typed = {
-            override_place(
-                text
-            ): f"--{key.removeprefix('planner.').replace('name', 'planner')}".replace("_", "-")
-            for text, key in given.items()
-        }
+        typed = {override_place(text): _option_of(key) for text, key in given.items()}
         raise InputError(
             Mistake(typed.get(m.where, m.where), m.what, m.remedy) for m in error.mistakes
         ) from error
+
+
+def _option_of(key: str) -> str:
+    """Return the option that sets a key of [planner]."""
+    name = key.removeprefix("planner.").replace("_", "-")
+    return "--planner" if name == "name" else f"--{name}"
 
 
 def _search(
     problem: Problem,
     folder: Path,
     progress: Progress,
-    watchers: Spectators,
+    page: LivePage | None,
     *,
     jobs: int,
     anytime: bool,
@@ -169,10 +173,12 @@ def _search(
 
     def watch(budget: Budget) -> None:
         INTERRUPTS.ask(budget.end)
-        watchers.watch(budget)
+        if page:
+            budget.viewer = page.explored
 
     def improved(found: Plan) -> None:
-        watchers.found(found)
+        if page and found.trajectory is not None:
+            page.found(found.trajectory)
         if anytime or optimising:
             write(found)
             progress(progress_text(found, anytime=anytime))
