@@ -1,7 +1,6 @@
 """Plans and problems as things to look at: an interactive page, and a scene for Blender."""
 
 from kinolab.show.view.cards import gallery_of
-from kinolab.show.view.notebook import notebook_frame
-from kinolab.show.view.page_files import save_glb, save_page, write_scene
+from kinolab.show.view.page_files import notebook_frame, save_glb, save_page, write_scene
 
 __all__ = ["gallery_of", "notebook_frame", "save_glb", "save_page", "write_scene"]

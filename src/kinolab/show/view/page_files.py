@@ -1,7 +1,8 @@
-"""The files that show a plan in three dimensions: ``scene.html`` and ``result.glb``."""
+"""A plan in three dimensions: ``scene.html`` and ``result.glb``, and a frame in a notebook."""
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from kinolab.show.page import Content, page_html
 from kinolab.show.view.scenes import content_of, facts_of, readiness
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
+
+FRAME_HEIGHT = 600  # pixels, in a notebook
 
 
 def write_scene(
@@ -68,6 +71,20 @@ def save_glb(problem: Problem, plan: Plan, path: str | Path) -> Path:
     target = Path(path)
     write_whole(target, glb_scene(_content(problem, plan)))
     return target
+
+
+def notebook_frame(problem: Problem, plan: Plan | None) -> str:
+    """Return the interactive page as HTML that a notebook shows and keeps.
+
+    It runs in a frame of its own, from which neither the notebook nor a network can be reached.
+
+    Args:
+        problem: The machine in its world.
+        plan: What came of planning; None shows the problem alone.
+    """
+    page = html.escape(page_html(_content(problem, plan)))
+    style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"
+    return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
 
 
 def _content(problem: Problem, plan: Plan | None) -> Content:
