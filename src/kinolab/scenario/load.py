@@ -14,13 +14,12 @@ from kinolab.errors import InputError, Mistake
 from kinolab.scenario.file_lookup import read_text, scenario_path
 from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.locations import mistake_at
-from kinolab.scenario.long_keys import MOST_PARTS, long_key
 from kinolab.scenario.messages import explain
 from kinolab.scenario.overrides import apply_overrides
 from kinolab.scenario.partial_parse import parse_partially
 from kinolab.scenario.rules import document_issues
 from kinolab.scenario.schema import Scenario
-from kinolab.scenario.toml_text import shortened
+from kinolab.scenario.toml_text import MOST_PARTS, long_key, shortened
 
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
 _BEGINNING = 'Begin with schema = 1, title = "…" and a [system] section.'

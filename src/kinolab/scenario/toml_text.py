@@ -9,6 +9,21 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _MUST_ESCAPE = re.compile(r'[\x00-\x1f\x7f"\\\ud800-\udfff]')
 _SHORT = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
+MOST_PARTS = 32
+
+_PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_MORE = rf"(?>[ \t]*+\.[ \t]*+{_PART})"
+_LONG = rf"(?P<long>(?<![A-Za-z0-9_-]){_PART}{_MORE}{{{MOST_PARTS}}})"
+# What is no key: texts of several lines, texts of one line, comments.
+_TEXTS = (
+    r'"""(?s:.*?)"""',
+    r"'''(?s:.*?)'''",
+    r'"(?>[^"\\\n]|\\.)*+"',
+    r"'[^'\n]*+'",
+    r"#[^\n]*+",
+)
+_TOKEN = re.compile("|".join((*_TEXTS[:2], _LONG, *_TEXTS[2:])))
+
 
 def key_text(key: str) -> str:
     """Write a key, quoted where TOML asks for it."""
@@ -50,3 +65,15 @@ def shortened(text: str, limit: int = 60) -> str:
 def _escape(match: re.Match[str]) -> str:
     character = match.group()
     return _SHORT.get(character, f"\\u{ord(character):04x}")
+
+
+def long_key(text: str) -> int | None:
+    """Return the line, counted from 1, of the first key of more than ``MOST_PARTS``.
+
+    It is found before TOML is read: what tomllib keeps of one grows with the square of its parts,
+    8 GB for a file of 1 MB.
+    """
+    for token in _TOKEN.finditer(text):
+        if token["long"] is not None:
+            return text.count("\n", 0, token.start()) + 1
+    return None

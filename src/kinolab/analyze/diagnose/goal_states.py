@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from kinolab.analyze.diagnose.closed_chains import has_loops
+from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.problem import Problem
 
 Array: TypeAlias = NDArray[np.float64]
@@ -84,3 +84,8 @@ def _reached(problem: Problem, guess: Array) -> Array:
         max_nfev=MAX_EVALUATIONS,
     )
     return state(found.x)
+
+
+def has_loops(problem: Problem) -> bool:
+    """Whether some function of the machine's position must stay zero."""
+    return any(isinstance(entry, PositionConstraint) for entry in problem.system.constraints)

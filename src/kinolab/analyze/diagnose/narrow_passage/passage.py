@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.analyze.diagnose.closed_chains import has_loops
+from kinolab.analyze.diagnose.goal_states import has_loops
 from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
 from kinolab.analyze.diagnose.narrow_passage.configuration_path import SearchEffort, find_path
 from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
