@@ -118,6 +118,17 @@ def test_limits_of_many_states_are_those_of_each(name: str, tmp_path: Path) -> N
     assert outside[NAN::10].all()
 
 
+@pytest.mark.parametrize("name", ["submarine_corridor", "satellite_pointing", *LIMITS])
+def test_margins_of_poses_are_negative_where_the_world_is_left(name: str, tmp_path: Path) -> None:
+    own = name in LIMITS
+    problem = problem_of(tmp_path, OPEN, LIMITS[name]) if own else kinolab.load(name)
+    x = around(problem, 300)
+    frames = problem.model.frames(x[np.isfinite(x).all(axis=1)])
+    beyond = (problem.pose_margins(frames) < 0).any(axis=1)
+    assert beyond.tolist() == [any(problem.outside_world(poses)) for poses in frames]
+    assert 0 < beyond.sum() < len(frames)  # both are there
+
+
 def around(problem: Problem, count: int) -> Array:
     """Return random states within limits and some way beyond, one in ten with a NaN."""
     random = np.random.default_rng(0)

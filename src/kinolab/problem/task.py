@@ -193,6 +193,27 @@ class Problem:
                 if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
                     yield f"{axis} of {body.name}", value, lower, upper
 
+    def pose_margins(self, frames: Array) -> Array:
+        """Return what is left to the workspace's limits and to cones: negative beyond them.
+
+        Smooth in the poses, for planners: they keep every limit to the bit.
+
+        Args:
+            frames: Poses of the bodies, shape (m, bodies, 12).
+
+        Returns:
+            Shape (m, margins): distances in [m] of each body from both limits of an axis, axis by
+            axis, then differences of the cosines of each cone.
+        """
+        margins = [np.zeros((len(frames), 0))]
+        for axis, (lower, upper) in self.world.bounds.items():
+            place = frames[:, :, "xyz".index(axis) * 4 + 3]
+            margins += [place - lower, upper - place]
+        for cone in self.keep_outs:
+            along = cone.in_world(frames) @ np.asarray(cone.direction)
+            margins.append((np.cos(cone.half_angle) - along)[:, None])
+        return np.hstack(margins)
+
     def check_endpoints(self) -> None:
         """Raise if the start breaks a constraint, or it or every goal a limit, or collides.
 

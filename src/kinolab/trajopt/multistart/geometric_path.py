@@ -177,16 +177,10 @@ class GeometricPaths:
         frames = problem.model.frames(line)
         ends = problem.model.cables(line) if problem.cables else None
         first = self._checker.first_collision(frames, ends)
-        free = len(line) if first is None else first
-        for axis, (lower, upper) in problem.world.bounds.items():
-            place = frames.reshape(len(line), -1, 3, 4)[:, :, "xyz".index(axis), 3]
-            outside = ((place < lower) | (place > upper)).any(axis=1)
-            free = min(free, int(outside.argmax()) if outside.any() else free)
-        for cone in problem.keep_outs:
-            axis = frames.reshape(len(line), -1, 3, 4)[:, cone.body, :, :3] @ np.asarray(cone.axis)
-            inside = axis @ np.asarray(cone.direction) > np.cos(cone.half_angle)
-            free = min(free, int(inside.argmax()) if inside.any() else free)
-        return free
+        outside = np.asarray((problem.pose_margins(frames) < 0).any(axis=1))
+        if first is not None:
+            outside[first] = True
+        return int(outside.argmax()) if outside.any() else len(line)
 
     def _shorter(self, path: Array) -> Array:
         """Return a way with some of its corners cut off."""

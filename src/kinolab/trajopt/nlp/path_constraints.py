@@ -92,15 +92,7 @@ class PathConstraints:
             finite = np.isfinite(both).all(axis=0)
             yield both[:, finite] / np.where(np.isfinite(large), large, 1.0)[finite]
         if problem.world.bounds or problem.keep_outs:
-            yield from self._of_bodies(model.frames(x).reshape(len(x), -1, 3, 4))
-
-    def _of_bodies(self, frames: Array) -> Iterator[Array]:
-        for axis, (lower, upper) in self._problem.world.bounds.items():
-            place = frames[:, :, "xyz".index(axis), 3]
-            yield from (place - lower, upper - place)
-        for cone in self._problem.keep_outs:
-            axis = frames[:, cone.body, :, :3] @ np.asarray(cone.axis)
-            yield np.cos(cone.half_angle) - axis @ np.asarray(cone.direction)
+            yield problem.pose_margins(model.frames(x))
 
 
 def _decided_by_inputs(problem: Problem) -> NDArray[np.bool_]:

@@ -26,16 +26,12 @@ class FreeSpace:
 
     def __init__(self, problem: Problem, checker: CollisionChecker) -> None:
         self._calls = CompiledStep(problem)
-        self._checker, self._cones = checker, problem.keep_outs
+        self._problem, self._checker = problem, checker
         nq, unlimited = problem.model.nq, problem.space.turns
         self._limits = [
             (i, float(lower) - LIMIT_TOLERANCE, float(upper) + LIMIT_TOLERANCE)
             for i, (lower, upper) in enumerate(problem.bounds[:nq])
             if not unlimited[i]
-        ]
-        self._workspace = [
-            ("xyz".index(axis) * 4 + 3, lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE)
-            for axis, (lower, upper) in problem.world.bounds.items()
         ]
 
     def free(self, x: Sequence[float]) -> bool:
@@ -44,11 +40,7 @@ class FreeSpace:
             if not lower <= x[i] <= upper:
                 return False
         calls = self._place(x)
-        for row in calls.poses.tolist() if self._workspace else ():
-            for entry, lower, upper in self._workspace:
-                if not lower <= row[entry] <= upper:
-                    return False
-        if any(cone.angle(calls.poses) < cone.half_angle for cone in self._cones):
+        if any(True for _ in self._problem.outside_world(calls.poses)):
             return False
         return not self._checker.collides(calls.poses, calls.ends)
 
