@@ -6,12 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar, TypeAlias, final
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import ClassVar, final
 
 from kinolab.cancel import CancelledError
+from kinolab.numerics.arrays import Array
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import Problem
@@ -23,8 +21,6 @@ from kinolab.search.tree import (
     SubSearch,
 )
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
-
-Array: TypeAlias = NDArray[np.float64]
 
 GUESS_KNOTS = 80  # of a guess
 # iterations of the trees before the first guess: some milliseconds

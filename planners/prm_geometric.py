@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar, TypeAlias, final
+from typing import ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancelledError, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
-
-Array: TypeAlias = NDArray[np.float64]
 
 CONFIGURATIONS_PER_BATCH = 20  # configurations between two questions
 # times as many configurations until a nearest approach is followed again

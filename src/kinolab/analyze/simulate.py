@@ -5,18 +5,15 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory, reference_column
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_STEPS = 1_000_000
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,8 +40,7 @@ from kinolab.errors import (
     SingularError,
     UnknownNameError,
 )
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 POSE = 12  # numbers per body: the rows of [R | p]
 STEPPERS = tuple(f"step_{method}" for method in METHODS)

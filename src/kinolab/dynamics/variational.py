@@ -35,10 +35,10 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinolab.arguments import checked
 from kinolab.dynamics.codegen.cache import cached
@@ -65,8 +65,7 @@ from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import Attitude
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake, NoDynamicsError, SingularError
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 NEWTON_STEPS = 30  # a step that is small enough needs three or four
 CONSTRAINT_TOLERANCE = 1e-6  # [m], [rad] or those per s; what a start may miss them by

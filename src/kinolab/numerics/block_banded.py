@@ -9,15 +9,13 @@ Source: Golub, Van Loan, Matrix Computations, 4th ed., sections 4.3.5 and 5.6.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
-
-Array: TypeAlias = NDArray[np.float64]
 
 DIAGONAL_REGULARISATION = 1e-13  # share that is added to the diagonal, for rows that say the same
 REFINEMENT_TOLERANCE = 1e-6  # of the right side that a solution may miss

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 MAX_ITERATIONS = 200
 CONVERGENCE_TOLERANCE = 1e-10  # of the range, by which no unknown changes any more

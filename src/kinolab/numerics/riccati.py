@@ -6,16 +6,14 @@ Source: Anderson, Moore, Optimal Control: Linear Quadratic Methods, 1990, chapte
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, solve_continuous_are, solve_discrete_are
 
 from kinolab.arguments import checked
 from kinolab.errors import KinolabError
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 
 class NotStabilisableError(KinolabError):

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import multiply, turn_between
 
-Array: TypeAlias = NDArray[np.float64]
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
 
 INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # times a unit quaternion

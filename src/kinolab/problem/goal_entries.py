@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.units import state_units
+from kinolab.numerics.arrays import Array
 from kinolab.problem.task import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

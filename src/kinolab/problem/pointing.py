@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import DirectionTarget, Goal
-
-Array: TypeAlias = NDArray[np.float64]
 
 OPPOSITE_TOLERANCE = 1e-9  # of 1 + cosine: below, the turn may be about any axis across
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import (
     random_attitude,
     random_attitudes,
@@ -35,8 +36,6 @@ from kinolab.world import (
     CollisionChecker,
     World,
 )
-
-Array: TypeAlias = NDArray[np.float64]
 
 GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
 LIMIT_TOLERANCE = 1e-9  # by how much a value may pass a limit, in its own unit

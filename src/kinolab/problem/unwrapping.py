@@ -6,16 +6,13 @@ A motion reads best, and is interpolated and tracked right, in numbers without j
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.errors import SingularError
+from kinolab.numerics.arrays import Array
 from kinolab.problem.task import Problem
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_ANGLE = 1e12  # [rad] of an angle that is known to a thousandth
 

@@ -1,8 +1,12 @@
 """What a planner is, what a search gives, and how trees, roadmaps and potentials search."""
 
+from kinolab.numerics.arrays import Array
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractPlanner, setting, with_default
-from kinolab.search.result import Array, Outcome, SearchResult
+from kinolab.search.result import (
+    Outcome,
+    SearchResult,
+)
 
 __all__ = [
     "AbstractPlanner",

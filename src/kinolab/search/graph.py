@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 
-Array: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.integer]
 
 MAX_STATES = 10_000  # states that are kept of a tree: a picture shows no more

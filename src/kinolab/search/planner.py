@@ -7,8 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from kinolab.errors import InputError, Mistake, unknown_name
+from kinolab.numerics.arrays import Array
 from kinolab.search.budget import Budget
-from kinolab.search.result import Array, Outcome, SearchResult
+from kinolab.search.result import (
+    Outcome,
+    SearchResult,
+)
 from kinolab.settings import OLD_NAMES, setting, settings_of, with_default
 
 if TYPE_CHECKING:

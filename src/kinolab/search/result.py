@@ -5,14 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kinolab.numerics.arrays import Array
 from kinolab.search.graph import SearchGraph
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Outcome(Enum):

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import DivergedError, interval
-
-Array: TypeAlias = NDArray[np.float64]
 
 REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
 REFERENCE_TOLERANCE = 1e-9  # of a state's scale: how well two lengths of compiled steps must agree

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,9 @@ from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.errors import KinolabError, SingularError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 RTOL = 1e-9
 ATOL = 1e-11  # per unit of a coordinate's scale; three orders below what the check accepts

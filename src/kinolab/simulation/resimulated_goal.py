@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import (
@@ -18,8 +17,6 @@ from kinolab.simulation.reference import (
     perturbed_start,
     resimulate,
 )
-
-Array: TypeAlias = NDArray[np.float64]
 
 SUBSTEPS = (8, 16)  # of a step
 MISSED = "missed_the_goal_in_truth"  # what planners call it in their statistics

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.compiled_step import CompiledStep, stepper
-
-Array: TypeAlias = NDArray[np.float64]
 
 # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
 STEP_PER_TIME_CONSTANT = 0.15
@@ -28,7 +25,7 @@ class Rollout:
 
     Args:
         problem: Whose machine.
-        stop: Says that what is being done must end, by a StoppedError.
+        stop: Says that what is being done must end, by a CancelledError.
 
     Attributes:
         step: Length of a propagation step in [s].

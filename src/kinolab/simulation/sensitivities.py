@@ -9,18 +9,17 @@ a step stands for several ones of the map, at the beginning of each.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.simulation.machine import call_at, call_under
 from kinolab.simulation.rosenbrock import StepScratch, rosenbrock, state_derivative
-
-Array: TypeAlias = NDArray[np.float64]
 
 STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
 FD_STEP = 1e-6  # of a state, for the derivative of the projection onto constraints

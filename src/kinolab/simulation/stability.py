@@ -6,17 +6,14 @@ Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section IV.2 (stability functi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.scenario.schema import IntegrationSection
-
-Array: TypeAlias = NDArray[np.float64]
 
 # |h lambda| up to which |R(h lambda)| <= 1 for lambda < 0
 STABILITY_BOUNDS = {"rk4": 2.785, "euler": 2.0}

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Capsule, Cylinder, Disk, Sphere
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.world.geometry import placement
-
-Array: TypeAlias = NDArray[np.float64]
 
 RANDOM_STATES = 8  # random states at which it is tried
 MOTION_TOLERANCE = 1e-9  # [m] and [1]: rounding

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.flatness import FlatOutputs, output
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class FlatOutputPaths:

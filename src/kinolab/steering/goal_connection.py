@@ -10,19 +10,15 @@ Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.cancel import CancellationToken, CancelledError, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator, ZeroOrderHold
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_GOAL_STATES = 2  # states in the goal that a flat machine is steered to
 CONTROL_INTERVALS = 8  # for which inputs are held, one after the other

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.analysis.equilibrium import equilibrium
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
-
-Array: TypeAlias = NDArray[np.float64]
 
 NEWTON_STEPS = 20  # of Newton's method
 PROJECTED_STEPS = 10  # of them look for the nearest equilibrium, the others for any

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Protocol, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Protocol
 
 from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves
 from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.flat_outputs import FlatOutputPaths
 from kinolab.steering.path_motion import Path
 from kinolab.steering.plane_curves import PlanePaths
 from kinolab.steering.straight_lines import StraightLines
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class PathFamily(Protocol):

@@ -6,17 +6,16 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.time_scaling import TimeScaling
 
-Array: TypeAlias = NDArray[np.float64]
 Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -> (times, known)
 
 LIMIT_FRACTION = 0.9  # share of every limit that a motion may use; the rest is for what corrects it
@@ -45,7 +44,7 @@ class PathMotion:
     Args:
         problem: Whose machine, limits and step.
         known: The coordinates that paths give, in their order.
-        stop: Says that what is being done must end, by a StoppedError.
+        stop: Says that what is being done must end, by a CancelledError.
     """
 
     def __init__(

@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs
-
-Array: TypeAlias = NDArray[np.float64]
 
 CURVE_SAMPLES = 120  # of a smooth curve
 REACHES = (0.7, 1.2)  # length of a smooth curve's tangents, in distances of its ends

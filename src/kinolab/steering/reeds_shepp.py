@@ -8,12 +8,11 @@ from math import copysign, cos, sin
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from ompl import base as ob
 
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.arrays import Array
 
-Array: TypeAlias = NDArray[np.float64]
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
 
 # of all lengths at hand: by how much a pose may be off the arc that it is on

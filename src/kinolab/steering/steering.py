@@ -5,13 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from itertools import chain
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancellationToken, never_cancelled
 from kinolab.dynamics.analysis.equilibrium import EQUILIBRIUM_TOLERANCE
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
@@ -21,8 +20,6 @@ from kinolab.steering.path_motion import MAX_STEPS, PathMotion
 from kinolab.steering.stop_maneuver import StopManeuver
 from kinolab.steering.terminal_correction import TerminalCorrection
 from kinolab.steering.tracking import TrackingLaw
-
-Array: TypeAlias = NDArray[np.float64]
 
 DURATIONS = (1.0, 2.0, 4.0)  # of a boundary-value problem, in times that the way would take
 MAX_CORRECTIONS = 25  # corrections of a boundary-value problem
@@ -54,7 +51,7 @@ class Steering(AbstractSteering):
 
     Args:
         problem: Whose machine.
-        stop: Says that what is being done must end, by a StoppedError.
+        stop: Says that what is being done must end, by a CancelledError.
 
     Attributes:
         rollout: Follows inputs.

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.terminal_correction import TerminalCorrection
 from kinolab.steering.tracking import TrackingLaw
-
-Array: TypeAlias = NDArray[np.float64]
 
 SPEED_FRACTION = 0.6  # share of every speed that one step of braking should leave
 SLOW_SPEED = 1e-3  # of the speeds' scales, from where the smallest change of inputs ends at rest

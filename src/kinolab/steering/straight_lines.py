@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.path_motion import Path
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class StraightLines:

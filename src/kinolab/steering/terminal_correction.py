@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
-
-Array: TypeAlias = NDArray[np.float64]
 
 ARRIVAL_TOLERANCE = 1e-9  # of a state's scale: what counts as having arrived
 MAX_ACTIVE_SET_CHANGES = 3  # of fixing inputs that reach their limits, per correction

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
 

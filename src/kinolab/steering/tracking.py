@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, solve_discrete_are
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.terminal_correction import TerminalCorrection
-
-Array: TypeAlias = NDArray[np.float64]
 
 TERMINAL_WEIGHT = 10.0  # of the end of a motion against the states on its way
 CONTROL_WEIGHT = 1.0  # of a full input against a state that is off by its scale

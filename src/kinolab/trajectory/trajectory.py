@@ -8,15 +8,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.errors import InputError, Mistake
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

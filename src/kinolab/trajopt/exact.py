@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import never_cancelled
 from kinolab.problem import Problem
@@ -27,8 +25,6 @@ from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.sqp.restoration import make_knots_exact
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def make_exact(

@@ -12,11 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.goal import AttitudeTarget, Goal
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
@@ -28,8 +27,6 @@ from kinolab.trajopt.nlp.feasibility_check import satisfies_all
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import LOOSE, SHORT, SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Segments:

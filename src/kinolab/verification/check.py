@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import (
     DivergedError,
@@ -21,8 +20,6 @@ from kinolab.simulation.reference import (
 )
 from kinolab.trajectory import Trajectory
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
-
-Array: TypeAlias = NDArray[np.float64]
 
 LIMIT_TOLERANCE = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
 

@@ -11,16 +11,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.verification.dense_motion import DenseMotion
 from kinolab.world import CollisionChecker
-
-Array: TypeAlias = NDArray[np.float64]
 
 CONTACT_MARGIN = 1e-5  # [m] beyond the clearance there is, where something touches
 CLEARANCE_TOLERANCE = 1e-4  # [m] by which less may be overlooked between two samples

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import ReferenceMotion
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_SPACING = 0.01  # [m] of motion between two samples of limits and requirements, at most
 MAX_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed

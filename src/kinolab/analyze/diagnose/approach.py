@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_NAMED = 3  # entries that a sentence names
 

@@ -6,10 +6,9 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
 from kinolab.analyze.diagnose.goal_states import GoalStates, goal_states
@@ -28,6 +27,7 @@ from kinolab.analyze.diagnose.static_holding import (
     static_holding,
 )
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.simulation import Stiffness, stiffness
@@ -37,7 +37,6 @@ from kinolab.verification.clearance_margin import StateClearance, state_clearanc
 if TYPE_CHECKING:
     from kinolab.analyze.diagnose.narrow_passage.passage import Passage
 
-Array: TypeAlias = NDArray[np.float64]
 
 LIMIT = "limit"  # the cause by which planners count motions that pass limits
 TOTAL_SECONDS = 15.0  # of everything

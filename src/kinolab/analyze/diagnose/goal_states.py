@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_SAMPLES = 40
 # evaluations of one search for a configuration whose points are at their targets

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.world import feature_points
-
-Array: TypeAlias = NDArray[np.float64]
 
 RANDOM_STATES = 12  # drawn at random, besides those that are given
 FD_STEP = 1e-5  # [m] or [rad] by which a coordinate is changed

@@ -7,15 +7,12 @@ Differential Equations 1(2), 1963.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 RANDOM_STATES = 12  # drawn at random; a direction that none of them reaches is never reached
 RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones count as zero

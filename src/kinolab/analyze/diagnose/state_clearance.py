@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
-
-Array: TypeAlias = NDArray[np.float64]
 
 TIGHT_CLEARANCE = 0.05  # [m] that are worth a sentence
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: slower counts as held
 MAX_ITERATIONS = 100

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.units import state_units
 from kinolab.errors import SingularError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import ReferenceMotion, trajectory_under
 from kinolab.simulation.resimulated_goal import BROKEN, MISSED
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
 from kinolab.verification.certificate import conduct_checks
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def verification_sentences(problem: Problem, plan: Plan) -> Iterator[str]:

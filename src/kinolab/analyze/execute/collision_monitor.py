@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kinolab.dynamics.language.mechanism import System
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 
-Array: TypeAlias = NDArray[np.float64]
 Fault: TypeAlias = Literal["collided", "strayed"]
 
 

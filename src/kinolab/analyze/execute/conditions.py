@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import System
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_FRACTION = 1.0  # share: beyond it a mass could be negative
 SHARES = ("parameters", "noise", "disturbance")

@@ -9,18 +9,17 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.analyze.execute.collision_monitor import CollisionMonitor, Fault
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
 from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation import ReferenceStep
 from kinolab.trajectory import Trajectory
 
-Array: TypeAlias = NDArray[np.float64]
 Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
 
 SETTLING_FRACTION = 0.25  # of the plan's duration: how much sooner or later it may reach the goal

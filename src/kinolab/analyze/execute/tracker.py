@@ -6,17 +6,14 @@ Source: Tedrake, Underactuated Robotics, 2023, section 8.2 (time-varying LQR).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model, tvlqr
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 LARGE_DEVIATION = 0.2  # of what [metric] calls large: a deviation from the plan that counts
 LARGE_CORRECTION = 0.25  # of the range between an input's limits: a correction that counts as large

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.analyze.execute.execution import Execution
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array: TypeAlias = NDArray[np.float64]
 
 COLOURS = {
     "reached": "#2a7de1",

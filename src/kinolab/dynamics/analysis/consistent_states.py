@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from kinolab.dynamics.codegen.state_space import whole_turns
@@ -18,8 +16,7 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.units import position_unit, velocity_unit
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]: only rounding remains
 # of the scales: how far from a state searches begin

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.model import Model
 from kinolab.errors import SingularError
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 EQUILIBRIUM_TOLERANCE = 1e-10  # of a state's scale per second: what counts as rest
 NEWTON_STEPS = 50  # of Newton's method

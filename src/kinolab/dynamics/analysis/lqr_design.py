@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import sympy
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
 from kinolab.dynamics.codegen.cache import cached
@@ -23,9 +22,9 @@ from kinolab.dynamics.language.json.machine_file import (
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.riccati import lqr
 
-Array: TypeAlias = NDArray[np.float64]
 AnySystem = TypeVar("AnySystem", bound=System)
 
 FD_STEP = 1e-6  # of a state's scale, for the derivative of a derivative

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from kinolab.arguments import checked
@@ -22,8 +21,7 @@ from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 NEWTON_STEPS = 3  # Newton's steps after the least squares
 RESIDUAL_TOLERANCE = 1e-8  # of the residual: what is steady may change by so much in a second

@@ -20,14 +20,13 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 TURN = 2 * math.pi
 BETWEEN = [("ptr", "x"), ("ptr", "y"), ("ptr", "turn"), ("ptr", "out"), ("i64", "mode")]

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
 import sympy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.errors import InputError, Mistake
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 FUNCTIONS: dict[type, str] = {
     sympy.sin: "sin",

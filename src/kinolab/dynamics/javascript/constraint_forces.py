@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.derivation import Derivation
@@ -29,8 +28,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
 )
 from kinolab.dynamics.language.mechanism import System
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 RESIDUAL_TOLERANCE = 1e-8  # share of a covector that may be left over
 TWIST = 6

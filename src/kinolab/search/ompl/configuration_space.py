@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from ompl import base as ob
 
 from kinolab.cancel import CancellationToken, CancelledError, never_cancelled, raise_if_cancelled
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import placement, sizes
-
-Array: TypeAlias = NDArray[np.float64]
 
 MIN_CHECKS = 12  # looks at a path, which tell how long it is
 CHECK_RESOLUTION = 0.02  # [m] between two looks at a path
@@ -40,7 +38,7 @@ class ConfigurationSpace:
             where that is less.
         rejections: Where to count what is refused.
         stop: Says that looking for ways must end: OMPL finds nothing any more, others get a
-            StoppedError.
+            CancelledError.
 
     Attributes:
         space: OMPL's compound space of the free coordinates.

@@ -10,20 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turn_between
 from kinolab.problem import Problem
 from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION
 from kinolab.search.ompl.goal_samples import GoalSamples
 from kinolab.simulation import CandidateRollouts
-
-Array: TypeAlias = NDArray[np.float64]
 
 LOOKAHEAD_STEPS = 50  # steps that are looked ahead at most
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
@@ -14,11 +13,10 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from kinolab.cancel import CancellationToken, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.search.ompl.configuration_space import ConfigurationSpace, PathValidator
 from kinolab.search.ompl.control_search import ompl_seed
 from kinolab.search.planner import Budget
-
-Array: TypeAlias = NDArray[np.float64]
 
 MIN_EDGE_LENGTH = 1e-12  # what SciPy takes for an edge of no length
 
@@ -78,7 +76,7 @@ class GeometricRoadmap:
         """Return states at rest from start to goal; None where the roadmap does not lead there.
 
         Raises:
-            StoppedError: If looking for it took too long.
+            CancelledError: If looking for it took too long.
         """
         graph = self._graph()
         path = graph.way_to(graph.goal) if graph.goal in graph.distances else []
@@ -91,7 +89,7 @@ class GeometricRoadmap:
             distance: Of a state from where it should be.
 
         Raises:
-            StoppedError: If looking for it took too long.
+            CancelledError: If looking for it took too long.
         """
         graph = self._graph()
         apart = dict[int, float]()
@@ -116,7 +114,7 @@ class _Graph:
     Args:
         information: Of the space.
         planner: OMPL's.
-        stop: Says that looking must end, by a StoppedError.
+        stop: Says that looking must end, by a CancelledError.
 
     Attributes:
         distances: From the start to every configuration that edges lead to.

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.potential.leading_bodies import LeadingBody, leading_bodies, sample_states
-
-Array: TypeAlias = NDArray[np.float64]
 
 SLENDERNESS = 1.2  # length over width from which a body's two ends are led apart
 FREE_TURN = 1.0  # [rad] that its axis turns by where it is free to turn

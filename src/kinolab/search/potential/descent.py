@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from enum import Enum, auto
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancelledError, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.search.planner import Budget
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.lookahead import Lookahead
 from kinolab.search.potential.partial_motion import PartialMotion
 from kinolab.simulation import Propagator
 from kinolab.steering import GoalConnection
-
-Array: TypeAlias = NDArray[np.float64]
 
 MIN_PROGRESS = 0.01  # [m] by which the potential must fall within the patience
 GOAL_CONNECTION_PERIOD = 4  # steps between two looks for the last motion into the goal
@@ -103,7 +100,7 @@ class Descent:
         longest; None where not even one step is.
 
         Raises:
-            StoppedError: If the budget's time was over before all were looked at.
+            CancelledError: If the budget's time was over before all were looked at.
         """
         longest, best = 0, None
         for proposal in self._lookahead.proposals(x, u, generator):

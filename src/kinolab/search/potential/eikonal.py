@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit_cache import sealed_caches
 
-Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
 BLOCKED_SPEED = 1e-3  # speed in blocked cells, as a share of that in the open

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.potential.control_points import ControlPoint, place
 from kinolab.search.potential.repulsion import Repulsion
 from kinolab.world.collision.closest_points import GapFinder
 
-Array: TypeAlias = NDArray[np.float64]
 PointPotential: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.problem import Problem
 from kinolab.search.potential.attraction import StraightLinePotential
@@ -17,8 +15,6 @@ from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.repulsion import Repulsion
 from kinolab.search.potential.workspace import grid_of, is_open, open_cells
 from kinolab.simulation import Propagator
-
-Array: TypeAlias = NDArray[np.float64]
 
 FOLLOWER_WEIGHT = 0.3  # weight of the end of a body that follows, against 1 for the one that leads
 CELL_FRACTION = 0.7  # of half the body's width: edge of a cell where the user gives none

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def inscribed_radius(body: BodyGeometry, at: Array) -> float:

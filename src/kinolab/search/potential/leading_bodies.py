@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Coordinate
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import random_attitude
 from kinolab.problem import Problem
 from kinolab.world import BodyGeometry, triangles
-
-Array: TypeAlias = NDArray[np.float64]
 
 RANDOM_STATES = 24  # configurations at which the machine is looked at
 MIN_MOTION = 1e-6  # [m] that a point moves by where it moves at all

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.bounded_lsq import bounded_least_squares
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.pullback import InputProjection, independent_entries
 from kinolab.simulation import ZeroOrderHold
-
-Array: TypeAlias = NDArray[np.float64]
 
 STEP_LENGTHS = (0.3, 1.0, 3.0)  # [m] that the control points are asked to go within the horizon
 FD_STEP = 0.05  # of an input's range, to see what it changes
@@ -43,7 +40,7 @@ class Lookahead:
         projection: Turns its forces into inputs.
         steps: Of the problem's length, up to the horizon.
         draws: Proposals drawn at random besides.
-        stop: Says that what is being done must end, by a StoppedError.
+        stop: Says that what is being done must end, by a CancelledError.
     """
 
     def __init__(

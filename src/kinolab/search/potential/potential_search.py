@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.search.potential.descent import Descent, Ending
@@ -24,8 +23,6 @@ from kinolab.search.potential.repulsion import Repulsion
 from kinolab.simulation import Propagator
 from kinolab.simulation.resimulated_goal import TrueEnds
 from kinolab.steering import GoalConnection
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

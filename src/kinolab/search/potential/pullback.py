@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.bounded_lsq import bounded_least_squares
 from kinolab.search.potential.field import PointForce
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def independent_entries(model: Model) -> slice:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.planner import Budget
 from kinolab.search.potential.descent import Descent, Ending
@@ -21,8 +20,6 @@ from kinolab.search.potential.field import Field
 from kinolab.search.potential.partial_motion import PartialMotion
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.simulation import Propagator
-
-Array: TypeAlias = NDArray[np.float64]
 
 # random motions that begin at the lowest minimum before the search goes back
 ESCAPES_PER_MINIMUM = 8

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Sphere
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import random_attitude
 from kinolab.problem import Problem
 from kinolab.search.potential.control_points import ControlPoint, place
@@ -23,7 +24,6 @@ from kinolab.search.potential.leading_bodies import sample_states
 from kinolab.simulation import Propagator
 from kinolab.world import BodyGeometry, CollisionChecker
 
-Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
 RANDOM_ATTITUDES = 16  # in which the machine is brought to a cell

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_DRAWS = 400  # draws before there is no milestone to be had
 MAX_DRAWS_AT_REST = 50  # draws without an equilibrium before a moving state will do
@@ -26,7 +22,7 @@ class Sampler:
         steering: Of its machine.
         judge: Says what is free.
         seed: Of the random numbers.
-        stop: Says that drawing must end, by a StoppedError.
+        stop: Says that drawing must end, by a CancelledError.
     """
 
     def __init__(

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from kinolab.numerics.arrays import Array
 from kinolab.search.graph import SearchGraph
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancelledError, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.planner import Budget
 from kinolab.search.roadmap.milestones import Sampler
 from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering
-
-Array: TypeAlias = NDArray[np.float64]
 
 STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
 ENOUGH_CONNECTIONS = 2  # motions that join a start or a goal to the roadmap

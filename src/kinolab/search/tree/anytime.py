@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from kinolab.numerics.kd_forest import Array
+from kinolab.numerics.arrays import Array
 from kinolab.search.budget import Budget
 from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension
 

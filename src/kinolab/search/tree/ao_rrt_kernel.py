@@ -15,8 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Array, KdForest, add, clear, kd_forest, nearest
+from kinolab.numerics.kd_forest import (
+    KdForest,
+    add,
+    clear,
+    kd_forest,
+    nearest,
+)
 from kinolab.numerics.rng import uniform
 from kinolab.search.tree.problem_arrays import (
     ProblemArrays,

@@ -15,8 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Array, Integers
+from kinolab.numerics.kd_forest import (
+    Integers,
+)
 from kinolab.problem import Problem
 from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.problem_arrays import sample_uniform

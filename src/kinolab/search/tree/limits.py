@@ -7,8 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Array, Integers
+from kinolab.numerics.kd_forest import (
+    Integers,
+)
 from kinolab.problem import Problem
 from kinolab.problem.goal_kernel import axis_angle, carried
 from kinolab.simulation.collision_context import place_machine

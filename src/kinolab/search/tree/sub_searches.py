@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from kinolab.numerics.kd_forest import Array
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.budget import Budget
 from kinolab.search.tree.tree import controls_to

@@ -7,8 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Array, Integers, KdForest, add, clear, kd_forest
+from kinolab.numerics.kd_forest import (
+    Integers,
+    KdForest,
+    add,
+    clear,
+    kd_forest,
+)
 from kinolab.search.tree.limits import step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 from kinolab.simulation.collision_context import is_motion_free

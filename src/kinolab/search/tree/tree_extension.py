@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-from kinolab.numerics.kd_forest import Array
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.rng import State, generator
 from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph

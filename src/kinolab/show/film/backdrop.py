@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, grid, slab
 from kinolab.show.film.models.paint import Color, ball
@@ -18,8 +17,6 @@ from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid
 from kinolab.show.film.raster.rasterizer import GROUND
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
-
-Array: TypeAlias = NDArray[np.float64]
 
 PAPER = (250, 250, 248)
 GRID, PATH = (212, 212, 204), (58, 110, 165)

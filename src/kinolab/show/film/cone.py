@@ -7,10 +7,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Cone
 
-Array: TypeAlias = NDArray[np.float64]
 Color: TypeAlias = tuple[float, float, float]
 
 WANTED, FORBIDDEN = (0.10, 0.62, 0.38), (0.85, 0.20, 0.12)

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset, build_inset
 from kinolab.show.film.models.rotor import whirled
 from kinolab.show.film.picture import Picture
@@ -16,7 +17,6 @@ from kinolab.show.film.scene import Scene, build_scene, pose_table
 from kinolab.show.film.text import lettered, time_stamp
 from kinolab.show.film.timing import Playback, interpolate_lines, interpolate_poses, schedule
 
-Array: TypeAlias = NDArray[np.float64]
 Bytes: TypeAlias = NDArray[np.uint8]
 
 

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.backdrop import PAPER, backdrop
 from kinolab.show.film.models.paint import paint_machine
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
@@ -21,8 +20,6 @@ from kinolab.show.film.raster.rasterizer import Box, Bytes, Facets, average, dra
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.scene import Scene, machine_facets, nearest_pixel, swept
 from kinolab.show.film.text import heading, label
-
-Array: TypeAlias = NDArray[np.float64]
 
 SMALL_FRACTION = 0.055  # of the picture's height: machines above it are seen well enough
 FILL_FRACTION = 0.45  # of the enlarged part's height that the machine takes

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
     from kinolab.world.geometry import BodyGeometry
     from kinolab.world.obstacle import Obstacle
 
-Array: TypeAlias = NDArray[np.float64]
 Lines: TypeAlias = Array | Callable[[float], Array]
 
 

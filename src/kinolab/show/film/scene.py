@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.backdrop import INK, PAPER, Floor, backdrop
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.paint import paint_machine
@@ -17,8 +17,6 @@ from kinolab.show.film.raster.camera import Camera, frame_scene
 from kinolab.show.film.raster.draw_list import Shadows, drawn
 from kinolab.show.film.raster.rasterizer import Bytes, Canvas, Facets, average, draw, extent
 from kinolab.show.film.raster.shading import Pen, pen
-
-Array: TypeAlias = NDArray[np.float64]
 
 SUPERSAMPLING = 3  # small pixels per pixel and axis
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 MAX_FRAMES = 400  # of a picture that is mailed or shown on a page
 MIN_DELAY = 2  # [1/100 s]; viewers slow down what asks for less

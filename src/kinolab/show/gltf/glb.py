@@ -17,7 +17,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
+
 Color: TypeAlias = tuple[float, float, float]
 
 FLOAT, UINT = 5126, 5125

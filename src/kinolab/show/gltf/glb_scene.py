@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from kinolab.dynamics.language.shapes import Cylinder
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.backdrop import GOAL, INK, PATH, START, WALL, Floor
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.paint import ball, paint_machine
@@ -22,8 +21,6 @@ from kinolab.show.page.curves import evaluated
 from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import by_color
 from kinolab.world.geometry import triangles
-
-Array: TypeAlias = NDArray[np.float64]
 
 FLOOR: Color = (0.91, 0.91, 0.90)
 GHOST_OPACITY = 0.4  # opacity of start, goal and cones

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.page.content import Curve
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def hermite(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.backdrop import GOAL, START, WALL
 from kinolab.show.film.cone import cone_mesh
 from kinolab.show.film.models.paint import paint_machine
@@ -17,8 +17,6 @@ from kinolab.show.page.content import Content, Curve, Driving, Series
 from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
-
-Array: TypeAlias = NDArray[np.float64]
 
 FORMAT = 1  # of the data; the page's modules are always of the same version
 

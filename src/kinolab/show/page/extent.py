@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.backdrop import Floor
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.scene import floor_under, seen_points
 from kinolab.show.page.content import Content
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def extent(content: Content, machine: Sequence[SurfaceMesh]) -> tuple[Array, Floor | None]:

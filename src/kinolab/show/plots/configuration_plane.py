@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.units import state_units
 from kinolab.errors import InputError, unknown_name
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots.figure import GOAL, PLAN, START, WIDTH, figure_of, label
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array: TypeAlias = NDArray[np.float64]
 
 CELLS = 100  # of the grid along each axis
 SLICES = 6  # of the plan from which the other coordinates are taken

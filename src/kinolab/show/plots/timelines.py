@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.units import control_units, state_units
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.show.plots.figure import LIMIT, WIDTH, figure_of, label
 from kinolab.trajectory import Trajectory
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array: TypeAlias = NDArray[np.float64]
 
 HEIGHT = 1.5  # inches of each plot
 SCALE_RATIO = 8.0  # times the size of a quantity: what is drawn beside it

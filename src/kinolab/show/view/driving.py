@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.static_holding import static_holding
 from kinolab.dynamics import Model
 from kinolab.dynamics.javascript import javascript_of
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.show.page import Driving
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 MAX_HOLD_TIME = 1 / 30  # [s]; keys are felt late where an input is held for longer
 RESPONSE_TIME = 1.5  # [s] in which a key brings the first speed that it moves to its limit

@@ -7,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.show.page.content import Curve, Keys
 from kinolab.show.page.curves import continued, hermite
@@ -14,7 +15,6 @@ from kinolab.show.view.branches import Branches, BranchPaths
 from kinolab.show.view.tracks import Track, tracks
 from kinolab.trajectory import Trajectory
 
-Array: TypeAlias = NDArray[np.float64]
 Marks: TypeAlias = NDArray[np.bool_]
 
 CURVE_TOLERANCE = 2e-5  # [m], [rad] between curve and motion; a page promises five times as much

@@ -9,19 +9,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.files import utf_8
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.graph import SearchGraph
 from kinolab.show.page import page_html
 from kinolab.show.view.scenes import branches, content_of
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 HOST = "127.0.0.1"
 EVENTS, PLAN = "/events", "/plan"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.errors import EndpointError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
@@ -21,8 +21,6 @@ from kinolab.show.view.keyframes import key_poses
 from kinolab.show.view.plot_series import plotted
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def content_of(

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
 from kinolab.show.page.curves import quaternions, turn_rates
-
-Array: TypeAlias = NDArray[np.float64]
 
 FD_STEP = 1e-5  # [s] over which rates are taken as differences
 

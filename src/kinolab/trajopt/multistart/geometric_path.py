@@ -10,18 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random, unit
 from kinolab.problem import Problem
 from kinolab.trajopt.options import GUESS
 from kinolab.world.geometry import placement, sizes
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class GeometricPaths:
@@ -30,7 +27,7 @@ class GeometricPaths:
     Args:
         problem: Whose they are.
         generator: Of the random numbers.
-        stop: Says that looking must end, by a StoppedError.
+        stop: Says that looking must end, by a CancelledError.
     """
 
     def __init__(
@@ -79,7 +76,7 @@ class GeometricPaths:
             branches: How often a tree is grown, both together, before it is given up.
 
         Raises:
-            StoppedError: If looking for it took too long.
+            CancelledError: If looking for it took too long.
         """
         trees = [_Tree(start), _Tree(end)]
         for k in range(branches):

@@ -8,19 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import whole_turns
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.pointing import pointed
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Guesses:

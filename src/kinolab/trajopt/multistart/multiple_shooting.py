@@ -15,12 +15,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.cancel import never_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
@@ -33,8 +32,6 @@ from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import GUESS, SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def shoot(
@@ -157,7 +154,7 @@ class Multistart:
         """Return what comes of the next guess.
 
         Raises:
-            StoppedError: If it is too late to look for ways.
+            CancelledError: If it is too late to look for ways.
         """
         guess, block = self._guess()
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]

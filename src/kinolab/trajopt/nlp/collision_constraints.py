@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
@@ -26,8 +27,6 @@ from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
 from kinolab.world.geometry import sizes
 from kinolab.world.redundant_obstacles import without_redundant
-
-Array: TypeAlias = NDArray[np.float64]
 
 # Compiled into machine code, which is made anew when this file changes.
 FD_STEP = 1e-6  # of a coordinate

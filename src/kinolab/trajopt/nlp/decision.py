@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.options import SHORT
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import (
@@ -22,8 +21,6 @@ from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP, SHORT
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def is_discrete(problem: Problem) -> bool:

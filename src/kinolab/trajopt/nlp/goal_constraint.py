@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import whole_turns
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.trajopt.options import SHORT
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class GoalConstraint:

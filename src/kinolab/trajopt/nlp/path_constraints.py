@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class PathConstraints:

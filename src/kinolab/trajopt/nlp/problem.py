@@ -11,11 +11,11 @@ import copy
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation import Propagator
 from kinolab.simulation.sensitivities import StepSensitivities
@@ -33,8 +33,6 @@ from kinolab.trajopt.nlp.path_constraints import (
     stack,
 )
 from kinolab.trajopt.options import NLP
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class TrajectoryProblem:

@@ -11,19 +11,16 @@ where their ends are alike).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments, straight
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def without_cycles(segments: Segments, motion: Trajectory) -> Trajectory:

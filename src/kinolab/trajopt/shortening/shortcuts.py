@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations, cycle
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import PathMotion
@@ -24,8 +23,6 @@ from kinolab.trajopt.multistart.guesses import Guesses, path_time_scaling
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments, straight
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Shortcuts:

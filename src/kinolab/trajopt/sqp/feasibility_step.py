@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.block_banded import BlockBandedSystem, transposed
 from kinolab.trajopt.nlp.decision import Scaling
 from kinolab.trajopt.nlp.linearization import Linearization
@@ -23,7 +24,6 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.subproblem import Step, Subproblem
 
-Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
 
 

@@ -11,19 +11,17 @@ CDC 2023.
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from kinolab.numerics.arrays import Array
 from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
 from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.subproblem import Step, Subproblem, TrustRegion
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:

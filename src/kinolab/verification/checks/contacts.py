@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.verification.check import Check, CheckContext, judged
 from kinolab.verification.dense_motion import MAX_SAMPLES, DenseMotion, TooFastError
 from kinolab.world import NO_ENDS, CollisionChecker, World
-
-Array: TypeAlias = NDArray[np.float64]
 
 # [m] of motion between two collision checks, at least; touching begins here too
 MIN_RESOLUTION = 1e-5

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.errors import SingularError
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
@@ -18,8 +17,6 @@ from kinolab.simulation.reference import (
 )
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
-
-Array: TypeAlias = NDArray[np.float64]
 
 # of a state's scale: how far a knot may lie from where the one before leads
 DEFECT_TOLERANCE = 1e-6

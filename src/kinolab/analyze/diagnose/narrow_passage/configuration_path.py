@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
 from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
 from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 
 class SearchEffort:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.simulation import CompiledStep
 from kinolab.world import CollisionChecker
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class FreeSpace:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.ompl.spaces import StateCodec
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Configurations(StateCodec):

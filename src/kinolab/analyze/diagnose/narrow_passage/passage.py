@@ -10,10 +10,8 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.goal_states import has_loops
 from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
@@ -25,9 +23,8 @@ from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import (
     SHRINKAGE_QUANTUM,
     RequiredShrinkage,
 )
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # looks by quanta per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 TAPER_LENGTH = 0.1  # [m] from its ends in which a band bends less and less
 WIDTHS = (0.03, 2.0)  # [m] of bends, along the band

@@ -10,15 +10,13 @@ roadmaps: the small-step retraction method, Autonomous Robots 19(3), 2005.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
 from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import RequiredShrinkage
-
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 RESOLUTION = 0.004  # [m] of motion between two looks at a way
 MIN_DEFORMATION = 1e-4  # [m] that need not be bent

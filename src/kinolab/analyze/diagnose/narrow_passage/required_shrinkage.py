@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
-
-Array: TypeAlias = NDArray[np.float64]
 
 SHRINKAGE_QUANTUM = 2.5e-4  # [m] per side
 HORIZON = 0.1  # [m] around the machine within which nothing needs to be looked at again

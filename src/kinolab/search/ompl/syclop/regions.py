@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.problem import Problem
 from kinolab.problem.metric import projected_coordinates
 from kinolab.search.ompl.goal_errors import GoalErrors
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Regions:

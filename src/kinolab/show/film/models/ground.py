@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-
-Array: TypeAlias = NDArray[np.float64]
 
 FLOOR = (0.925, 0.925, 0.905)
 SIDE = (0.86, 0.86, 0.84)

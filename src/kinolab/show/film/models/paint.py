@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.language.shapes import Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.rotor import rotor
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
 from kinolab.world.geometry import SECTIONS, triangles
@@ -16,7 +17,6 @@ from kinolab.world.geometry import SECTIONS, triangles
 if TYPE_CHECKING:
     from kinolab.world.geometry import BodyGeometry
 
-Array: TypeAlias = NDArray[np.float64]
 Color: TypeAlias = tuple[float, float, float]
 
 # Okabe and Ito, Color Universal Design, 2008; ordered so that a machine starts with its strongest.

@@ -10,7 +10,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
+
 Indices: TypeAlias = NDArray[np.int64]
 
 CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and stay blank

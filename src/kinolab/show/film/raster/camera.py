@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array: TypeAlias = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
+
 View: TypeAlias = Literal["perspective", "top", "front", "side"]
 
 WIDE, NARROW = np.radians(30.0), np.radians(8.0)  # a corner view; nearly parallel plans

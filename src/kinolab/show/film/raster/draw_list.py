@@ -6,11 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.light import LIGHT_SAMPLES, SHADOW
 from kinolab.show.film.raster.rasterizer import (
     OTHER,
@@ -22,8 +22,6 @@ from kinolab.show.film.raster.rasterizer import (
     draw,
     paint_ground,
 )
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class Layer(ABC):

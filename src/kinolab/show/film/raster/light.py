@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.camera import Camera
-
-Array: TypeAlias = NDArray[np.float64]
 
 AMBIENT, FULL = 0.66, 1.06  # brightness of a face that looks away from the lamp, and into it
 LIGHT_SAMPLES = 6  # one lamp, jittered: their shadows overlap to a soft edge

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.raster.camera import Camera
 from kinolab.show.film.raster.light import AMBIENT, light_samples, main_light, shade, shadow_points
 from kinolab.show.film.raster.rasterizer import Facets
 from kinolab.show.film.raster.stroke import strokes
-
-Array: TypeAlias = NDArray[np.float64]
 
 GROUND_TOLERANCE = 1e-6  # [m] below the ground that is rounding
 EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m

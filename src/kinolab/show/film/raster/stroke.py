@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.rasterizer import NO_FACETS, Facets
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 def strokes(segments: Array, width: float, color: ArrayLike, lead: float = 0.0) -> Facets:

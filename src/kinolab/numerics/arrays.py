@@ -1,0 +1,10 @@
+"""The arrays of kinolab: float64 unless something else is said."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
