@@ -30,7 +30,7 @@ from kinolab.scenario.schema import IntegrationSection
 from kinolab.search import Budget
 from kinolab.simulation import stiffness
 from kinolab.solve.attempt import attempt
-from kinolab.solve.request import make_planner
+from kinolab.solve.plan import make_planner
 from tests.outsiders import SKID, skid_steered, written
 
 RK4 = 'integration.method="rk4"'

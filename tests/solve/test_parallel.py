@@ -25,7 +25,7 @@ from kinolab.runs import check_run, write_run
 from kinolab.scenario import builtin_scenarios
 from kinolab.solve import Plan, processes, worker
 from kinolab.solve.parallel import JobsError
-from kinolab.solve.request import Request
+from kinolab.solve.plan import Request
 from kinolab.solve.solution_pool import SolutionPool, rank
 from tests.support import ENTER, OPEN, environment, plan, problem_of
 

@@ -11,7 +11,7 @@ import kinolab
 from kinolab.dynamics import Body, Force, Potential, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import Problem
-from kinolab.steering.steered_goal_connection import SteeredGoalConnection
+from kinolab.steering.goal_connection import SteeredGoalConnection
 from tests.support import OPEN, coin_after, problem_of
 
 GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.steering.time_scaling import MAX_RAMP_SLOPE, TimeScaling
+from kinolab.steering.path_motion import MAX_RAMP_SLOPE, TimeScaling
 
 TIMINGS = [
     TimeScaling(1.0, 0.0),

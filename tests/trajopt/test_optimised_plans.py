@@ -18,7 +18,7 @@ from kinolab.runs import check_run, write_run
 from kinolab.search import Budget
 from kinolab.solve import Plan, improve, make_planner
 from kinolab.solve.improve import PlanImprover
-from kinolab.solve.request import Request
+from kinolab.solve.plan import Request
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import make_exact as true_repair
 from kinolab.trajopt import shorten as true_shorten

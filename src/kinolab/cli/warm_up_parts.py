@@ -18,6 +18,7 @@ from kinolab import planners
 from kinolab.analyze.simulate import simulate
 from kinolab.errors import MissingPlannerError
 from kinolab.loading import build_problem
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.scenario import scenario_from
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
@@ -29,7 +30,6 @@ from kinolab.verification import verify
 from kinolab.world import World
 from kinolab.world.collision.clearance_bound import ClearanceBound, collision_scene
 from kinolab.world.collision.distance_field import distance_field
-from kinolab.world.geometry import Array
 
 SCENARIO = """
 schema = 1

@@ -20,7 +20,39 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.quickselect import partition_median
+
+
+@kernel
+def partition_median(values, axis, order, first, last, at):  # type: ignore[no-untyped-def]
+    """Sort ``order`` between first and last so far that no value before ``at`` exceeds one after.
+
+    Args:
+        values: Shape (n, d).
+        axis: The column that is compared.
+        order: Rows of ``values``, shape (n,); written.
+        first, last: The ends of the part that is sorted, both included.
+        at: In that part.
+
+    Source: Hoare, Algorithm 65: find, Communications of the ACM 4(7), 1961.
+    """
+    while first < last:
+        pivot = values[order[(first + last) // 2], axis]
+        i, j = first, last
+        while i <= j:
+            while values[order[i], axis] < pivot:
+                i += 1
+            while values[order[j], axis] > pivot:
+                j -= 1
+            if i <= j:
+                order[i], order[j] = order[j], order[i]
+                i, j = i + 1, j - 1
+        if at <= j:
+            last = j
+        elif at >= i:
+            first = i
+        else:
+            return
+
 
 Integers: TypeAlias = NDArray[np.int64]
 Singles: TypeAlias = NDArray[np.float32]
@@ -294,3 +326,83 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
                 blocks[leaf], own, np.int64(LEAF_SIZE), query, period, squares, found, least
             )
     return found, least
+
+
+@kernel
+def cheapest_within(forest, costs, query, square):  # type: ignore[no-untyped-def]
+    """Return the name of the cheapest point near a query, -1 where there is none.
+
+    Of several that cost the same it is one.
+
+    Args:
+        forest: Of points.
+        costs: Of points, by name.
+        query: Scaled coordinates (d,).
+        square: What counts as near: a squared distance.
+    """
+    blocks, names, full = forest.blocks, forest.names, forest.full
+    found = look_cheap(forest, blocks[0], names, forest.counts[1], costs, query, square, -1)
+    for level in range(full.shape[0]):
+        if full[level] and level > 0:
+            found = descend_cheap(forest, level, costs, query, square, found)
+        elif full[level]:
+            found = look_cheap(
+                forest, blocks[1], names[LEAF_SIZE:], LEAF_SIZE, costs, query, square, found
+            )
+    return found
+
+
+@kernel
+def look_cheap(  # type: ignore[no-untyped-def]
+    forest, block, names, count, costs, query, square, found,
+):  # fmt: skip
+    """Look at the first points of a block; return the cheapest near a query so far.
+
+    Args:
+        forest: Of points.
+        block, names: Points (d, LEAF_SIZE) and their names, shape (LEAF_SIZE,) or more.
+        count: How many of them there are.
+        costs: Of points, by name, shape (capacity,).
+        query, square: As ``cheapest_within`` takes them.
+        found: The cheapest so far, negative where there is none.
+    """
+    squares = forest.squares
+    measure(block, query, forest.period, squares)
+    for k in range(count):
+        if squares[k] <= square and (found < 0 or costs[names[k]] < costs[found]):
+            found = names[k]
+    return found
+
+
+@kernel
+def descend_cheap(forest, level, costs, query, square, found):  # type: ignore[no-untyped-def]
+    """Look through the tree of a level; return the cheapest point near a query so far.
+
+    Args:
+        forest: With a tree at the level.
+        level: Its number.
+        costs, query, square, found: As ``look_cheap`` takes them.
+    """
+    blocks, names, queue = forest.blocks, forest.names, forest.queue
+    boxes, bounds, period = forest.boxes, forest.bounds, forest.period
+    leaves, begin = 1 << level, forest.begin[level]
+    queue[0, 0], queue[0, 1], left = (level - 1) // 3, 0, 1  # WIDTH is 2^3
+    while left > 0:
+        left -= 1
+        layer, group = queue[left, 0], queue[left, 1]
+        first, count = begin, leaves
+        for _ in range(layer):
+            count = -(-count // BRANCHING)
+            first += count
+        bound(boxes[first + group], query, period, bounds)
+        for c in range(BRANCHING):
+            if not bounds[c] <= square:
+                continue
+            if layer > 0:
+                queue[left, 0], queue[left, 1] = layer - 1, group * BRANCHING + c
+                left += 1
+                continue
+            leaf = leaves + group * BRANCHING + c
+            own = names[leaf * LEAF_SIZE :]
+            found = look_cheap(forest, blocks[leaf], own, LEAF_SIZE, costs, query, square, found)
+    return found

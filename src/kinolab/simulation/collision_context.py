@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.problem import Problem
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
@@ -27,7 +28,6 @@ from kinolab.world.collision.clearance_bound import (
     scratch_for,
 )
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import Array
 
 CLEARANCE_HORIZON = 1.0  # [m] of room that is looked for at most where a step needs less
 COARSE_CELL_FRACTION = 0.25  # of a cell: room that the grid shows and is not worked out

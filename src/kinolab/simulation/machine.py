@@ -12,10 +12,10 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
-from kinolab.world.geometry import Array
 
 
 class Machine(NamedTuple):

@@ -15,9 +15,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from kinolab.dynamics.codegen.integrators import GAMMA
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.simulation.machine import call_under
-from kinolab.world.geometry import Array
 
 FD_STEP = 1e-6  # of an entry of a state, or of inputs
 SINGULAR_PIVOT = 1e-300  # the compiled step calls smaller pivots singular, too

@@ -19,8 +19,7 @@ from kinolab.numerics.compiling import compilation
 from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import judging, motion
-from kinolab.solve.plan import REFUSED, Improvement, Plan
-from kinolab.solve.request import Request, stream
+from kinolab.solve.plan import REFUSED, Improvement, Plan, Request, stream
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE, rank
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import is_long, make_exact, shorten

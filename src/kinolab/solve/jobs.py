@@ -13,9 +13,8 @@ from typing import final
 
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.solve.plan import Attempt
+from kinolab.solve.plan import Attempt, Request
 from kinolab.solve.processes import bury, start_process
-from kinolab.solve.request import Request
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import (
     INTERNAL,

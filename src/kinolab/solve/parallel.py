@@ -15,8 +15,7 @@ from kinolab.errors import KinolabError
 from kinolab.problem import Problem
 from kinolab.search import Budget
 from kinolab.solve.jobs import INTERRUPTED, AbstractJob, ProcessJob, ThreadJob
-from kinolab.solve.plan import Attempt
-from kinolab.solve.request import Request
+from kinolab.solve.plan import Attempt, Request
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import OUT_OF_MEMORY
 

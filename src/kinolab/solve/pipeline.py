@@ -9,8 +9,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.problem import Problem
 from kinolab.search import Budget
 from kinolab.solve.parallel import solve_at_once
-from kinolab.solve.plan import Plan
-from kinolab.solve.request import Request, make_planner
+from kinolab.solve.plan import Plan, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 

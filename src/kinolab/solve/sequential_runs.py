@@ -14,8 +14,7 @@ from kinolab.problem import Problem
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
 from kinolab.solve.improve import PlanImprover
-from kinolab.solve.plan import REFUSED, Plan
-from kinolab.solve.request import Request, stream
+from kinolab.solve.plan import REFUSED, Plan, Request, stream
 from kinolab.solve.solution_pool import rank
 
 

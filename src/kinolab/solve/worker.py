@@ -20,8 +20,7 @@ from multiprocessing.connection import Connection, wait
 from kinolab.errors import KinolabError
 from kinolab.problem import Problem
 from kinolab.search import Budget
-from kinolab.solve.plan import Plan
-from kinolab.solve.request import Request, make_planner
+from kinolab.solve.plan import Plan, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 
 OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.world.geometry import Array
 
 NO_ENDS: Array = np.zeros((0, 6))  # of a machine without cables
 

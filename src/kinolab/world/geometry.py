@@ -16,9 +16,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.numerics.arrays import Array
 from kinolab.world.support_functions import half_extent
 
-Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 # Columns: where the axes of a shape's own frame point in the body's frame.

@@ -11,7 +11,10 @@ import numpy as np
 import trimesh
 
 from kinolab.errors import InputError, Mistake
-from kinolab.world.geometry import Array, Faces
+from kinolab.numerics.arrays import Array
+from kinolab.world.geometry import (
+    Faces,
+)
 from kinolab.world.mesh_components import Components, components
 
 FORMATS = ("stl", "obj", "ply", "glb", "off")

@@ -9,7 +9,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from kinolab.world.geometry import Array, Faces
+from kinolab.numerics.arrays import Array
+from kinolab.world.geometry import (
+    Faces,
+)
 
 # volumes below this share of the cubed extent are sheets folded onto themselves
 FLAT_FRACTION = 1e-12

@@ -11,7 +11,11 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
-from kinolab.world.geometry import Array, Faces, triangles
+from kinolab.numerics.arrays import Array
+from kinolab.world.geometry import (
+    Faces,
+    triangles,
+)
 from kinolab.world.mesh import check, load_mesh, refusal, suspicions
 from kinolab.world.mesh_components import Components, components
 

@@ -8,7 +8,12 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.world.geometry import Array, ShapeKind, placement, sizes
+from kinolab.numerics.arrays import Array
+from kinolab.world.geometry import (
+    ShapeKind,
+    placement,
+    sizes,
+)
 from kinolab.world.obstacle import Obstacle
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))

@@ -7,12 +7,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 # The values of ``geometry.Kind``; numba reads them as compile-time constants.
 BOX, SPHERE, CYLINDER, CAPSULE = 0, 1, 2, 3

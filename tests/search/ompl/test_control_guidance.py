@@ -17,7 +17,7 @@ from kinolab.problem import Problem
 from kinolab.search import Budget
 from kinolab.search.ompl import AbstractTreePlanner
 from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
-from kinolab.search.ompl.goal_samples import GoalSamples
+from kinolab.search.ompl.goal_region import GoalSamples
 from tests.support import OPEN, coin_after, problem_of
 
 GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")

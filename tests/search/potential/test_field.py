@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 import kinolab
 from kinolab.problem import Problem
-from kinolab.search.potential.attraction import StraightLinePotential
-from kinolab.search.potential.field import Field
+from kinolab.search.potential.field import Field, Repulsion, StraightLinePotential
 from kinolab.search.potential.field_setup import navigation_field, plain_field
 from kinolab.search.potential.pullback import generalised_force, point_jacobians, velocity_columns
-from kinolab.search.potential.repulsion import Repulsion
 from kinolab.simulation import Propagator
 from tests.support import OPEN, WALL, problem_of
 

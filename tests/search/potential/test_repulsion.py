@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from kinolab.search.potential.repulsion import MIN_DISTANCE, Repulsion
+from kinolab.search.potential.field import MIN_DISTANCE, Repulsion
 from kinolab.world.collision.closest_points import Gap
 
 

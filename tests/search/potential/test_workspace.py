@@ -11,10 +11,10 @@ import kinolab
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
 from kinolab.problem import Problem
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
+from kinolab.search.potential.field import Repulsion
 from kinolab.search.potential.field_setup import navigation_field
 from kinolab.search.potential.inscribed_ball import inscribed_radius
 from kinolab.search.potential.leading_bodies import leading_bodies
-from kinolab.search.potential.repulsion import Repulsion
 from kinolab.search.potential.workspace import around_goal, grid_of, open_cells
 from kinolab.simulation import Propagator
 from kinolab.world import BodyGeometry

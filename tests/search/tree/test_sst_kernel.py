@@ -9,8 +9,7 @@ import pytest
 
 import kinolab
 from kinolab import planners
-from kinolab.numerics.kd_forest import add, kd_forest
-from kinolab.numerics.radius_query import cheapest_within
+from kinolab.numerics.kd_forest import add, cheapest_within, kd_forest
 from kinolab.numerics.struct import Record
 from kinolab.problem import Problem
 from kinolab.search.tree import search_state

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kinolab.dynamics import (
     LinearControllability,
     Model,
@@ -20,8 +17,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.dynamics.language.inputs import bounds_of
-
-Array = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 ROUNDING = 1e-9  # by how much an input may pass its limit
 

@@ -13,7 +13,6 @@ import numpy as np
 from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
 from kinolab.analyze.diagnose.goal_states import GoalStates, goal_states
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
-from kinolab.analyze.diagnose.rejection_summary import rejection_sentences
 from kinolab.analyze.diagnose.relaxation_trials import (
     RelaxationTrial,
     relaxation_trials,
@@ -36,6 +35,30 @@ from kinolab.verification.clearance_margin import StateClearance, state_clearanc
 
 if TYPE_CHECKING:
     from kinolab.analyze.diagnose.narrow_passage.passage import Passage
+
+
+MAX_NAMED = 4
+MIN_FRACTION = 0.01  # share of all refused motions below which a culprit is not named
+
+
+def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+    """Name what refused most motions, by cause and culprit.
+
+    Args:
+        rejections: Share of all refused motions, by cause and by who is to blame.
+    """
+    shares = [
+        (fraction, cause, culprit)
+        for cause, culprits in rejections.items()
+        for culprit, fraction in culprits.items()
+        if fraction >= MIN_FRACTION
+    ]
+    named = [
+        f"{cause}, {culprit} ({fraction:.0%})"
+        for fraction, cause, culprit in sorted(shares, key=lambda entry: -entry[0])[:MAX_NAMED]
+    ]
+    if named:
+        yield f"Motions were refused for: {'; '.join(named)}."
 
 
 LIMIT = "limit"  # the cause by which planners count motions that pass limits

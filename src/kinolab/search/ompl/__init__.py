@@ -11,11 +11,10 @@ are not.
 from kinolab.search.ompl.configuration_space import ConfigurationSpace
 from kinolab.search.ompl.control_search import search
 from kinolab.search.ompl.geometric_roadmap import GeometricRoadmap
-from kinolab.search.ompl.grid_planner import AbstractGridPlanner
 from kinolab.search.ompl.ompl_planner import OmplPlanner
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.syclop.syclop_planner import AbstractSyclopPlanner
-from kinolab.search.ompl.tree_planner import AbstractTreePlanner
+from kinolab.search.ompl.tree_planner import AbstractGridPlanner, AbstractTreePlanner
 
 __all__ = [
     "AbstractGridPlanner",

@@ -19,8 +19,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turn_between
 from kinolab.problem import Problem
 from kinolab.search.ompl.goal_errors import GoalErrors
-from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION
-from kinolab.search.ompl.goal_samples import GoalSamples
+from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION, GoalSamples
 from kinolab.simulation import CandidateRollouts
 
 LOOKAHEAD_STEPS = 50  # steps that are looked ahead at most

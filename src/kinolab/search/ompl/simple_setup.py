@@ -12,12 +12,11 @@ from ompl import util as ou
 
 from kinolab.problem import Problem
 from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
-from kinolab.search.ompl.goal_region import GoalRegion
-from kinolab.search.ompl.goal_samples import GoalSamples
+from kinolab.search.ompl.goal_region import GoalRegion, GoalSamples
 from kinolab.search.ompl.projection import CellDivision, CellProjection
 from kinolab.search.ompl.spaces import StateCodec, control_space
 from kinolab.search.ompl.state_propagator import StatePropagator
-from kinolab.steering.steered_goal_connection import SteeredGoalConnection
+from kinolab.steering.goal_connection import SteeredGoalConnection
 
 ou.setLogLevel(ou.LogLevel.LOG_NONE)
 

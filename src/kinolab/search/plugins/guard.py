@@ -12,9 +12,15 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.scenario.user_code import blamed
-from kinolab.search.planner import AbstractPlanner, Array, Budget, Outcome, SearchResult
+from kinolab.search.planner import (
+    AbstractPlanner,
+    Budget,
+    Outcome,
+    SearchResult,
+)
 
 WHERE = "[planner]"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from enum import Enum, auto
 
 import numpy as np
@@ -11,9 +12,36 @@ from kinolab.numerics.arrays import Array
 from kinolab.search.planner import Budget
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.lookahead import Lookahead
-from kinolab.search.potential.partial_motion import PartialMotion
 from kinolab.simulation import Propagator
 from kinolab.steering import GoalConnection
+
+
+@dataclass(eq=False)
+class PartialMotion:
+    """States and the inputs between them, from the start.
+
+    Attributes:
+        states: The first is the start.
+        inputs: One fewer than the states.
+    """
+
+    states: list[Array]
+    inputs: list[Array] = field(default_factory=list)
+
+    @property
+    def end(self) -> Array:
+        """The state it leads to."""
+        return self.states[-1]
+
+    def until(self, count: int) -> PartialMotion:
+        """Return the part of it that has ``count`` inputs."""
+        return PartialMotion(self.states[: count + 1], self.inputs[:count])
+
+    def add(self, u: Array, x: Array) -> None:
+        """Go on with inputs that lead to a state."""
+        self.inputs.append(u)
+        self.states.append(x)
+
 
 MIN_PROGRESS = 0.01  # [m] by which the potential must fall within the patience
 GOAL_CONNECTION_PERIOD = 4  # steps between two looks for the last motion into the goal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -11,8 +12,43 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.potential.control_points import ControlPoint, place
-from kinolab.search.potential.repulsion import Repulsion
-from kinolab.world.collision.closest_points import GapFinder
+from kinolab.world.collision.closest_points import Gap, GapFinder
+
+MIN_DISTANCE = 1e-4  # [m]; nearer than this the push grows no more, so that it stays a number
+
+
+@dataclass(frozen=True)
+class Repulsion:
+    """A potential gain / 2 (1/d - 1/reach)^2 of a gap d, and 0 beyond the reach.
+
+    Attributes:
+        gain: In [m^3], so that the potential is in [m].
+        reach: Range of influence in [m].
+    """
+
+    gain: float
+    reach: float
+
+    def potential(self, distance: float) -> float:
+        """Return the potential in [m] at a distance in [m]; infinite at contact."""
+        if distance <= 0:
+            return math.inf
+        if distance >= self.reach:
+            return 0.0
+        return 0.5 * self.gain * (1 / max(distance, MIN_DISTANCE) - 1 / self.reach) ** 2
+
+    def force(self, gap: Gap) -> Array:
+        """Return the push on the body at its nearest point, away from the obstacle, shape (3,).
+
+        Its length is gain (1/d - 1/reach) / d^2; it is 0 at contact, where no direction is known.
+        """
+        d = max(gap.distance, MIN_DISTANCE)
+        if not 0 < gap.distance < self.reach:
+            return np.zeros(3)
+        away = (gap.on_body - gap.on_obstacle) / gap.distance
+        push: Array = self.gain * (1 / d - 1 / self.reach) / d**2 * away
+        return push
+
 
 PointPotential: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
@@ -112,3 +148,26 @@ class Field:
             return False
         ends = self.problem.placement(x)[1] if self.problem.cables else np.zeros((0, 6))
         return self._near.collides(poses, ends)
+
+
+@dataclass(frozen=True, eq=False)
+class StraightLinePotential:
+    """The distance to a goal, rounded off beside it: a cone that ends in a paraboloid.
+
+    Attributes:
+        goal: In the world, in [m], shape (3,).
+        rounding: Distance in [m] below which the pull fades.
+
+    Source: Latombe, Robot Motion Planning, 1991, section 7.1.
+    """
+
+    goal: Array
+    rounding: float = 0.1
+
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        """Return values (n,) in [m] and gradients (n, 3) at points (n, 3)."""
+        away = points - self.goal
+        distance = np.linalg.norm(away, axis=1)
+        near = distance < self.rounding
+        value = np.where(near, distance**2 / (2 * self.rounding), distance - self.rounding / 2)
+        return value, away / np.maximum(distance, self.rounding)[:, None]

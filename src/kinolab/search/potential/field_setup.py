@@ -7,12 +7,16 @@ from collections.abc import Callable
 import numpy as np
 
 from kinolab.problem import Problem
-from kinolab.search.potential.attraction import StraightLinePotential
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
 from kinolab.search.potential.eikonal import NavigationFunction, cropped, navigation_function
-from kinolab.search.potential.field import AttractivePotential, Field, PointPotential
+from kinolab.search.potential.field import (
+    AttractivePotential,
+    Field,
+    PointPotential,
+    Repulsion,
+    StraightLinePotential,
+)
 from kinolab.search.potential.interruptible import run_unless_cancelled
-from kinolab.search.potential.repulsion import Repulsion
 from kinolab.search.potential.workspace import grid_of, is_open, open_cells
 from kinolab.simulation import Propagator
 

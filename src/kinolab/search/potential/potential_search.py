@@ -10,16 +10,14 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.planner import Budget, Outcome, SearchResult
-from kinolab.search.potential.descent import Descent, Ending
+from kinolab.search.potential.descent import Descent, Ending, PartialMotion
 from kinolab.search.potential.eikonal import shortest
-from kinolab.search.potential.field import Field
+from kinolab.search.potential.field import Field, Repulsion
 from kinolab.search.potential.field_setup import navigation_field, plain_field
 from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.lookahead import Lookahead
-from kinolab.search.potential.partial_motion import PartialMotion
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.search.potential.random_walk_escapes import RandomWalkEscapes
-from kinolab.search.potential.repulsion import Repulsion
 from kinolab.simulation import Propagator
 from kinolab.simulation.resimulated_goal import TrueEnds
 from kinolab.steering import GoalConnection
@@ -44,7 +42,9 @@ class FieldSettings:
     stall_time: float
 
 
-def solve(problem: Problem, settings: FieldSettings, seed: int, budget: Budget) -> SearchResult:
+def solve(
+    problem: Problem, settings: FieldSettings, seed: int, budget: Budget
+) -> SearchResult:
     """Search for a motion into the goal down a potential field."""
     propagator = Propagator(problem)
     if settings.navigation:

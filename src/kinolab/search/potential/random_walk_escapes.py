@@ -15,9 +15,8 @@ from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
 from kinolab.search.planner import Budget
-from kinolab.search.potential.descent import Descent, Ending
+from kinolab.search.potential.descent import Descent, Ending, PartialMotion
 from kinolab.search.potential.field import Field
-from kinolab.search.potential.partial_motion import PartialMotion
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.simulation import Propagator
 

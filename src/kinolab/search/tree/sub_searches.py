@@ -16,7 +16,7 @@ from kinolab.search.tree.tree import controls_to
 from kinolab.search.tree.tree_extension import AbstractTreeExtension
 
 if TYPE_CHECKING:
-    from kinolab.steering.steered_goal_connection import SteeredGoalConnection
+    from kinolab.steering.goal_connection import SteeredGoalConnection
 
 
 class SubSearch(Protocol):
@@ -73,7 +73,7 @@ class GoalConnections:
     @cached_property
     def _connection(self) -> SteeredGoalConnection:
         with self._budget.preparing():
-            from kinolab.steering.steered_goal_connection import (
+            from kinolab.steering.goal_connection import (
                 SteeredGoalConnection,  # brings SciPy's optimisers
             )
 

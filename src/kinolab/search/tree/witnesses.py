@@ -17,8 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Integers, KdForest, add, clear, kd_forest, nearest
-from kinolab.numerics.radius_query import cheapest_within
+from kinolab.numerics.kd_forest import (
+    Integers,
+    KdForest,
+    add,
+    cheapest_within,
+    clear,
+    kd_forest,
+    nearest,
+)
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 
 NOBODY = -1

@@ -7,7 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kinolab.dynamics import Model
+from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import EndpointError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import Problem
@@ -15,12 +18,25 @@ from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search.graph import SearchGraph
 from kinolab.show.film.animation import picture
-from kinolab.show.page import Content
+from kinolab.show.page import Content, Series
 from kinolab.show.view.driving import driving_of
 from kinolab.show.view.keyframes import key_poses
-from kinolab.show.view.plot_series import plotted
 from kinolab.solve import Plan
 from kinolab.trajectory import Trajectory
+
+
+def plotted(model: Model, trajectory: Trajectory) -> list[Series]:
+    """Return what is plotted of a plan: its states, then what is held from knot to knot."""
+    found = [Series("States", trajectory.state_names, state_units(model), trajectory.x)]
+    if len(trajectory.u):
+        found.append(_held("Inputs", model.plant, trajectory.u))
+        if trajectory.reference_names:
+            found.append(_held("References", model, trajectory.references))
+    return found
+
+
+def _held(title: str, model: Model, values: NDArray[np.float64]) -> Series:
+    return Series(title, model.control_names, control_units(model), values, held=True)
 
 
 def content_of(

@@ -14,11 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry, span_all
 from kinolab.world.collision.clearance import ObstacleArrays
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid, mesh_grid
-from kinolab.world.geometry import Array, BodyGeometry, ShapeKind, placement, sizes
+from kinolab.world.geometry import (
+    BodyGeometry,
+    ShapeKind,
+    placement,
+    sizes,
+)
 from kinolab.world.support_functions import half_extent
 from kinolab.world.world import World
 

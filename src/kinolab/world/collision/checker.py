@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.collision.broadphase import (
@@ -34,7 +35,10 @@ from kinolab.world.collision.fcl import (
     cable_object,
     make_touches,
 )
-from kinolab.world.geometry import Array, BodyGeometry, sizes
+from kinolab.world.geometry import (
+    BodyGeometry,
+    sizes,
+)
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
 

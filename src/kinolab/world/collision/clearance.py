@@ -7,10 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.world.collision.gjk import Convex, box_gap, mesh_separation, separation
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import Array, placement, sizes
+from kinolab.world.geometry import (
+    placement,
+    sizes,
+)
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.world import World
 

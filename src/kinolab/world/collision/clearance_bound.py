@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import CableGeometry, finite, span
@@ -34,7 +35,9 @@ from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap, separation_wi
 from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
-from kinolab.world.geometry import Array, BodyGeometry
+from kinolab.world.geometry import (
+    BodyGeometry,
+)
 from kinolab.world.support_functions import half_extent, reach_along
 from kinolab.world.world import World
 

@@ -19,12 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.collision.broadphase import bounding_box, inside
 from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.collision.triangle_grid import MeshGrid, mesh_grid
-from kinolab.world.geometry import Array, placement, sizes
+from kinolab.world.geometry import (
+    placement,
+    sizes,
+)
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.redundant_obstacles import without_redundant
 from kinolab.world.support_functions import SPHERE

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.world.geometry import Array
+from kinolab.numerics.arrays import Array
 from kinolab.world.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 

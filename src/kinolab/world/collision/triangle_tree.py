@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
-from kinolab.numerics.quickselect import partition_median
+from kinolab.numerics.kd_forest import partition_median
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import Array
 
 LEAF_SIZE = 4  # triangles in a leaf at most
 

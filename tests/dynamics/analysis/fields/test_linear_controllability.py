@@ -25,7 +25,7 @@ from kinolab.dynamics import (
     rot_z,
     toward,
 )
-from kinolab.dynamics.analysis.fields.reachable import reachable_subspace
+from kinolab.dynamics.analysis.fields.linear_controllability import reachable_subspace
 from kinolab.errors import InputError, UnknownNameError
 from tests.machines import four_bar, kinematic_car, wheeled_hull
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,27 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
-from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
 from kinolab.numerics.arrays import Array
+from kinolab.problem import Problem
+from kinolab.search.ompl.spaces import StateCodec
+
+
+class Configurations(StateCodec):
+    """All coordinates that move the machine; the others stay as at the start.
+
+    Args:
+        problem: The machine and its limits.
+        reach: Metres that each coordinate moves the machine by, per unit, shape (nx,).
+        resolution: In [m] of motion between two looks at it.
+    """
+
+    def __init__(self, problem: Problem, reach: Array, resolution: float) -> None:
+        entries = [int(i) for i in np.flatnonzero(reach)]
+        super().__init__(replace(problem, weights=reach), entries)
+        for k in range(self.space.getSubspaceCount()):
+            part = self.space.getSubspace(k)
+            extent = self.space.getSubspaceWeight(k) * part.getMaximumExtent()
+            part.setLongestValidSegmentFraction(min(max(resolution / extent, 1e-6), 0.5))
 
 
 class SearchEffort:

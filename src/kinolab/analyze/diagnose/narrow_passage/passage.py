@@ -15,12 +15,16 @@ import numpy as np
 
 from kinolab.analyze.diagnose.goal_states import has_loops
 from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
-from kinolab.analyze.diagnose.narrow_passage.configuration_path import SearchEffort, find_path
-from kinolab.analyze.diagnose.narrow_passage.metric_space import Configurations
+from kinolab.analyze.diagnose.narrow_passage.configuration_path import (
+    Configurations,
+    SearchEffort,
+    find_path,
+)
 from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
-from kinolab.analyze.diagnose.narrow_passage.path_widening import RESOLUTION, PathWidening
-from kinolab.analyze.diagnose.narrow_passage.required_shrinkage import (
+from kinolab.analyze.diagnose.narrow_passage.path_widening import (
+    RESOLUTION,
     SHRINKAGE_QUANTUM,
+    PathWidening,
     RequiredShrinkage,
 )
 from kinolab.numerics.arrays import Array

@@ -21,8 +21,7 @@ from kinolab.dynamics.analysis.fields.growth_vectors import Filtration, filtrati
 from kinolab.dynamics.analysis.fields.integrals import FACTOR_DIGITS, integral_of
 from kinolab.dynamics.analysis.fields.linear_controllability import flow_matrix
 from kinolab.dynamics.analysis.fields.system_fields import allowed_motions
-from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
-from kinolab.dynamics.analysis.fields.wording import combination_text
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields, combination_text
 from kinolab.dynamics.analysis.jets.ranks import reduced_rows, scales_of
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import (
@@ -35,8 +34,7 @@ from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import System
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import TurnRate
-
-Array = NDArray[np.float64]
+from kinolab.numerics.arrays import Array
 
 COEFFICIENT_TOLERANCE = 1e-6  # what constant coefficients may differ by between configurations
 

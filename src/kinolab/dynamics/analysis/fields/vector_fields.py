@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -143,3 +143,20 @@ def random_points(names: tuple[str, ...]) -> tuple[dict[str, float], ...]:
 def first(samples: Iterator[dict[str, float]]) -> tuple[dict[str, float], ...]:
     """Return sampled states of a machine; the very first, at rest, is none of them."""
     return tuple(islice(samples, 1, 1 + REGULAR_SAMPLES))
+
+
+DIGITS = 4  # of a coefficient that is told
+MIN_COEFFICIENT = 1e-6  # of the largest coefficient: one below is not told
+
+
+def combination_text(coefficients: Iterable[float], names: Iterable[str]) -> str:
+    """Write a linear combination: ``theta_1 - 0.5 theta_2``."""
+    terms = [(float(c), name) for c, name in zip(coefficients, names, strict=True)]
+    largest = max((abs(c) for c, _ in terms), default=0.0)
+    text = ""
+    for c, name in terms:
+        if abs(c) > MIN_COEFFICIENT * largest:
+            size = f"{abs(c):.{DIGITS}g}"
+            sign = ("-" if c < 0 else "") if not text else (" - " if c < 0 else " + ")
+            text += sign + (name if size == "1" else f"{size} {name}")
+    return text or "0"

@@ -7,11 +7,10 @@ from typing import Any
 
 from ompl import base as ob
 
-from kinolab.search.ompl.grid_planner import AbstractGridPlanner
-from kinolab.search.ompl.guided_planner import AbstractGuidedPlanner
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
 from kinolab.search.ompl.syclop.regions import Regions
+from kinolab.search.ompl.tree_planner import AbstractGridPlanner, AbstractGuidedPlanner
 from kinolab.search.planner import setting, with_default
 
 
