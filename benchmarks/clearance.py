@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 import kinolab
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
@@ -73,7 +73,7 @@ def count(name: str, poses: int, motions: int) -> Counts:
     )
 
 
-def judge_poses(problem: Problem, poses: int) -> tuple[int, int, int]:
+def judge_poses(problem: PlanningTask, poses: int) -> tuple[int, int, int]:
     """Return how many poses are refused, wrongly accepted and wrongly refused."""
     around = collision_scene(
         problem.bodies, problem.world, cables=problem.cables, self_pairs=problem.system.collisions
@@ -90,7 +90,7 @@ def judge_poses(problem: Problem, poses: int) -> tuple[int, int, int]:
     return refused, accepted_wrongly, refused_wrongly
 
 
-def states(problem: Problem, number: int) -> NDArray[np.float64]:
+def states(problem: PlanningTask, number: int) -> NDArray[np.float64]:
     """Draw states within their limits, all alike."""
     random = np.random.default_rng(1)
     x = random.uniform(*problem.sampling_bounds.T, (number, problem.model.nx))
@@ -100,7 +100,7 @@ def states(problem: Problem, number: int) -> NDArray[np.float64]:
     return x
 
 
-def judge_motions(problem: Problem, motions: int) -> tuple[int, int]:
+def judge_motions(problem: PlanningTask, motions: int) -> tuple[int, int]:
     """Return how many looks were made at motions of a tree, and at how many of them FCL objects."""
     planner = planners.get("rrt_fast")()
     assert isinstance(planner, AbstractCompiledPlanner)
@@ -117,7 +117,7 @@ def judge_motions(problem: Problem, motions: int) -> tuple[int, int]:
 
 
 def way(
-    problem: Problem, x: NDArray[np.float64], u: NDArray[np.float64], steps: int
+    problem: PlanningTask, x: NDArray[np.float64], u: NDArray[np.float64], steps: int
 ) -> Iterator[NDArray[np.float64]]:
     """Yield states so close to each other that no point moves further than SPACING in between."""
     model, settings = problem.model, problem.scenario.integration
@@ -131,7 +131,7 @@ def way(
         x = after
 
 
-def speed(problem: Problem, x: NDArray[np.float64], u: NDArray[np.float64]) -> float:
+def speed(problem: PlanningTask, x: NDArray[np.float64], u: NDArray[np.float64]) -> float:
     """Return the speed of the fastest point of the machine, in [m/s]."""
     model = problem.model
     speeds = [*model.point_speed(x, u), *(model.cable_speed(x, u) if problem.cables else ())]

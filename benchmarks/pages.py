@@ -25,12 +25,12 @@ import trimesh
 
 import kinolab
 from kinolab.analyze.simulate import simulate
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import MODEL, PAGE, read_run
 from kinolab.scenario import builtin_scenarios
 from kinolab.show.film.animation import animate
 from kinolab.show.view import save_page, write_scene
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import Obstacle
 
@@ -44,7 +44,7 @@ HEADINGS = ("scenario", "page, MB", "glb, MB", "GIF, s", "page and glb, s", "tog
 TICK = os.sysconf("SC_CLK_TCK")
 
 
-def measured(name: str, problem: Problem, trajectory: Trajectory) -> tuple[str, ...]:
+def measured(name: str, problem: PlanningTask, trajectory: Trajectory) -> tuple[str, ...]:
     """Return a row of the table; everything is compiled when the clock begins."""
     with tempfile.TemporaryDirectory() as scratch:
         folder, facts = Path(scratch), {"scenario": name, "status": "solved"}
@@ -58,7 +58,7 @@ def measured(name: str, problem: Problem, trajectory: Trajectory) -> tuple[str, 
     return (name, *(f"{value:.2f}" for value in (*sizes, *seconds)))
 
 
-def motions(folders: Sequence[Path]) -> Iterator[tuple[str, Problem, Trajectory]]:
+def motions(folders: Sequence[Path]) -> Iterator[tuple[str, PlanningTask, Trajectory]]:
     """Yield name, problem and motion of finished runs, or of all scenarios planned anew."""
     for folder in folders:
         run = read_run(folder)
@@ -72,7 +72,7 @@ def motions(folders: Sequence[Path]) -> Iterator[tuple[str, Problem, Trajectory]
             yield name, problem, trajectory
 
 
-def crowded(triangles: int) -> Problem:
+def crowded(triangles: int) -> PlanningTask:
     """Return the coin's maze with balls above it, of as many triangles in all."""
     problem = kinolab.load("rolling_disk_maze")
     ball = trimesh.creation.icosphere(subdivisions=4, radius=0.4)
@@ -91,7 +91,7 @@ def pictures(triangles: int, seconds: float) -> Iterator[str]:
     problem = crowded(triangles)
     overrides = ["start.phi_dot=2.0", "start.psi_dot=0.3"]
     moved = simulate(kinolab.load("rolling_disk_maze", overrides=overrides), 3.0)
-    plan = Plan("simulated", moved, None, "none", 0, 0, 0.0)
+    plan = PlanResult("simulated", moved, None, "none", 0, 0, 0.0)
     with tempfile.TemporaryDirectory() as scratch, sync_playwright() as playwright:
         path = save_page(problem, plan, Path(scratch) / PAGE)
         chromium = shutil.which("chromium")

@@ -23,7 +23,7 @@ from gallery import describe
 
 import kinolab
 from kinolab.planners import get
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.roadmap import Roadmap, RoadmapBuilder, load_roadmap, save_roadmap
 from kinolab.search.roadmap.milestones import Sampler
@@ -57,7 +57,7 @@ def size(roadmap: Roadmap) -> str:
     return f"{len(roadmap.milestones)} milestones, {whole}, {len(roadmap.motions)} motions"
 
 
-def reloaded(roadmap: Roadmap, problem: Problem, seed: int) -> RoadmapBuilder:
+def reloaded(roadmap: Roadmap, problem: PlanningTask, seed: int) -> RoadmapBuilder:
     """Return a roadmap after a stay on disk."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "roadmap.npz"
@@ -69,7 +69,7 @@ def reloaded(roadmap: Roadmap, problem: Problem, seed: int) -> RoadmapBuilder:
     return RoadmapBuilder(problem, neighbours=NEIGHBOURS, seed=seed, roadmap=kept)
 
 
-def ask(explorer: RoadmapBuilder, problem: Problem, options: argparse.Namespace) -> int:
+def ask(explorer: RoadmapBuilder, problem: PlanningTask, options: argparse.Namespace) -> int:
     """Ask until enough feasible questions have been asked."""
     draw = Sampler(problem, Steering(problem), Propagator(problem), options.seed + 1000).draw
     times, proofs, verified, failed, impossible = [], [], 0, 0, 0
@@ -100,7 +100,7 @@ def ask(explorer: RoadmapBuilder, problem: Problem, options: argparse.Namespace)
     return 0 if verified == options.questions else 1
 
 
-def between(problem: Problem, start: np.ndarray, goal: np.ndarray) -> Problem:
+def between(problem: PlanningTask, start: np.ndarray, goal: np.ndarray) -> PlanningTask:
     """Return the problem with another start, and a goal at another state with its tolerances."""
     targets = goal[list(problem.goal.indices)]
     return replace(problem, start=start, goal=replace(problem.goal, targets=targets))

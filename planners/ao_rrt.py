@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import setting
 from kinolab.search.tree import (
     UNBOUNDED_STEPS,
@@ -44,7 +44,7 @@ class AORRT(AbstractCompiledPlanner):
         meaning="How far start and end of the best motion are apart in cost, by the metric.",
     )
 
-    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
+    def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return what grows the tree."""
         return _AoRrtExtension(self, search)
 

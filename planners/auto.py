@@ -12,7 +12,7 @@ from kinolab.cancel import CancelledError
 from kinolab.numerics.arrays import Array
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget, with_default
 from kinolab.search.tree import (
     AbstractCompiledPlanner,
@@ -49,11 +49,11 @@ class Auto(AbstractCompiledPlanner):
         1000, AbstractCompiledPlanner, "goal_connection_period"
     )
 
-    def sub_searches(self, problem: Problem, seed: int, budget: Budget) -> Sequence[SubSearch]:
+    def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
         """Return guesses."""
         return [_Multistart(problem, seed, budget)]
 
-    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:
+    def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return what grows the tree."""
         shared = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         return _Portfolio([member(**shared).extension(problem, search) for member in MEMBERS])
@@ -71,7 +71,7 @@ class _Multistart:
         due: Iterations of the trees until the next guess.
     """
 
-    def __init__(self, problem: Problem, seed: int, budget: Budget) -> None:
+    def __init__(self, problem: PlanningTask, seed: int, budget: Budget) -> None:
         again = math.isfinite(budget.below)  # then every other search begins with a guess
         self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget

@@ -9,7 +9,7 @@ import numpy as np
 from numba import typeof
 
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import setting, with_default
 from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
 from kinolab.search.tree.cost_to_go import compute_cost_to_go, cost_to_go_grid
@@ -43,13 +43,13 @@ class KPIECEFast(AbstractCompiledPlanner):
         1000, AbstractCompiledPlanner, "goal_connection_period"
     )
 
-    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:
+    def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return what grows the tree."""
         return _KpieceExtension(self, problem, search)
 
 
 class _KpieceExtension(AbstractTreeExtension):
-    def __init__(self, planner: KPIECEFast, problem: Problem, search: SearchState) -> None:
+    def __init__(self, planner: KPIECEFast, problem: PlanningTask, search: SearchState) -> None:
         arrays, most = search.problem, planner.max_nodes
         self.nodes, self.best = tree(arrays, most, neighbours=False), np.zeros(2)
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)

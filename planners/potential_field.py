@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
 from kinolab.search.potential import FieldSettings, solve
 
@@ -60,7 +60,7 @@ class PotentialField(AbstractPlanner):
         3.0, 0.0, unit="s", meaning="Time without progress that makes a local minimum."
     )
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Follow the field until the goal; escape from minima while there are escapes left."""
         settings = FieldSettings(
             **{name: getattr(self, name) for name in FieldSettings.__dataclass_fields__}

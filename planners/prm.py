@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.search.roadmap import RoadmapBuilder, load_roadmap, save_roadmap
 
@@ -43,7 +43,7 @@ class PRM(AbstractPlanner):
         "", meaning="File that keeps the roadmap, made where there is none; empty to keep none."
     )
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Ask the roadmap, and let it grow until it answers."""
         path = Path(self.roadmap) if self.roadmap else None
         if path is not None and not path.parent.is_dir():
@@ -77,7 +77,7 @@ def _grow(builder: RoadmapBuilder, count: int, budget: Budget) -> bool:
 
 
 def _query(
-    builder: RoadmapBuilder, problem: Problem, budget: Budget
+    builder: RoadmapBuilder, problem: PlanningTask, budget: Budget
 ) -> tuple[Outcome, NDArray[np.float64]]:
     """Ask again after every batch of milestones, until there is an answer or no time."""
     if problem.goal_excess(problem.start) <= 1.0:

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.simulation import Propagator
@@ -46,7 +46,7 @@ class PRMGeometric(AbstractPlanner):
         0.02, 0.0, 10.0, unit="m", meaning="How far paths keep from obstacles at first."
     )
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Find paths and follow them until the motion of one is free and reaches the goal."""
         follower = _PathFollower(problem, budget)
         goal, margin, tried = follower.goal(seed), self.margin, 0
@@ -100,7 +100,7 @@ class _PathFollower:
         nearest: The motion that ends nearest to the goal; it stays at the start at first.
     """
 
-    def __init__(self, problem: Problem, budget: Budget) -> None:
+    def __init__(self, problem: PlanningTask, budget: Budget) -> None:
         self.problem, self._budget, self._judge = problem, budget, Propagator(problem)
         self.steering, self.rejections = Steering(problem, budget.expired), self._judge.rejections
         self.nearest = self._still
@@ -168,7 +168,9 @@ class _PathFollower:
         return True
 
 
-def _result(problem: Problem, follower: _PathFollower, budget: Budget, tried: int) -> SearchResult:
+def _result(
+    problem: PlanningTask, follower: _PathFollower, budget: Budget, tried: int
+) -> SearchResult:
     motion, outcome = follower.nearest, Outcome.SOLVED
     if not follower.reaches:
         outcome = Outcome.APPROXIMATE if motion.steps else Outcome.NOT_FOUND

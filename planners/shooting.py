@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from kinolab.cancel import CancelledError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
@@ -30,7 +30,7 @@ class Shooting(AbstractPlanner):
 
     knots: int = setting(80, 10, 10_000, meaning="How many knots a guess has, more or less.")
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Try one guess after another until one leads into the goal; each is an iteration."""
         multistart = Multistart(problem, self.knots, seed, budget.expired, budget.below)
         multistart.prepare()
@@ -44,7 +44,7 @@ class Shooting(AbstractPlanner):
         return _result(problem, motion, budget)
 
 
-def _result(problem: Problem, motion: Trajectory | None, budget: Budget) -> SearchResult:
+def _result(problem: PlanningTask, motion: Trajectory | None, budget: Budget) -> SearchResult:
     if motion is None:
         outcome = Outcome.INTERRUPTED if budget.interrupted else Outcome.NOT_FOUND
         nothing = np.zeros((0, problem.model.nu))

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import setting
 from kinolab.search.tree import (
     UNBOUNDED_STEPS,
@@ -58,7 +58,7 @@ class SST(AbstractCompiledPlanner):
         0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
     )
 
-    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
+    def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return what grows the tree."""
         return _SstExtension(self, search)
 

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
-from kinolab.solve import Plan
+from kinolab.problem import PlanningTask
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, plan, problem_of
 
@@ -26,8 +26,8 @@ SLOWEST = 600.0  # [s]: the same search on the slowest machine; it ends by its s
 class Solved:
     """A problem, its plan and the plan's trajectory."""
 
-    problem: Problem
-    plan: Plan
+    problem: PlanningTask
+    plan: PlanResult
     trajectory: Trajectory
 
 
@@ -70,13 +70,13 @@ def solved() -> Solver:
 
 
 @pytest.fixture(scope="session")
-def table(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def table(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     """A coin in the open, a few iterations from its goal."""
     return problem_of(tmp_path_factory.mktemp("table"), OPEN)
 
 
 @pytest.fixture(scope="session")
-def short(table: Problem) -> Solved:
+def short(table: PlanningTask) -> Solved:
     """The table's plan: about a second of motion."""
     return _solved(table, table.solve(seed=1, max_iterations=20_000))
 
@@ -106,7 +106,7 @@ def run_copy(table_run: Finished, tmp_path: Path) -> Path:
     return Path(shutil.copytree(table_run.folder, tmp_path / "copy"))
 
 
-def _solved(problem: Problem, found: Plan) -> Solved:
+def _solved(problem: PlanningTask, found: PlanResult) -> Solved:
     assert found.trajectory is not None, found.message
     return Solved(problem, found, found.trajectory)
 

@@ -28,7 +28,7 @@ from kinolab.dynamics import (
     zero,
 )
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from tests.support import ROOT
 
 Array = NDArray[np.float64]
@@ -80,7 +80,7 @@ def grip(x: Array, u: Array) -> Array:
     return np.asarray((FRICTION * MASS * GRAVITY) ** 2 - sideways**2 - along**2)
 
 
-def gripping_maze(folder: Path, *overrides: str) -> Problem:
+def gripping_maze(folder: Path, *overrides: str) -> PlanningTask:
     """Return the maze of README with that coin."""
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copytree(ROOT / "scenarios" / "meshes", folder / "meshes", dirs_exist_ok=True)

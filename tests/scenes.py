@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from tests.support import OPEN, problem_of
 
 Array = NDArray[np.float64]
@@ -232,7 +232,7 @@ SCENES = {
 }
 
 
-def scene(folder: Path, name: str, *overrides: str, text: str = "") -> Problem:
+def scene(folder: Path, name: str, *overrides: str, text: str = "") -> PlanningTask:
     """Return one of the scenes, or one with a machine made here."""
     if name in SCENES:
         return problem_of(folder, SCENES[name] + text, *overrides)
@@ -241,7 +241,7 @@ def scene(folder: Path, name: str, *overrides: str, text: str = "") -> Problem:
     return problem_of(folder, MADE.format(name=name) + text, *overrides)
 
 
-def true_states(problem: Problem, x0: Array, u: Array) -> Array:
+def true_states(problem: PlanningTask, x0: Array, u: Array) -> Array:
     """Return the states at the knots by SciPy's DOP853, shape (N+1, nx)."""
     states = [np.asarray(x0, dtype=float)]
     for held in u:
@@ -257,7 +257,7 @@ def true_states(problem: Problem, x0: Array, u: Array) -> Array:
     return np.array(states)
 
 
-def apart(problem: Problem, a: Array, b: Array) -> Array:
+def apart(problem: PlanningTask, a: Array, b: Array) -> Array:
     """Return the differences of states in units of their scales, angles on the circle."""
     difference = np.asarray(a) - np.asarray(b)
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi

@@ -30,7 +30,7 @@ from benchmarks.versus.runs import (
     entrants,
 )
 from benchmarks.versus.verdict import Judge
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import write_run
 from kinolab.simulation.machine import states_under
 from tests.support import ROOT, environment
@@ -198,7 +198,7 @@ def header() -> dict[str, Any]:
 
 
 @cache
-def versus(name: str, *overrides: str) -> Problem:
+def versus(name: str, *overrides: str) -> PlanningTask:
     return ours.load(name, *overrides)
 
 

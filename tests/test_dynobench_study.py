@@ -22,7 +22,7 @@ from benchmarks.dynobench_study.records import Improvement, Offline, Run
 from benchmarks.dynobench_study.stored import motion_in, replay, solutions
 from benchmarks.dynobench_study.strict import miss, strictly
 from benchmarks.dynobench_study.summary import summary
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import follow_map
 from kinolab.trajectory import Trajectory
 from tests.scenario.dynobench.test_environments import written
@@ -257,7 +257,7 @@ def test_small_turns_that_the_benchmark_overlooks_count_here() -> None:
     assert [miss(problem, state) for state in x] == pytest.approx(0.5 * halves, rel=1e-9)
 
 
-def parked(folder: Path, u: list[list[float]]) -> tuple[Problem, Trajectory]:
+def parked(folder: Path, u: list[list[float]]) -> tuple[PlanningTask, Trajectory]:
     """Return a motion of the car with its trailer near a box."""
     problem = kinolab.load(written(folder))
     t, names = problem.step * np.arange(len(u) + 1.0), problem.model

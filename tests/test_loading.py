@@ -11,7 +11,7 @@ import kinolab
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.loading import find_machine
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios
 from tests.support import OPEN, problem_of
 
@@ -313,7 +313,7 @@ def test_an_unknown_system_or_scenario_is_told_with_those_that_exist() -> None:
         find_machine("pendulums")
 
 
-def test_a_problem_says_the_names_it_was_loaded_from(table: Problem) -> None:
+def test_a_problem_says_the_names_it_was_loaded_from(table: PlanningTask) -> None:
     assert (table.name, table.system.name) == ("table", "rolling_disk")
 
 

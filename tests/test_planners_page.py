@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from kinolab import cli, planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import shared_settings
 from kinolab.search import Budget
 from kinolab.settings import settings_of
 from kinolab.simulation import Propagator
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from tests.search.plugins.authors import Installer, install
 from tests.support import OPEN, ROOT, problem_of
 
@@ -116,13 +116,13 @@ def test_the_example_works_as_an_installed_package(
     assert cli.run(["check", "runs/table"]) == 0
 
 
-def bits(found: Plan) -> bytes:
+def bits(found: PlanResult) -> bytes:
     assert found.trajectory is not None
     return found.trajectory.u.tobytes() + found.trajectory.x.tobytes()
 
 
 @pytest.mark.usefixtures("home")
-def test_the_example_keeps_the_promises_of_a_planner(table: Problem) -> None:
+def test_the_example_keeps_the_promises_of_a_planner(table: PlanningTask) -> None:
     """The same seed gives the same bits, another one others; it ends at its iterations."""
     first, second, other = (table.solve(planner=REFERENCE, seed=seed) for seed in (1, 1, 2))
     assert bits(first) == bits(second) != bits(other)
@@ -155,7 +155,7 @@ def test_the_example_begins_anew_where_every_way_is_blocked(home: Path) -> None:
 # --- what the page says of a problem ---
 
 
-def test_everything_that_the_page_says_a_problem_has_is_there(table: Problem) -> None:
+def test_everything_that_the_page_says_a_problem_has_is_there(table: PlanningTask) -> None:
     """Each name of the table is looked up, each call made with the arguments it shows."""
     rows = PAGE.partition("### What `solve` works with")[2].partition("Draw random")[0]
     names = {

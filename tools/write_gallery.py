@@ -27,7 +27,7 @@ from kinolab.dynamics import Attitude, Constraint, Coordinate, System
 from kinolab.dynamics.lagrange.printing import SUPERSCRIPTS, one_line
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios, dynobench
 from kinolab.show.film import write_gif
 from kinolab.show.film.animation import picture
@@ -80,12 +80,12 @@ def position_in_course(name: str) -> int:
     return COURSE.index(name) if name in COURSE else len(COURSE)
 
 
-def planned_for(machine: System, problems: Iterable[Problem]) -> list[Problem]:
+def planned_for(machine: System, problems: Iterable[PlanningTask]) -> list[PlanningTask]:
     """Return the problems of a machine."""
     return [problem for problem in problems if problem.system.name == machine.name]
 
 
-def overview(machines: Iterable[System], problems: Sequence[Problem]) -> str:
+def overview(machines: Iterable[System], problems: Sequence[PlanningTask]) -> str:
     """Return the table of contents."""
     rows = (
         (
@@ -99,7 +99,7 @@ def overview(machines: Iterable[System], problems: Sequence[Problem]) -> str:
     return table("machine | configuration space | constraints | inputs | scenario", rows)
 
 
-def machine_section(machine: System, problems: Iterable[Problem]) -> Iterator[str]:
+def machine_section(machine: System, problems: Iterable[PlanningTask]) -> Iterator[str]:
     """Yield the paragraphs and tables of a machine and of the scenarios that plan for it."""
     problems = list(problems)
     prose, source = description(machine.name)
@@ -215,7 +215,7 @@ def parameters(machine: System) -> Iterator[Sequence[str]]:
         yield f"`{parameter.name}`", number(values[parameter.name]), units(parameter.unit)
 
 
-def scenario_section(problem: Problem) -> Iterator[str]:
+def scenario_section(problem: PlanningTask) -> Iterator[str]:
     """Yield the paragraphs and tables of a scenario."""
     scenario = problem.scenario
     yield f"### {scenario.title}"
@@ -228,7 +228,7 @@ def scenario_section(problem: Problem) -> Iterator[str]:
     yield "What the goal does not name is free."
 
 
-def image(problem: Problem) -> str:
+def image(problem: PlanningTask) -> str:
     """Return the picture of a scenario as Markdown, or nothing."""
     path = image_of(problem.name)
     if path is None:
@@ -242,7 +242,7 @@ def image_of(name: str) -> Path | None:
     return next((path for path in candidates if path.is_file()), None)
 
 
-def changed_parameters(problem: Problem) -> Iterator[str]:
+def changed_parameters(problem: PlanningTask) -> Iterator[str]:
     """Yield a sentence about the parameters whose defaults the scenario replaces."""
     defaults = systems.get(problem.system.name).parameter_values
     values = problem.system.parameter_values
@@ -253,7 +253,7 @@ def changed_parameters(problem: Problem) -> Iterator[str]:
         yield f"With `{'`, `'.join(changed)}`."
 
 
-def in_the_way(problem: Problem) -> Iterator[str]:
+def in_the_way(problem: PlanningTask) -> Iterator[str]:
     """Yield what a motion must stay clear of."""
     obstacles = problem.world.obstacles
     if obstacles:
@@ -276,7 +276,7 @@ def obstacle_row(obstacle: Obstacle) -> Sequence[str]:
     return obstacle.name, f"`{file}`, {filling}", grouped(len(obstacle.faces))
 
 
-def keep_outs(problem: Problem) -> Iterator[str]:
+def keep_outs(problem: PlanningTask) -> Iterator[str]:
     """Yield a sentence per cone that an axis must stay out of."""
     for cone in problem.keep_outs:
         body, angle = problem.bodies[cone.body].name, number(cone.half_angle)
@@ -286,7 +286,7 @@ def keep_outs(problem: Problem) -> Iterator[str]:
         )
 
 
-def goal(problem: Problem) -> Iterator[Sequence[str]]:
+def goal(problem: PlanningTask) -> Iterator[Sequence[str]]:
     """Yield a row per target, coordinates before rates."""
     target = problem.goal
     rows = {
@@ -305,7 +305,7 @@ def goal(problem: Problem) -> Iterator[Sequence[str]]:
     yield from goals_of_bodies(problem)
 
 
-def goals_of_bodies(problem: Problem) -> Iterator[Sequence[str]]:
+def goals_of_bodies(problem: PlanningTask) -> Iterator[Sequence[str]]:
     """Yield a row per point and per axis of a body that has a target."""
     names = [body.name for body in problem.bodies]
     for point in problem.goal.points:
@@ -392,7 +392,7 @@ def draw(name: str, seed: int) -> bool:
     return True
 
 
-def film(path: Path, problem: Problem, trajectory: Trajectory, frames: int) -> None:
+def film(path: Path, problem: PlanningTask, trajectory: Trajectory, frames: int) -> None:
     """Write a motion as a small film of about that many frames.
 
     It has no title, which would be too small to read; the page says what it shows.

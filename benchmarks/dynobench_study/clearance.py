@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import reference_motion
 from kinolab.trajectory import Trajectory
 
@@ -19,7 +19,7 @@ PROBES = 5  # of the speed within one step
 CAUTION = 1.2  # factor on the fastest probe
 
 
-def clearance(problem: Problem, trajectory: Trajectory) -> float:
+def clearance(problem: PlanningTask, trajectory: Trajectory) -> float:
     """Return the smallest distance to an obstacle in [m]; infinite without obstacles, 0 inside.
 
     It is at most half of SPACING too large. Steps in which no point can come nearer than the

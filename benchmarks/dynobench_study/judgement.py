@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 
@@ -32,7 +32,9 @@ class Judgement:
     official: Mapping[str, float]
 
 
-def judge(file: Path, problem: Problem, strict: Problem, trajectory: Trajectory) -> Judgement:
+def judge(
+    file: Path, problem: PlanningTask, strict: PlanningTask, trajectory: Trajectory
+) -> Judgement:
     """Judge a motion.
 
     Args:
@@ -51,7 +53,7 @@ def judge(file: Path, problem: Problem, strict: Problem, trajectory: Trajectory)
     )
 
 
-def official(file: Path, problem: Problem, trajectory: Trajectory) -> dict[str, float]:
+def official(file: Path, problem: PlanningTask, trajectory: Trajectory) -> dict[str, float]:
     """Return what the authors' code measures; empty where it gives no answer or is not there.
 
     Whether bodies overlap deeply is found out first, without it: then that is the measure.
@@ -71,7 +73,7 @@ def official(file: Path, problem: Problem, trajectory: Trajectory) -> dict[str, 
     return {} if math.isnan(depth) else {**found, "collision": depth}
 
 
-def centre(problem: Problem) -> np.ndarray:
+def centre(problem: PlanningTask) -> np.ndarray:
     """Return the state at the goal's centre, shape (nx,)."""
     x, goal = problem.start.copy(), problem.goal
     x[list(goal.indices)] = goal.targets

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
 from .records import Improvement
@@ -29,12 +29,12 @@ class Found:
     complaint: str
 
 
-def load(file: Path, limit: float) -> Problem:
+def load(file: Path, limit: float) -> PlanningTask:
     """Return a problem whose plans are improved for as long as a search may take, in [s]."""
     return kinolab.load(file, overrides=[f"planner.improve={limit}"])
 
 
-def search(problem: Problem, planner: str | None, seed: int, limit: float) -> Found:
+def search(problem: PlanningTask, planner: str | None, seed: int, limit: float) -> Found:
     """Search and improve within a limit for both together, set-up apart.
 
     Args:

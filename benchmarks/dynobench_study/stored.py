@@ -12,7 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 
@@ -116,7 +116,9 @@ def replay(folder: Path, problem: str, file: Path) -> Replayed:
     return Replayed(problem, file.name, float(apart), _ours(own, x, u), theirs, faults)
 
 
-def _ours(problem: Problem, x: NDArray[np.float64], u: NDArray[np.float64]) -> dict[str, float]:
+def _ours(
+    problem: PlanningTask, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> dict[str, float]:
     lower, upper = problem.model.control_bounds.T
     return {
         "goal": miss(problem, x[-1]),

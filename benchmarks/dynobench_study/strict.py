@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario.dynobench import MACHINES
 
 EXACTLY = 1e-3  # largest sum of the weighted deviations from the goal's centre
 ROTATION = 2.0  # goals measure the whole angle of a turn, the benchmark half of it
 
 
-def strictly(problem: Problem) -> Problem:
+def strictly(problem: PlanningTask) -> PlanningTask:
     """Return a problem whose goal region is where the weighted deviations add up to EXACTLY.
 
     The weights are those of the benchmark's distance; that takes the Euclidean norm of some of the
@@ -30,6 +30,6 @@ def strictly(problem: Problem) -> Problem:
     )
 
 
-def miss(problem: Problem, x: np.ndarray) -> float:
+def miss(problem: PlanningTask, x: np.ndarray) -> float:
     """Return the sum of the weighted deviations of a state (nx,) from the goal's centre."""
     return EXACTLY * strictly(problem).goal_excess(x)

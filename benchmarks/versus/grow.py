@@ -11,7 +11,7 @@ import time
 
 from memory import resident
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, search_state
 from kinolab.search.tree.tree import ALL_STEPS
 
@@ -21,7 +21,7 @@ from .runs import KINOLAB, LIKE, Entrant
 PIECE = 100  # iterations between two looks at the size
 
 
-def begun(problem: str, planner: str, seed: int) -> tuple[Problem, AbstractTreeExtension]:
+def begun(problem: str, planner: str, seed: int) -> tuple[PlanningTask, AbstractTreeExtension]:
     """Return a problem whose goal cannot be reached, and its tree with nothing but the start.
 
     The problem owns the code that grows the tree.

@@ -8,7 +8,7 @@ from typing import Any
 
 import kinolab
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Array, Budget, Outcome
 from kinolab.settings import settings_of
 
@@ -30,7 +30,7 @@ class CPUBudget(Budget):
         self.wall = time.monotonic()
 
 
-def load(problem: str, *overrides: str) -> Problem:
+def load(problem: str, *overrides: str) -> PlanningTask:
     """Return one of the two problems."""
     return kinolab.load(FOLDER / f"{problem}.toml", overrides=overrides)
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.simulation.machine import states_under
 
@@ -21,7 +21,7 @@ class Judge:
         problem: What they shall solve; its truth is the integrator's own map.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         self.problem, self._checker = problem, problem.checker()
 
     def at_knots(self, u: Array) -> str:

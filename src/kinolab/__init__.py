@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kinolab import systems
     from kinolab.analyze.diagnose import Diagnosis, diagnose
-    from kinolab.api import PlanFacade as Plan
-    from kinolab.api import ProblemFacade as Problem
-    from kinolab.api import load
+    from kinolab.api import Plan, Problem, load
     from kinolab.show.view import save_glb, save_page
     from kinolab.trajectory import Trajectory
     from kinolab.verification import Certificate, verify
@@ -34,8 +32,8 @@ __all__ = [
 _HOMES = {
     "Certificate": "kinolab.verification.certificate.Certificate",
     "Diagnosis": "kinolab.analyze.diagnose.Diagnosis",
-    "Plan": "kinolab.api.PlanFacade",
-    "Problem": "kinolab.api.ProblemFacade",
+    "Plan": "kinolab.api.Plan",
+    "Problem": "kinolab.api.Problem",
     "Trajectory": "kinolab.trajectory.trajectory.Trajectory",
     "diagnose": "kinolab.analyze.diagnose.diagnose",
     "load": "kinolab.api.load",

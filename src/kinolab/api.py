@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinolab import loading
-from kinolab.problem import Problem
-from kinolab.solve.plan import Plan
+from kinolab.problem import PlanningTask
+from kinolab.solve.plan import PlanResult
 
 if TYPE_CHECKING:
     from kinolab.search.ompl import OmplSetup
 
 
-def load(source: str | Path, *, overrides: Sequence[str] = ()) -> ProblemFacade:
+def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
     """Read a scenario and build its problem.
 
     Args:
@@ -28,10 +28,10 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> ProblemFacade:
         InputError: With every mistake that was found.
     """
     problem = loading.load(source, overrides=overrides)
-    return ProblemFacade(**{entry.name: getattr(problem, entry.name) for entry in fields(problem)})
+    return Problem(**{entry.name: getattr(problem, entry.name) for entry in fields(problem)})
 
 
-class ProblemFacade(Problem):
+class Problem(PlanningTask):
     """A planning problem that can be solved, shown and handed to OMPL."""
 
     def solve(
@@ -40,7 +40,7 @@ class ProblemFacade(Problem):
         seed: int | None = None,
         time_limit: float | None = None,
         **options: Any,
-    ) -> PlanFacade:
+    ) -> Plan:
         """Search for a plan, re-simulate it and verify it.
 
         Args:
@@ -57,7 +57,7 @@ class ProblemFacade(Problem):
         from kinolab.solve import solve
 
         plan = solve(self, planner, seed, time_limit, **options)
-        return PlanFacade(**vars(plan), problem=self)
+        return Plan(**vars(plan), problem=self)
 
     def _repr_html_(self) -> str:
         """Show world, start and goal in a notebook, in three dimensions."""
@@ -76,14 +76,14 @@ class ProblemFacade(Problem):
 
 
 @dataclass(frozen=True)
-class PlanFacade(Plan):
+class Plan(PlanResult):
     """What planning gave, and what it solves.
 
     Attributes:
         problem: What it solves; a notebook shows the plan in it.
     """
 
-    problem: Problem | None = field(default=None, repr=False, compare=False)
+    problem: PlanningTask | None = field(default=None, repr=False, compare=False)
 
     def _repr_html_(self) -> str | None:
         """Show it in a notebook, in three dimensions; in words where it does not know its world."""

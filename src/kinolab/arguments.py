@@ -32,6 +32,7 @@ PHRASES = {
     "Frame": "a frame, such as move(x, y) @ rot_z(psi)",
     "Gravity": 'what toward("-z") returns',
     "MutableDenseMatrix": "a SymPy matrix",
+    "Mechanism": "a System",
     "Model": "a model, such as system.model()",
     "Parameter": "a parameter(…)",
     "PositionConstraint": "a constraint of closed(…)",
@@ -55,7 +56,7 @@ def checked(thing: F) -> F:
     """
     if inspect.isclass(thing):
         own = "__new__" if "__new__" in vars(thing) else "__init__"
-        made = _checking(getattr(thing, own), thing.__name__, skipped=1)
+        made = _checking(getattr(thing, own), "", skipped=1)
         setattr(thing, own, staticmethod(made) if own == "__new__" else made)
         return thing
     name = thing.__qualname__
@@ -64,6 +65,7 @@ def checked(thing: F) -> F:
 
 
 def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable[..., Any]:
+    """Return a function that checks its arguments; without a name it is called by its class."""
     signature = inspect.signature(function)
 
     @wraps(function)
@@ -74,7 +76,7 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
             return function(*args, **kwargs)  # Python says which argument is missing or unknown
         own = list(given.arguments)[:skipped]
         values = {key: value for key, value in given.arguments.items() if key not in own}
-        where = _called(name, values)
+        where = _called(name or _class_of(args[0]), values)
         mistakes = [
             _mistake(f"{where} {key}", hint, value)
             for key, value in values.items()
@@ -85,6 +87,11 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
         return function(*args, **kwargs)
 
     return wrapper
+
+
+def _class_of(made: object) -> str:
+    """Return the name of the class that is called: of the instance, or itself in ``__new__``."""
+    return made.__name__ if inspect.isclass(made) else type(made).__name__
 
 
 @cache

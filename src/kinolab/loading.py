@@ -18,7 +18,7 @@ from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.dynamics.language.tightened_limits import with_tightened_limits
 from kinolab.errors import InputError, MissingPlannerError, Mistake, UnknownNameError
 from kinolab.numerics.quaternions import unit
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal import (
     AttitudeTarget,
     DirectionTarget,
@@ -56,7 +56,7 @@ MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world h
 MIN_STEP = 1e-6  # [s]
 
 
-def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
+def load(source: str | Path, *, overrides: Sequence[str] = ()) -> PlanningTask:
     """Read a scenario, or an environment of dynobench, and build its problem.
 
     Raises:
@@ -87,7 +87,9 @@ def _for_another_planner(scenario: Scenario) -> Scenario:
     )
 
 
-def build_problem(scenario: Scenario, *, planning: bool = True, planner: bool = True) -> Problem:
+def build_problem(
+    scenario: Scenario, *, planning: bool = True, planner: bool = True
+) -> PlanningTask:
     """Build the problem of a scenario.
 
     Args:
@@ -321,7 +323,7 @@ def _misplaced(scenario: Scenario, model: Model) -> Iterator[Mistake]:
                 yield _at(scenario, (section, name), what, remedy)
 
 
-def _problem(scenario: Scenario, whole: Model, model: Model, world: World) -> Problem:
+def _problem(scenario: Scenario, whole: Model, model: Model, world: World) -> PlanningTask:
     system = whole.system
     scales = model.state_scales
     start = model.rest()
@@ -336,7 +338,7 @@ def _problem(scenario: Scenario, whole: Model, model: Model, world: World) -> Pr
             speed = (rate.coordinate if isinstance(rate, RateSymbol) else rate.attitude).speed
             lower, upper = scenario.bounds.get(rate.name, (-np.inf, np.inf))
             rate_bounds[i] = max(-speed, lower), min(speed, upper)
-    return Problem(
+    return PlanningTask(
         scenario=scenario,
         system=system,
         model=model,

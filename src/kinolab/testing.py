@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import collision_check, dynamics_checks
 
 
-def assert_collision_free(problem: Problem, trajectory: Trajectory) -> None:
+def assert_collision_free(problem: PlanningTask, trajectory: Trajectory) -> None:
     """Assert that the re-simulated motion touches nothing.
 
     Raises:
@@ -17,7 +17,7 @@ def assert_collision_free(problem: Problem, trajectory: Trajectory) -> None:
     assert check.passed, str(check)
 
 
-def assert_dynamically_feasible(problem: Problem, trajectory: Trajectory) -> None:
+def assert_dynamically_feasible(problem: PlanningTask, trajectory: Trajectory) -> None:
     """Assert that the motion obeys the equations, the constraints and the inputs' limits.
 
     Raises:

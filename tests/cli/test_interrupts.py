@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from tests.support import ENTER, OPEN, ROOT, environment
 
@@ -353,7 +353,7 @@ def test_processes_leave_when_the_one_that_started_them_is_killed(home: Path) ->
 
 
 def test_a_motion_that_nobody_waits_for_is_the_planners_own(
-    table: Problem, monkeypatch: pytest.MonkeyPatch
+    table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The truth takes DOP853 its time; one step of the planner's integrator per knot does not."""
     budgets: list[Budget] = []
@@ -374,7 +374,7 @@ def test_a_motion_that_nobody_waits_for_is_the_planners_own(
 
 
 def test_a_plan_that_was_not_verified_in_time_says_so(
-    table: Problem, monkeypatch: pytest.MonkeyPatch
+    table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     budgets: list[Budget] = []
     monkeypatch.setattr("kinolab.solve.attempt.verify", lambda *_: budgets[0].end())

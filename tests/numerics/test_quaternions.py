@@ -20,13 +20,13 @@ from kinolab.numerics.quaternions import (
     turned_at_random,
     unit,
 )
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal import AttitudeTarget
 from kinolab.runs import read_run, write_run
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.search import Budget
 from kinolab.simulation.reference import reference_motion
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from tests.support import detail, failed, plan, problem_of
@@ -145,7 +145,7 @@ def test_random_attitudes_are_uniform_on_the_rotations() -> None:
 
 
 @pytest.fixture(scope="module")
-def water(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def water(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return problem_of(tmp_path_factory.mktemp("water"), WATER)
 
 
@@ -157,7 +157,7 @@ def test_a_start_that_is_not_of_unit_length_is_made_so(given: str, tmp_path: Pat
     assert problem.start[3:7] == pytest.approx([0, 0, 0.6, 0.8], abs=1e-15)
 
 
-def test_a_start_without_an_attitude_is_not_turned(water: Problem) -> None:
+def test_a_start_without_an_attitude_is_not_turned(water: PlanningTask) -> None:
     assert water.model.attitudes == {"R": 3}
     assert water.start[3:7].tolist() == [0.0, 0.0, 0.0, 1.0]
 
@@ -271,14 +271,14 @@ def test_all_wrong_kinds_are_told_together(tmp_path: Path) -> None:
 # --- goals ---
 
 
-def turned(water: Problem, rotation: Rotation) -> Array:
+def turned(water: PlanningTask, rotation: Rotation) -> Array:
     """The submarine's start with another attitude."""
     x = water.start.copy()
     x[3:7] = rotation.as_quat()
     return x
 
 
-def test_the_excess_is_the_angle_over_its_tolerance(water: Problem) -> None:
+def test_the_excess_is_the_angle_over_its_tolerance(water: PlanningTask) -> None:
     for a, _ in pairs(50):
         x, wanted = turned(water, a), float((a.inv() * QUARTER).magnitude())
         assert water.goal_excess(x) == pytest.approx(wanted / 0.3, abs=1e-13)
@@ -307,7 +307,7 @@ def test_a_target_keeps_the_tolerance_of_its_own(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("spread", [1.0, 4.0, 1e6])
 def test_samples_of_the_goal_lie_within_the_stretched_tolerance(
-    spread: float, water: Problem
+    spread: float, water: PlanningTask
 ) -> None:
     generator = np.random.default_rng(0)
     drawn = np.array([water.sample_goal(generator, spread) for _ in range(500)])
@@ -342,7 +342,7 @@ def angles_of(*drawn: Array) -> tuple[Array, ...]:
     return tuple(np.array([angle_from(x, QUARTER) for x in states]) for states in drawn)
 
 
-def test_each_of_the_states_drawn_at_once_has_its_own_spread(water: Problem) -> None:
+def test_each_of_the_states_drawn_at_once_has_its_own_spread(water: PlanningTask) -> None:
     spreads = np.random.default_rng(0).uniform(0.0, 5.0, 500)
     drawn = water.sample_goals(np.random.default_rng(1), spreads)
     shares = np.array([water.goal_excess(x) for x in drawn])
@@ -362,7 +362,7 @@ def test_an_attitude_that_the_goal_leaves_out_is_drawn_from_all(tmp_path: Path) 
 # --- the verifier ---
 
 
-def resting(problem: Problem, rotation: Rotation) -> Trajectory:
+def resting(problem: PlanningTask, rotation: Rotation) -> Trajectory:
     """The submarine afloat for a second: with its keel down it stays where it is."""
     x = turned(problem, rotation)
     names = problem.model.state_names, problem.model.control_names
@@ -400,12 +400,12 @@ def test_the_verifier_tells_every_part_that_misses(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def turn(water: Problem) -> Plan:
+def turn(water: PlanningTask) -> PlanResult:
     """A plan for the turn to the left."""
     return water.solve(planner="rrt", seed=SEED, max_iterations=5000)
 
 
-def motion_of(found: Plan) -> Trajectory:
+def motion_of(found: PlanResult) -> Trajectory:
     assert found.trajectory is not None, found.message
     return found.trajectory
 
@@ -416,7 +416,7 @@ def inputs(folder: Path, override: str) -> bytes:
     return planner.solve(problem_of(folder, WATER, override), SEED, Budget(20.0, 5000)).u.tobytes()
 
 
-def test_a_quarter_turn_is_found_and_verified(turn: Plan) -> None:
+def test_a_quarter_turn_is_found_and_verified(turn: PlanResult) -> None:
     assert turn.status == "solved", turn.certificate
     x = motion_of(turn).x
     assert angle_from(x[-1], QUARTER) <= 0.3  # [rad]
@@ -427,13 +427,13 @@ def test_a_quarter_turn_is_found_and_verified(turn: Plan) -> None:
 
 @pytest.mark.parametrize("override", ["goal.R=[0, 0, -1, -1]", "start.R=[0, 0, 0, -1]"])
 def test_the_sign_of_a_quaternion_does_not_matter(
-    override: str, turn: Plan, tmp_path: Path
+    override: str, turn: PlanResult, tmp_path: Path
 ) -> None:
     assert inputs(tmp_path, override) == motion_of(turn).u.tobytes()
 
 
 def test_a_run_with_attitudes_is_read_back_and_checked(
-    water: Problem, turn: Plan, tmp_path: Path
+    water: PlanningTask, turn: PlanResult, tmp_path: Path
 ) -> None:
     folder = tmp_path / "run"
     write_run(folder, water, turn)

@@ -10,7 +10,7 @@ import pytest
 
 from kinolab import planners
 from kinolab.cancel import never_cancelled
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 from tests.planners.test_planners import bits
@@ -25,19 +25,19 @@ ROUNDABOUT = 7  # a seed of which the first guesses lead through the far door to
 
 
 @pytest.fixture
-def rotor(tmp_path: Path) -> Problem:
+def rotor(tmp_path: Path) -> PlanningTask:
     return problem_of(tmp_path, FLY)
 
 
 @pytest.mark.parametrize("name", ["auto", "shooting"])
-def test_a_rotor_climbs_into_the_middle_of_the_goal(name: str, rotor: Problem) -> None:
+def test_a_rotor_climbs_into_the_middle_of_the_goal(name: str, rotor: PlanningTask) -> None:
     found = rotor.solve(planner=name, seed=1, max_iterations=MOST, optimize=False)
     assert found.status == "solved"
     assert found.goal_distance < EXACT
 
 
 @pytest.mark.parametrize("name", ["kpiece_fast", "rrt_fast"])
-def test_trees_alone_would_not_have_got_it_there(name: str, rotor: Problem) -> None:
+def test_trees_alone_would_not_have_got_it_there(name: str, rotor: PlanningTask) -> None:
     """Otherwise the one above would not tell of guesses."""
     found = rotor.solve(planner=name, seed=1, max_iterations=MOST, optimize=False)
     assert found.status in {"approximate", "not_found"}
@@ -45,7 +45,7 @@ def test_trees_alone_would_not_have_got_it_there(name: str, rotor: Problem) -> N
 
 @pytest.mark.parametrize("name", ["auto", "shooting"])
 def test_equal_seeds_give_the_same_bits_where_a_guess_leads_there(
-    name: str, rotor: Problem
+    name: str, rotor: PlanningTask
 ) -> None:
     one, other, third = (
         rotor.solve(planner=name, seed=seed, max_iterations=MOST, optimize=False)
@@ -56,14 +56,14 @@ def test_equal_seeds_give_the_same_bits_where_a_guess_leads_there(
     assert one.iterations == other.iterations
 
 
-def test_a_search_that_is_interrupted_says_so(rotor: Problem) -> None:
+def test_a_search_that_is_interrupted_says_so(rotor: PlanningTask) -> None:
     budget = Budget(60.0, interrupted=True)
     found = planners.get("shooting")().solve(rotor, 1, budget)
     assert (found.outcome, len(found.u)) == (Outcome.INTERRUPTED, 0)
     assert found.iterations == 0
 
 
-def doors(problem: Problem, seed: int, below: float) -> set[str]:
+def doors(problem: PlanningTask, seed: int, below: float) -> set[str]:
     """Return through which doors the motions lead that come of the first guesses."""
     shots = Multistart(problem, 80, seed, never_cancelled, below)
     motions = [shots.next().motion for _ in range(2)]

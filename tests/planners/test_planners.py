@@ -11,9 +11,9 @@ import pytest
 
 from kinolab import planners
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from tests.conftest import SLOWEST, Solved
 from tests.support import OPEN, environment, failed, plan, problem_of, within
 
@@ -25,7 +25,7 @@ def at_most(name: str, most: int) -> int:
     return min(most, 5) if name == "shooting" else most
 
 
-def bits(found: Plan) -> bytes:
+def bits(found: PlanResult) -> bytes:
     if found.trajectory is None:
         return b""
     motion = found.trajectory
@@ -33,7 +33,7 @@ def bits(found: Plan) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def hard(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def hard(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     """The table with a goal that is not hit by chance, in a pen that has no gate."""
     pen = "".join(
         f"\n[[world.obstacle]]\nbox = {edges}\nposition = [{x}, {y}, 0.5]\n"
@@ -47,14 +47,14 @@ def hard(tmp_path_factory: pytest.TempPathFactory) -> Problem:
 
 
 @every_planner
-def test_every_planner_solves_the_table(name: str, table: Problem) -> None:
+def test_every_planner_solves_the_table(name: str, table: PlanningTask) -> None:
     found = table.solve(planner=name, seed=1, max_iterations=20_000)
     assert found.status == "solved"
     assert (found.planner, found.seed) == (name, 1)
 
 
 @every_planner
-def test_the_same_seed_gives_the_same_bits(name: str, table: Problem) -> None:
+def test_the_same_seed_gives_the_same_bits(name: str, table: PlanningTask) -> None:
     """At once, and after other searches."""
     first, second = (table.solve(planner=name, seed=0, max_iterations=5000) for _ in range(2))
     table.solve(planner=name, seed=8, max_iterations=at_most(name, 100))
@@ -67,7 +67,7 @@ def test_the_same_seed_gives_the_same_bits(name: str, table: Problem) -> None:
 @every_planner
 @pytest.mark.parametrize("seed", [2**32 - 1, 2**32, 2**63 - 1])
 def test_every_seed_that_a_scenario_may_have_is_repeatable(
-    name: str, seed: int, table: Problem
+    name: str, seed: int, table: PlanningTask
 ) -> None:
     first, second = (table.solve(planner=name, seed=seed, max_iterations=5000) for _ in range(2))
     assert bits(first) == bits(second)
@@ -76,7 +76,7 @@ def test_every_seed_that_a_scenario_may_have_is_repeatable(
 # A field that leads straight to the goal takes none of the inputs that it draws; what the seed does
 # where a field is stuck is tested beside its escapes.
 @pytest.mark.parametrize("name", [name for name in planners.names() if name != "potential_field"])
-def test_different_seeds_give_different_motions(name: str, table: Problem) -> None:
+def test_different_seeds_give_different_motions(name: str, table: PlanningTask) -> None:
     seeds = (0, 1, 2**32 + 1, 2**33 + 1)
     found = {bits(table.solve(planner=name, seed=seed, max_iterations=5000)) for seed in seeds}
     assert len(found) == len(seeds)
@@ -129,7 +129,7 @@ def test_two_processes_write_the_same_file(name: str, two_processes: tuple[Path,
 
 @every_planner
 @pytest.mark.parametrize("most", [1, 20])
-def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) -> None:
+def test_a_search_ends_at_its_iterations(name: str, most: int, hard: PlanningTask) -> None:
     most = at_most(name, most)
     found = hard.solve(planner=name, seed=1, max_iterations=most, time_limit=SLOWEST)
     assert found.status in {"approximate", "not_found"}
@@ -137,14 +137,14 @@ def test_a_search_ends_at_its_iterations(name: str, most: int, hard: Problem) ->
 
 
 @every_planner
-def test_a_search_ends_at_its_time(name: str, hard: Problem) -> None:
+def test_a_search_ends_at_its_time(name: str, hard: PlanningTask) -> None:
     found = hard.solve(planner=name, seed=1, time_limit=0.5)
     assert found.status in {"approximate", "not_found"}
     assert found.timings["search"] < 20.0  # [s]; what is done is counted in test_time_limits
 
 
 @every_planner
-def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> None:
+def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: PlanningTask) -> None:
     limit = 0.1  # [s]
     timed = hard.solve(planner=name, seed=2, time_limit=limit)
     while not timed.iterations:  # on a busy machine some have not begun by then
@@ -158,7 +158,7 @@ def test_the_iterations_of_a_timed_run_repeat_it(name: str, hard: Problem) -> No
 # An optimisation that fails leaves no approach.
 @pytest.mark.parametrize("name", [name for name in planners.names() if name != "shooting"])
 def test_an_approximate_plan_ends_nearer_to_the_goal_than_it_starts(
-    name: str, hard: Problem
+    name: str, hard: PlanningTask
 ) -> None:
     """What does not come nearer is not found; Outcome says so."""
     for seed in range(1, 6):
@@ -195,7 +195,7 @@ def test_the_inputs_are_held_for_whole_steps_within_their_limits(name: str, shor
 
 
 @every_planner
-def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Problem) -> None:
+def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: PlanningTask) -> None:
     budgets: list[Budget] = []
 
     def stop(iterations: int, seconds: float) -> None:
@@ -212,7 +212,7 @@ def test_an_interrupted_search_ends_and_keeps_what_it_has(name: str, hard: Probl
     assert found.trajectory is not None
 
 
-def test_a_planner_and_a_setting_that_do_not_exist_are_refused(table: Problem) -> None:
+def test_a_planner_and_a_setting_that_do_not_exist_are_refused(table: PlanningTask) -> None:
     with pytest.raises(InputError, match="Did you mean 'rrt'"):
         table.solve(planner="rtt")
     with pytest.raises(InputError, match="Did you mean 'goal_bias'"):
@@ -270,7 +270,7 @@ def test_a_goal_that_is_a_ball_is_reached(name: str, norm: str, order: int, tmp_
 # --- restarts ---
 
 
-def test_a_search_begins_anew_in_ever_longer_rounds(hard: Problem) -> None:
+def test_a_search_begins_anew_in_ever_longer_rounds(hard: PlanningTask) -> None:
     """Rounds of 1000, 1500 and 2250 iterations are over after 4750, the next after 8125."""
     first, second = (
         hard.solve(planner="rrt", seed=1, max_iterations=5000, restart_after=1000) for _ in range(2)
@@ -281,7 +281,7 @@ def test_a_search_begins_anew_in_ever_longer_rounds(hard: Problem) -> None:
 
 
 @pytest.mark.parametrize("most", [1, 99, 100, 101, 250, 251, 475, 476])
-def test_a_search_in_rounds_ends_at_its_iterations(most: int, hard: Problem) -> None:
+def test_a_search_in_rounds_ends_at_its_iterations(most: int, hard: PlanningTask) -> None:
     """Rounds of 100, 150 and 225 end at 100, 250 and 475; the search may end together with one."""
     found = hard.solve(planner="rrt", seed=1, max_iterations=most, restart_after=100)
     assert found.iterations == most
@@ -289,19 +289,19 @@ def test_a_search_in_rounds_ends_at_its_iterations(most: int, hard: Problem) -> 
     assert ended <= found.statistics["restarts"] <= begun
 
 
-def test_no_search_begins_anew_where_that_is_turned_off(hard: Problem) -> None:
+def test_no_search_begins_anew_where_that_is_turned_off(hard: PlanningTask) -> None:
     found = hard.solve(planner="rrt", seed=1, max_iterations=1000, restart_after=0)
     assert (found.iterations, found.statistics["restarts"]) == (1000, 0.0)
 
 
-def test_rounds_of_one_iteration_end(hard: Problem) -> None:
+def test_rounds_of_one_iteration_end(hard: PlanningTask) -> None:
     """Rounds of 1, 1.5, 2.25, … whole iterations sum up to 100 after ten of them or so."""
     found = hard.solve(planner="rrt", seed=1, max_iterations=100, restart_after=1)
     assert found.iterations == 100
     assert 5 <= found.statistics["restarts"] <= 15
 
 
-def test_the_first_round_is_a_search_without_rounds(hard: Problem) -> None:
+def test_the_first_round_is_a_search_without_rounds(hard: PlanningTask) -> None:
     plain, first = (
         hard.solve(planner="rrt", seed=4, max_iterations=400, restart_after=after)
         for after in (0, 500)
@@ -309,7 +309,7 @@ def test_the_first_round_is_a_search_without_rounds(hard: Problem) -> None:
     assert bits(plain) == bits(first)
 
 
-def followed(problem: Problem, found: Plan) -> float:
+def followed(problem: PlanningTask, found: PlanResult) -> float:
     """The excess over the goal where the planner's own integrator ends."""
     assert found.trajectory is not None
     x = problem.start
@@ -319,7 +319,7 @@ def followed(problem: Problem, found: Plan) -> float:
 
 
 @pytest.mark.parametrize("seed", range(1, 5))
-def test_the_nearest_approach_of_all_rounds_is_kept(seed: int, hard: Problem) -> None:
+def test_the_nearest_approach_of_all_rounds_is_kept(seed: int, hard: PlanningTask) -> None:
     """Near is what the planner's integrator finds near; angles are wrapped, so that bits differ."""
     first, later = (
         hard.solve(planner="rrt", seed=seed, max_iterations=most, restart_after=200)
@@ -329,7 +329,9 @@ def test_the_nearest_approach_of_all_rounds_is_kept(seed: int, hard: Problem) ->
     assert followed(hard, later) <= followed(hard, first) * (1 + 1e-12)
 
 
-def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(hard: Problem) -> None:
+def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(
+    hard: PlanningTask,
+) -> None:
     budgets: list[Budget] = []
 
     def stop(iterations: int, _: float) -> None:
@@ -367,14 +369,14 @@ def test_a_search_that_is_interrupted_in_a_later_round_keeps_what_it_has(hard: P
     ],
 )
 def test_a_setting_out_of_its_range_is_told_with_what_would_work(
-    setting: str, value: object, told: str, table: Problem
+    setting: str, value: object, told: str, table: PlanningTask
 ) -> None:
     with pytest.raises(InputError) as caught:
         table.solve(planner="rrt", **{setting: value})
     assert str(caught.value) == f"[planner] {setting}: {told}"
 
 
-def test_a_goal_region_scale_widens_what_the_search_aims_at(hard: Problem) -> None:
+def test_a_goal_region_scale_widens_what_the_search_aims_at(hard: PlanningTask) -> None:
     plain, one, ten = (
         bits(hard.solve(planner="rrt", seed=1, max_iterations=300, goal_bias=0.5, **zoom))
         for zoom in ({}, {"goal_region_scale": 1.0}, {"goal_region_scale": 1e6})
@@ -396,14 +398,14 @@ def test_rounds_in_which_every_step_fails_end(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def coarse(tmp_path_factory: pytest.TempPathFactory) -> list[Plan]:
+def coarse(tmp_path_factory: pytest.TempPathFactory) -> list[PlanResult]:
     """Plans made with Euler's method in steps of half a second, off by some tenths of a metre."""
     overrides = ('integration.method="euler"', "integration.step=0.5", "goal.tolerance=0.3")
     problem = problem_of(tmp_path_factory.mktemp("coarse"), OPEN, *overrides)
     return [problem.solve(seed=seed, max_iterations=100) for seed in range(30)]
 
 
-def test_a_goal_that_is_missed_in_truth_is_not_reached(coarse: list[Plan]) -> None:
+def test_a_goal_that_is_missed_in_truth_is_not_reached(coarse: list[PlanResult]) -> None:
     missed = [found for found in coarse if found.statistics["missed_the_goal_in_truth"] > 0]
     assert missed
     for found in missed:
@@ -414,7 +416,7 @@ def test_a_goal_that_is_missed_in_truth_is_not_reached(coarse: list[Plan]) -> No
             assert "goal" not in failed(found.certificate)
 
 
-def test_an_approach_that_passes_every_check_is_a_solution(coarse: list[Plan]) -> None:
+def test_an_approach_that_passes_every_check_is_a_solution(coarse: list[PlanResult]) -> None:
     for found in coarse:
         if found.certificate is not None and found.certificate.passed:
             assert found.status == "solved", f"seed {found.seed}"

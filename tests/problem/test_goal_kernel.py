@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal import angle_between
 from kinolab.problem.goal_kernel import axis_angle, body_violation, goal_arrays, state_violation
 from tests.support import problem_of
@@ -34,7 +34,7 @@ tolerance = 0.2
 """
 
 
-def violation(problem: Problem, x: np.ndarray) -> float:
+def violation(problem: PlanningTask, x: np.ndarray) -> float:
     """Return how far outside the goal compiled code takes a state to be."""
     goal = goal_arrays(problem.goal)
     far = state_violation(goal, x, math.inf)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show.film.animation import picture
 from kinolab.trajopt.multistart.guesses import Guesses
 from tests.support import problem_of
@@ -49,7 +49,7 @@ target = [0.0, 0.0, 1.0]
 """
 
 
-def axis_of(problem: Problem, x: Array) -> Array:
+def axis_of(problem: PlanningTask, x: Array) -> Array:
     (target,) = problem.goal.directions
     pose = problem.frames(x)[target.body].reshape(3, 4)
     return np.asarray(pose[:, :3] @ target.axis)

@@ -23,7 +23,7 @@ from kinolab.dynamics import (
     rotation,
 )
 from kinolab.errors import EndpointError, InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from tests import loops
 from tests.support import plan
 
@@ -112,7 +112,7 @@ def test_loops_that_cannot_close_leave_nothing_to_propose(tmp_path: Path) -> Non
     a, b, c, _ = loops.four_bar_state(1.0)
     path = linked(tmp_path, a=a, b=b, c=c)
     path.write_text(path.read_text() + "[bounds]\na = [0.9, 1.1]\nc = [-1.0, -0.9]\n")
-    problem: Problem = kinolab.load(path, overrides=["start.c=-0.95"])
+    problem: PlanningTask = kinolab.load(path, overrides=["start.c=-0.95"])
     with pytest.raises(EndpointError, match="no such state was found nearby"):
         problem.check_endpoints()
 

@@ -12,11 +12,11 @@ import pytest
 
 import kinolab
 from kinolab.errors import EndpointError, InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from tests.support import OPEN, WALL, Array, problem_of
 
 
-def endpoint_mistakes(problem: Problem) -> list[str]:
+def endpoint_mistakes(problem: PlanningTask) -> list[str]:
     with pytest.raises(EndpointError) as caught:
         problem.check_endpoints()
     return [str(mistake) for mistake in caught.value.mistakes]
@@ -129,7 +129,7 @@ def test_margins_of_poses_are_negative_where_the_world_is_left(name: str, tmp_pa
     assert 0 < beyond.sum() < len(frames)  # both are there
 
 
-def around(problem: Problem, count: int) -> Array:
+def around(problem: PlanningTask, count: int) -> Array:
     """Return random states within limits and some way beyond, one in ten with a NaN."""
     random = np.random.default_rng(0)
     lower, upper = np.clip(problem.sampling_bounds.T, -50.0, 50.0)
@@ -233,7 +233,7 @@ tolerance = 0.1
 # --- OMPL ---
 
 
-def test_circles_wrap_in_the_spaces_distance(table: Problem) -> None:
+def test_circles_wrap_in_the_spaces_distance(table: PlanningTask) -> None:
     """3.1 and -3.1 rad lie 2 pi - 6.2 apart; the other entries add their weighted norms."""
     bridge = table.to_ompl()
     a, b = bridge.space.allocState(), bridge.space.allocState()
@@ -245,7 +245,7 @@ def test_circles_wrap_in_the_spaces_distance(table: Problem) -> None:
     assert bridge.space.distance(a, b) == pytest.approx(6.0 / 12)  # weighted by the largest speed
 
 
-def test_states_are_written_and_read_in_the_machines_order(table: Problem) -> None:
+def test_states_are_written_and_read_in_the_machines_order(table: PlanningTask) -> None:
     bridge = table.to_ompl()
     state, values = bridge.space.allocState(), [1.0, -2.0, 0.5, -0.25, 3.0, -4.0]
     bridge.write(state, values)
@@ -266,7 +266,7 @@ def test_a_metric_of_zeros_is_refused(tmp_path: Path) -> None:
         problem_of(tmp_path, OPEN, zeros)
 
 
-def _solves(problem: Problem, name: str) -> bool:
+def _solves(problem: PlanningTask, name: str) -> bool:
     """Run OMPL's own planner with a projection of one's own."""
     from ompl import base as ob
     from ompl import control as oc
@@ -294,11 +294,13 @@ def _solves(problem: Problem, name: str) -> bool:
 
 
 @pytest.mark.parametrize("name", ["KPIECE1", "EST"])
-def test_ompls_planner_solves_a_problem_on_a_grid_of_ones_own(table: Problem, name: str) -> None:
+def test_ompls_planner_solves_a_problem_on_a_grid_of_ones_own(
+    table: PlanningTask, name: str
+) -> None:
     assert _solves(table, name)
 
 
-def test_the_ompl_objects_outlive_the_bridge(table: Problem) -> None:
+def test_the_ompl_objects_outlive_the_bridge(table: PlanningTask) -> None:
     from ompl import base as ob
     from ompl import control as oc
     from ompl import util as ou
@@ -318,7 +320,7 @@ def test_the_ompl_objects_outlive_the_bridge(table: Problem) -> None:
 
 
 @pytest.mark.parametrize("name", ["rrt", "est", "syclop_rrt"])
-def test_thirty_solves_leave_nothing_behind(table: Problem, name: str) -> None:
+def test_thirty_solves_leave_nothing_behind(table: PlanningTask, name: str) -> None:
     for seed in range(1, 4):  # whatever is kept once is kept by now
         table.solve(planner=name, seed=seed, max_iterations=100)
     gc.collect()
@@ -336,7 +338,7 @@ def _resident() -> float:
     return int(statm.read_text().split()[1]) * 4096 / 1e6 if statm.exists() else 0.0
 
 
-def test_solving_warns_of_nothing(table: Problem) -> None:
+def test_solving_warns_of_nothing(table: PlanningTask) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         table.solve(seed=3, max_iterations=2000)

@@ -15,12 +15,12 @@ import kinolab
 from kinolab import systems
 from kinolab.analyze.execute import Conditions, execute
 from kinolab.loading import build_problem, find_scenario
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_run, read_run, write_run
 from kinolab.show.view.keyframes import key_poses
 from kinolab.simulation.reference import resimulate
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.testing import assert_dynamically_feasible
 from kinolab.trajectory import Trajectory
 from kinolab.verification import dynamics_checks, verify
@@ -43,7 +43,7 @@ TURNING = [name for name in systems.names() if turning(name)]
 
 
 @cache
-def motion_of(name: str) -> tuple[Problem, Trajectory]:
+def motion_of(name: str) -> tuple[PlanningTask, Trajectory]:
     """A machine by itself, moving for a while under inputs near the middle of their limits."""
     problem = build_problem(find_scenario(name), planning=False, planner=False)
     start, rng = problem.start.copy(), np.random.default_rng(5)
@@ -58,7 +58,7 @@ def motion_of(name: str) -> tuple[Problem, Trajectory]:
     return problem, resimulate(problem, t, u)
 
 
-def disguised(problem: Problem, trajectory: Trajectory, seed: int) -> Trajectory:
+def disguised(problem: PlanningTask, trajectory: Trajectory, seed: int) -> Trajectory:
     """The same states in other numbers, each row by itself; seed 0 negates all quaternions."""
     rng, x = np.random.default_rng(seed), trajectory.x.copy()
     for first in problem.model.attitudes.values():
@@ -108,7 +108,7 @@ def test_a_damaged_motion_is_refused_in_any_numbers(name: str) -> None:
         assert "dynamics" in failed(verify(problem, refused))
 
 
-def check_refused(problem: Problem, trajectory: Trajectory, entry: int, change: float) -> None:
+def check_refused(problem: PlanningTask, trajectory: Trajectory, entry: int, change: float) -> None:
     x = trajectory.x.copy()
     x[7, entry] += change
     refused = disguised(problem, replace(trajectory, x=x), 1)
@@ -127,7 +127,7 @@ def test_a_difference_knows_what_is_the_same() -> None:
 
 
 @pytest.fixture
-def pointing(solved: Solver, tmp_path: Path) -> tuple[Problem, Path, Plan]:
+def pointing(solved: Solver, tmp_path: Path) -> tuple[PlanningTask, Path, PlanResult]:
     """The satellite's plan and a folder of its run."""
     found = solved("satellite_pointing")
     write_run(tmp_path, found.problem, found.plan)
@@ -136,7 +136,7 @@ def pointing(solved: Solver, tmp_path: Path) -> tuple[Problem, Path, Plan]:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_file_with_other_signs_passes_and_a_damaged_one_does_not(
-    seed: int, pointing: tuple[Problem, Path, Plan]
+    seed: int, pointing: tuple[PlanningTask, Path, PlanResult]
 ) -> None:
     problem, folder, plan = pointing
     assert plan.trajectory is not None
@@ -153,7 +153,7 @@ def test_a_file_with_other_signs_passes_and_a_damaged_one_does_not(
 
 
 def test_a_file_with_other_signs_is_carried_out_and_shown_the_same(
-    pointing: tuple[Problem, Path, Plan],
+    pointing: tuple[PlanningTask, Path, PlanResult],
 ) -> None:
     """Gains along the plan, and curves between its knots, are made of one state and the next."""
     problem, folder, plan = pointing

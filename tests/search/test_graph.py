@@ -9,18 +9,20 @@ import pytest
 
 import kinolab
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import read_run, write_run
 from kinolab.search.graph import SearchGraph, read_graph
 
 
 @pytest.fixture(scope="module")
-def problem() -> Problem:
+def problem() -> PlanningTask:
     return kinolab.load("rolling_disk_maze")
 
 
 @pytest.mark.parametrize("planner", ["rrt_fast", "rrt", "prm"])
-def test_all_that_was_explored_is_free_and_hangs_together(problem: Problem, planner: str) -> None:
+def test_all_that_was_explored_is_free_and_hangs_together(
+    problem: PlanningTask, planner: str
+) -> None:
     plan = problem.solve(planner=planner, seed=1, time_limit=30.0, optimize=False)
     assert plan.graph is not None
     x, edges = plan.graph.x, plan.graph.edges
@@ -59,7 +61,7 @@ def test_a_small_tree_is_kept_as_it_is_and_every_root_is_kept() -> None:
 
 
 def test_a_run_keeps_its_graph_until_another_plan_has_none(
-    problem: Problem, tmp_path: Path
+    problem: PlanningTask, tmp_path: Path
 ) -> None:
     plan = problem.solve(planner="rrt_fast", seed=1, max_iterations=50, optimize=False)
     assert plan.graph is not None

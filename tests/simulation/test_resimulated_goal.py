@@ -9,12 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.resimulated_goal import resimulated_violation
 from tests.support import OPEN, problem_of
 
 
-def ended(problem: Problem, t: np.ndarray, u: np.ndarray) -> np.ndarray:
+def ended(problem: PlanningTask, t: np.ndarray, u: np.ndarray) -> np.ndarray:
     x = problem.start
     for k, held in enumerate(u):
         rate = lambda _, x, held=held: problem.model.f(x, held)  # noqa: E731
@@ -34,7 +34,7 @@ def test_a_motion_ends_as_far_outside_as_the_differential_equation_says(
     assert resimulated_violation(problem, u) == pytest.approx(share, abs=1e-5)
 
 
-def test_a_motion_that_cannot_be_followed_is_nowhere_near(table: Problem) -> None:
+def test_a_motion_that_cannot_be_followed_is_nowhere_near(table: PlanningTask) -> None:
     assert resimulated_violation(table, np.array([[np.nan, 0.0]])) == np.inf
 
 

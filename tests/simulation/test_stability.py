@@ -23,7 +23,7 @@ from kinolab.dynamics import (
     move,
     rate,
 )
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import write_run
 from kinolab.scenario import builtin_scenarios
 from kinolab.scenario.schema import IntegrationSection
@@ -59,7 +59,7 @@ improve = 0
 """
 
 
-def robot(folder: Path, *overrides: str) -> Problem:
+def robot(folder: Path, *overrides: str) -> PlanningTask:
     return kinolab.load(written(folder, skid_steered(), SKID), overrides=overrides)
 
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 import kinolab
 from kinolab.analyze.execute import Conditions, execute
 from kinolab.cli import run
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import read_run
 from kinolab.show.view.driving import driving_of
 from kinolab.simulation import Propagator
@@ -29,18 +29,18 @@ DISCRETE = 'truth = "discrete"'
 
 
 @pytest.fixture
-def robot(tmp_path: Path) -> Problem:
+def robot(tmp_path: Path) -> PlanningTask:
     return kinolab.load(written(tmp_path, skid_steered(), SKID))
 
 
-def discrete(folder: Path, *overrides: str) -> Problem:
+def discrete(folder: Path, *overrides: str) -> PlanningTask:
     path = written(folder, skid_steered(), SKID)
     return kinolab.load(path, overrides=(f"integration.{DISCRETE}", *overrides))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_robot_that_must_slide_to_turn_is_planned_for_at_a_coarse_step(
-    robot: Problem, seed: int
+    robot: PlanningTask, seed: int
 ) -> None:
     """And certified by DOP853, which knows nothing of the method."""
     plan = robot.solve(seed=seed)
@@ -51,7 +51,7 @@ def test_a_robot_that_must_slide_to_turn_is_planned_for_at_a_coarse_step(
 
 @pytest.mark.parametrize("planner", ["rrt", "kpiece", "sst", "est"])
 def test_planners_of_ompl_and_compiled_ones_move_it_by_the_same_step(
-    robot: Problem, planner: str
+    robot: PlanningTask, planner: str
 ) -> None:
     plan = robot.solve(planner=planner, seed=1, max_iterations=500)
     assert plan.trajectory is None or np.isfinite(plan.trajectory.x).all()
@@ -134,7 +134,7 @@ def test_derivatives_of_the_step_hold_for_a_stiff_machine() -> None:
         assert np.allclose(slopes[0][:, model.nx + i], column, atol=1e-6)
 
 
-def test_a_page_drives_it_by_the_same_step(robot: Problem) -> None:
+def test_a_page_drives_it_by_the_same_step(robot: PlanningTask) -> None:
     states = np.array([robot.start, robot.start])
     names = robot.model.state_names, robot.model.control_names
     driving = driving_of(robot, Trajectory(np.array([0.0, 0.05]), states, np.zeros((1, 2)), *names))

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -44,7 +44,7 @@ improve = 0
 
 
 @pytest.fixture
-def linkage(tmp_path: Path) -> Problem:
+def linkage(tmp_path: Path) -> PlanningTask:
     """A four-bar linkage whose crank turns from 1 rad to 2 rad."""
     return kinolab.load(four_bar_scenario(tmp_path))
 
@@ -62,7 +62,7 @@ def arm_scenario(folder: Path) -> Path:
     return loops.written(folder, loops.hung_arm(), text)
 
 
-def planned(problem: Problem, planner: str) -> Trajectory:
+def planned(problem: PlanningTask, planner: str) -> Trajectory:
     found = problem.solve(planner=planner, seed=1, max_iterations=20_000, optimize=False)
     assert found.status == "solved", found.message
     assert found.trajectory is not None
@@ -71,7 +71,7 @@ def planned(problem: Problem, planner: str) -> Trajectory:
 
 @pytest.mark.parametrize("planner", ["auto", "rrt", "kpiece"])
 def test_a_linkage_is_planned_for_and_obeys_freudensteins_equation(
-    planner: str, linkage: Problem
+    planner: str, linkage: PlanningTask
 ) -> None:
     trajectory = planned(linkage, planner)
     assert abs(trajectory.x[-1, 0] - 2.0) <= 0.1
@@ -110,7 +110,7 @@ def test_the_command_line_plans_a_linkage_to_the_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("entry", [1, 2])
-def test_a_row_whose_loop_is_open_is_refused_by_name(entry: int, linkage: Problem) -> None:
+def test_a_row_whose_loop_is_open_is_refused_by_name(entry: int, linkage: PlanningTask) -> None:
     trajectory = planned(linkage, "rrt")
     x = trajectory.x.copy()
     x[3, entry] += 1e-7  # [rad], which opens the loop by about as many metres
@@ -119,7 +119,7 @@ def test_a_row_whose_loop_is_open_is_refused_by_name(entry: int, linkage: Proble
     assert "the loop along" in detail(certificate, "constraints")
 
 
-def test_a_long_motion_drifts_off_no_loop(linkage: Problem) -> None:
+def test_a_long_motion_drifts_off_no_loop(linkage: PlanningTask) -> None:
     """Half a minute of fast turns: DOP853 alone opens the loop by 3e-10 m, and ever more."""
     problem = replace(linkage, start=loops.four_bar_state(1.0, 4.0))
     t = np.arange(0.0, 30.0, 0.5)

@@ -13,10 +13,10 @@ import kinolab
 from kinolab.cli import run
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import check_run, read_run, write_run
 from kinolab.simulation.sensitivities import StepSensitivities
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from tests.feedback_machines import cart_pole
@@ -51,23 +51,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def problem(folder: Path) -> Problem:
+def problem(folder: Path) -> PlanningTask:
     return kinolab.load(folder / "cart.toml")
 
 
 @pytest.fixture(scope="module")
-def plan(problem: Problem) -> Plan:
+def plan(problem: PlanningTask) -> PlanResult:
     return problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
 
 
 @pytest.fixture
-def trajectory(plan: Plan) -> Trajectory:
+def trajectory(plan: PlanResult) -> Trajectory:
     assert plan.status == "solved"
     assert plan.trajectory is not None
     return plan.trajectory
 
 
-def failures(problem: Problem, trajectory: Trajectory) -> set[str]:
+def failures(problem: PlanningTask, trajectory: Trajectory) -> set[str]:
     return {check.name for check in verify(problem, trajectory).failures}
 
 
@@ -81,7 +81,7 @@ def test_a_plan_carries_inputs_and_the_references_they_follow(trajectory: Trajec
     assert header == "t,x,theta,x_dot,theta_dot,push,reference.speed"
 
 
-def test_the_motion_cannot_be_replayed_without_its_feedback(problem: Problem) -> None:
+def test_the_motion_cannot_be_replayed_without_its_feedback(problem: PlanningTask) -> None:
     """The pole falls with sqrt((M + m) g / M l) = 3.5/s: errors grow by e^(3.5 T)."""
     searched = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000, optimize=False)
     trajectory = searched.trajectory
@@ -95,21 +95,23 @@ def test_the_motion_cannot_be_replayed_without_its_feedback(problem: Problem) ->
 
 
 def test_inputs_that_the_law_does_not_give_are_found(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     u = trajectory.u.copy()
     u[len(u) // 2] = np.clip(u[len(u) // 2] + 0.01, -20, 20.0) - 0.005
     assert failures(problem, replace(trajectory, u=u)) >= {"feedback", "dynamics"}
 
 
-def test_references_beyond_their_limits_are_found(problem: Problem, trajectory: Trajectory) -> None:
+def test_references_beyond_their_limits_are_found(
+    problem: PlanningTask, trajectory: Trajectory
+) -> None:
     references = trajectory.references.copy()
     references[3] = 2.5
     assert "inputs" in failures(problem, replace(trajectory, references=references))
 
 
 def test_a_run_is_checked_from_its_files_with_its_law(
-    problem: Problem, plan: Plan, tmp_path: Path
+    problem: PlanningTask, plan: PlanResult, tmp_path: Path
 ) -> None:
     write_run(tmp_path, problem, plan)
     law = json.loads((tmp_path / "assets" / "feedback.json").read_text())
@@ -124,7 +126,9 @@ def test_a_run_is_checked_from_its_files_with_its_law(
         assert tables["reference_names"].tolist() == ["speed"]
 
 
-def test_a_law_that_was_changed_is_noticed(problem: Problem, plan: Plan, tmp_path: Path) -> None:
+def test_a_law_that_was_changed_is_noticed(
+    problem: PlanningTask, plan: PlanResult, tmp_path: Path
+) -> None:
     write_run(tmp_path, problem, plan)
     file = tmp_path / "assets" / "feedback.json"
     law = json.loads(file.read_text())
@@ -137,7 +141,7 @@ def test_a_law_that_was_changed_is_noticed(problem: Problem, plan: Plan, tmp_pat
         check_run(tmp_path)
 
 
-def test_references_are_shortened_and_made_exact(plan: Plan, trajectory: Trajectory) -> None:
+def test_references_are_shortened_and_made_exact(plan: PlanResult, trajectory: Trajectory) -> None:
     """The search ends 0.1 from the goal; the references that follow it are optimised."""
     assert plan.improvements[0].by == "search"
     assert len(plan.improvements) > 1

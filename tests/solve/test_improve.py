@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from tests.planners.test_planners import bits
 from tests.support import OPEN, WALL, problem_of
 
@@ -20,12 +20,12 @@ ENDLESS = "planner.improve=1e6"
 BEHIND = ("goal.x=4", "goal.tolerance=0.4")  # of the wall
 
 
-def duration(found: Plan) -> float:
+def duration(found: PlanResult) -> float:
     assert found.trajectory is not None
     return float(found.trajectory.t[-1])
 
 
-def behind_a_wall(folder: Path, improve: str = ENDLESS) -> Problem:
+def behind_a_wall(folder: Path, improve: str = ENDLESS) -> PlanningTask:
     return problem_of(folder, OPEN + WALL, *BEHIND, improve)
 
 
@@ -83,7 +83,7 @@ def test_a_search_improves_for_as_long_as_it_may(name: str, tmp_path: Path) -> N
 
 
 @improving
-def test_improving_ends_at_the_time_limit(name: str, table: Problem) -> None:
+def test_improving_ends_at_the_time_limit(name: str, table: PlanningTask) -> None:
     found = table.solve(planner=name, seed=1, time_limit=0.5, optimize=False)
     assert found.status == "solved"
     assert found.timings["search"] < 20.0  # [s]; test_time_limits has it exactly

@@ -20,10 +20,10 @@ import pytest
 import kinolab
 from kinolab import cli
 from kinolab.errors import EndpointError, InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import check_run, write_run
 from kinolab.scenario import builtin_scenarios
-from kinolab.solve import Plan, processes, worker
+from kinolab.solve import PlanResult, processes, worker
 from kinolab.solve.parallel import JobsError
 from kinolab.solve.plan import Request
 from kinolab.solve.solution_pool import SolutionPool, rank
@@ -35,18 +35,18 @@ HARD = ("goal.x=4", "goal.tolerance=1e-9")  # is not hit by chance
 HARDLY = tuple(word for setting in HARD for word in ("--set", setting))
 
 
-def bits(found: Plan) -> bytes:
+def bits(found: PlanResult) -> bytes:
     assert found.trajectory is not None
     return found.trajectory.to_npz()
 
 
 @pytest.fixture(scope="module")
-def hard(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def hard(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return problem_of(tmp_path_factory.mktemp("hard"), OPEN, *HARD)
 
 
 @pytest.fixture(scope="module")
-def race(table: Problem) -> Plan:
+def race(table: PlanningTask) -> PlanResult:
     """The table, by two processes."""
     return table.solve(seed=5, jobs=2, max_iterations=5000)
 
@@ -54,7 +54,9 @@ def race(table: Problem) -> Plan:
 # --- the first plan wins ---
 
 
-def test_the_winner_is_the_plan_that_its_seed_gives_alone(table: Problem, race: Plan) -> None:
+def test_the_winner_is_the_plan_that_its_seed_gives_alone(
+    table: PlanningTask, race: PlanResult
+) -> None:
     assert race.status == "solved"
     assert race.seed in (5, 6)
     assert bits(race) == bits(table.solve(seed=race.seed, max_iterations=5000))
@@ -62,7 +64,7 @@ def test_the_winner_is_the_plan_that_its_seed_gives_alone(table: Problem, race: 
     assert race.certificate.passed
 
 
-def test_every_seed_is_accounted_for(race: Plan) -> None:
+def test_every_seed_is_accounted_for(race: PlanResult) -> None:
     assert race.jobs == 2
     assert [attempt.seed for attempt in race.attempts] == [5, 6]
     (winner,) = (attempt for attempt in race.attempts if attempt.seed == race.seed)
@@ -86,7 +88,7 @@ def test_the_report_tells_of_all_seeds(tmp_path: Path, capsys: Capture) -> None:
     assert check_run(tmp_path / "run").passed
 
 
-def test_one_job_has_one_attempt(table: Problem) -> None:
+def test_one_job_has_one_attempt(table: PlanningTask) -> None:
     found = table.solve(seed=3, max_iterations=5000)
     (attempt,) = found.attempts
     assert (attempt.seed, attempt.status, attempt.cost) == (3, "solved", found.cost)
@@ -96,7 +98,7 @@ def test_one_job_has_one_attempt(table: Problem) -> None:
 # --- nobody wins ---
 
 
-def test_the_nearest_approach_of_all_seeds_is_kept(hard: Problem) -> None:
+def test_the_nearest_approach_of_all_seeds_is_kept(hard: PlanningTask) -> None:
     found = hard.solve(seed=1, jobs=2, max_iterations=100)
     alone = [hard.solve(seed=seed, max_iterations=100) for seed in (1, 2)]
     nearest = min(alone, key=lambda plan: plan.goal_distance)
@@ -116,7 +118,7 @@ def test_nothing_found_by_anyone_is_a_result(tmp_path: Path) -> None:
     assert [attempt.status for attempt in found.attempts] == ["not_found", "not_found"]
 
 
-def test_better_is_verified_then_nearer_then_claimed_then_nothing(short_plan: Plan) -> None:
+def test_better_is_verified_then_nearer_then_claimed_then_nothing(short_plan: PlanResult) -> None:
     approach = replace(short_plan, status="approximate", goal_distance=3.0)
     ranked = [
         replace(short_plan, goal_distance=9.0),
@@ -131,7 +133,7 @@ def test_better_is_verified_then_nearer_then_claimed_then_nothing(short_plan: Pl
 
 
 @pytest.fixture
-def short_plan(table: Problem) -> Plan:
+def short_plan(table: PlanningTask) -> PlanResult:
     return table.solve(seed=1, max_iterations=5000)
 
 
@@ -139,8 +141,8 @@ def short_plan(table: Problem) -> Plan:
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_anytime_keeps_the_shortest_plan(jobs: int, table: Problem) -> None:
-    better: list[Plan] = []
+def test_anytime_keeps_the_shortest_plan(jobs: int, table: PlanningTask) -> None:
+    better: list[PlanResult] = []
     found = table.solve(seed=1, jobs=jobs, anytime=True, time_limit=3.0, improved=better.append)
     costs = [plan.cost for plan in better if plan.cost is not None]
     assert costs == sorted(costs, reverse=True)
@@ -153,7 +155,7 @@ def test_anytime_keeps_the_shortest_plan(jobs: int, table: Problem) -> None:
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_no_seed_is_tried_twice_and_none_is_left_out_by_its_process(
-    jobs: int, table: Problem
+    jobs: int, table: PlanningTask
 ) -> None:
     found = table.solve(seed=4, jobs=jobs, anytime=True, time_limit=2.0)
     seeds = [attempt.seed for attempt in found.attempts]
@@ -163,7 +165,7 @@ def test_no_seed_is_tried_twice_and_none_is_left_out_by_its_process(
         assert own == list(range(4 + k, 4 + k + jobs * len(own), jobs))
 
 
-def test_anytime_searches_until_the_time_is_over(hard: Problem) -> None:
+def test_anytime_searches_until_the_time_is_over(hard: PlanningTask) -> None:
     found = hard.solve(seed=1, anytime=True, time_limit=1.0, max_iterations=50)
     assert found.status == "approximate"
     assert len(found.attempts) > 1
@@ -171,10 +173,10 @@ def test_anytime_searches_until_the_time_is_over(hard: Problem) -> None:
     assert found.goal_distance == min(a.goal_distance for a in found.attempts if a.goal_distance)
 
 
-def test_every_improvement_is_a_whole_run_on_disk(table: Problem, tmp_path: Path) -> None:
+def test_every_improvement_is_a_whole_run_on_disk(table: PlanningTask, tmp_path: Path) -> None:
     seen: list[bool] = []
 
-    def improved(found: Plan) -> None:
+    def improved(found: PlanResult) -> None:
         write_run(tmp_path / "run", table, found)
         seen.append(check_run(tmp_path / "run").passed)
 
@@ -280,7 +282,7 @@ def raising(error: BaseException) -> Callable[..., Any]:
     ],
 )
 def test_a_process_tells_what_went_wrong(
-    error: Exception, code: int, told: str, table: Problem, monkeypatch: pytest.MonkeyPatch
+    error: Exception, code: int, told: str, table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(worker, "sequential_runs", raising(error))
     ours, theirs = Pipe()
@@ -291,7 +293,7 @@ def test_a_process_tells_what_went_wrong(
     assert told in message.reason
 
 
-def test_a_wrong_question_raises_before_any_process_is_started(table: Problem) -> None:
+def test_a_wrong_question_raises_before_any_process_is_started(table: PlanningTask) -> None:
     with pytest.raises(InputError) as caught:
         table.solve(jobs=0)
     assert str(caught.value) == "jobs: 0 processes cannot search. Give 1 or more."
@@ -302,7 +304,7 @@ def test_a_wrong_question_raises_before_any_process_is_started(table: Problem) -
 
 
 def test_a_system_without_room_for_so_many_processes_is_told(
-    table: Problem, monkeypatch: pytest.MonkeyPatch
+    table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second process is refused; the first one is ended."""
     start, started = processes.start_process, []
@@ -358,7 +360,7 @@ def test_a_script_needs_no_guard(way: str, tmp_path: Path) -> None:
     assert (done.stdout, done.stderr, done.returncode) == ("solved\n", "", 0)
 
 
-def test_ctrl_c_in_a_program_raises_and_ends_the_processes(hard: Problem) -> None:
+def test_ctrl_c_in_a_program_raises_and_ends_the_processes(hard: PlanningTask) -> None:
     def pressed(*_: Any) -> None:
         raise KeyboardInterrupt
 
@@ -385,7 +387,7 @@ def test_a_problem_that_was_sent_is_the_same(name: str) -> None:
     assert clearances[0] == clearances[1]
 
 
-def test_a_problem_that_was_sent_has_the_same_plans(table: Problem) -> None:
+def test_a_problem_that_was_sent_has_the_same_plans(table: PlanningTask) -> None:
     arrived = pickle.loads(pickle.dumps(table))
     assert bits(arrived.solve(seed=2, max_iterations=5000)) == bits(
         table.solve(seed=2, max_iterations=5000)

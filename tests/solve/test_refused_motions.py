@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from kinolab import cli
-from kinolab.problem import Problem
-from kinolab.solve import Plan
+from kinolab.problem import PlanningTask
+from kinolab.solve import PlanResult
 from tests.planners.test_planners import bits
 from tests.support import OPEN, problem_of, within
 
@@ -68,7 +68,7 @@ class Fickle(AbstractPlanner):
 PLANNER = 'planner.name="fickle.py:Fickle"'
 
 
-def fickle(folder: Path, *overrides: str) -> Problem:
+def fickle(folder: Path, *overrides: str) -> PlanningTask:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "fickle.py").write_text(FICKLE)
     return problem_of(folder, OPEN, PLANNER, *overrides)
@@ -102,7 +102,7 @@ def test_what_is_mended_has_been_refused_all_the_same(tmp_path: Path) -> None:
 
 
 def test_equal_seeds_give_the_same_bits_where_motions_are_refused(tmp_path: Path) -> None:
-    def made(name: str) -> Plan:
+    def made(name: str) -> PlanResult:
         return fickle(tmp_path / name).solve(seed=5, bad=0.9, max_iterations=5000, optimize=False)
 
     one, other = made("one"), made("other")

@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.search.tree import AbstractCompiledPlanner, compiled_planner
-from kinolab.solve import Plan, solve
+from kinolab.solve import PlanResult, solve
 from kinolab.solve.parallel import JobsError
 from tests.support import OPEN, environment, problem_of
 
@@ -25,13 +25,13 @@ HARD = ("goal.x=4", "goal.tolerance=1e-9")  # is not hit by chance
 SETTINGS = {"planner": "rrt_fast", "goal_connection_period": 0}
 
 
-def bits(found: Plan) -> bytes:
+def bits(found: PlanResult) -> bytes:
     assert found.trajectory is not None
     return found.trajectory.to_npz()
 
 
 @pytest.fixture(scope="module")
-def hard(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def hard(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return problem_of(tmp_path_factory.mktemp("hard"), OPEN, *HARD)
 
 
@@ -54,7 +54,9 @@ def test_compiled_planners_search_in_threads_and_no_others() -> None:
 
 @pytest.mark.usefixtures("no_process")
 @pytest.mark.parametrize("planner", ["rrt_fast", "kpiece_fast"])
-def test_the_winner_is_the_plan_that_its_seed_gives_alone(planner: str, table: Problem) -> None:
+def test_the_winner_is_the_plan_that_its_seed_gives_alone(
+    planner: str, table: PlanningTask
+) -> None:
     found = table.solve(planner, seed=5, jobs=3, max_iterations=20_000, time_limit=600.0)
     assert found.status == "solved"
     assert found.certificate is not None
@@ -71,7 +73,7 @@ def test_the_winner_is_the_plan_that_its_seed_gives_alone(planner: str, table: P
 
 @pytest.mark.usefixtures("no_process")
 @pytest.mark.parametrize("planner", ["rrt_fast", "kpiece_fast"])
-def test_searches_at_once_know_nothing_of_each_other(planner: str, hard: Problem) -> None:
+def test_searches_at_once_know_nothing_of_each_other(planner: str, hard: PlanningTask) -> None:
     """Each ends as near to the goal as it does alone, to the last bit."""
     limits: dict[str, Any] = {"max_iterations": 3000, "time_limit": 600.0}
     found = hard.solve(planner, seed=1, jobs=3, **limits)
@@ -82,7 +84,7 @@ def test_searches_at_once_know_nothing_of_each_other(planner: str, hard: Problem
 
 
 @pytest.mark.usefixtures("no_process")
-def test_searches_go_on_until_the_time_is_over(table: Problem) -> None:
+def test_searches_go_on_until_the_time_is_over(table: PlanningTask) -> None:
     found = table.solve("rrt_fast", seed=1, jobs=2, anytime=True, time_limit=1.0)
     seeds = [attempt.seed for attempt in found.attempts]
     assert {seed % 2 for seed in seeds} == {0, 1}
@@ -93,11 +95,11 @@ def test_searches_go_on_until_the_time_is_over(table: Problem) -> None:
 
 @pytest.mark.usefixtures("no_process")
 def test_a_search_that_fails_is_told_and_the_others_go_on(
-    hard: Problem, monkeypatch: pytest.MonkeyPatch
+    hard: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = compiled_planner.search_state
 
-    def broken(problem: Problem, zoom: float, seed: int) -> Any:
+    def broken(problem: PlanningTask, zoom: float, seed: int) -> Any:
         if seed > 1:
             raise MemoryError
         return made(problem, zoom, seed)
@@ -112,7 +114,7 @@ def test_a_search_that_fails_is_told_and_the_others_go_on(
 
 
 @pytest.mark.usefixtures("no_process")
-def test_a_user_who_ends_the_search_gets_what_it_has(hard: Problem) -> None:
+def test_a_user_who_ends_the_search_gets_what_it_has(hard: PlanningTask) -> None:
     budgets: list[Budget] = []
 
     def end(iterations: int, _seconds: float) -> None:
@@ -162,7 +164,7 @@ def test_ctrl_c_in_a_program_raises_and_ends_the_threads(tmp_path: Path) -> None
 
 
 @pytest.mark.usefixtures("no_process")
-def test_threads_that_lost_end(table: Problem) -> None:
+def test_threads_that_lost_end(table: PlanningTask) -> None:
     before = threading.active_count()
     table.solve("rrt_fast", seed=1, jobs=4, max_iterations=20_000, time_limit=600.0)
     late = time.monotonic() + 60.0

@@ -23,7 +23,7 @@ import pytest
 from kinolab import planners
 from kinolab.cancel import raise_if_cancelled
 from kinolab.dynamics import Model
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.simulation import CandidateRollouts, CompiledStep
 from kinolab.simulation.reference import interval
@@ -124,7 +124,7 @@ def counted(clock: Clock, function: Callable[..., Any]) -> Callable[..., Any]:
     return counting
 
 
-def searched(name: str, problem: Problem, budget: Budget) -> SearchResult:
+def searched(name: str, problem: PlanningTask, budget: Budget) -> SearchResult:
     with within(300):
         found = planners.make(name, {}).solve(problem, 1, budget)
     if isinstance(budget, Watched):
@@ -133,7 +133,7 @@ def searched(name: str, problem: Problem, budget: Budget) -> SearchResult:
 
 
 @pytest.fixture(params=["pen", "room"])
-def endless(request: pytest.FixtureRequest, hard: Problem, tmp_path: Path) -> Problem:
+def endless(request: pytest.FixtureRequest, hard: PlanningTask, tmp_path: Path) -> PlanningTask:
     """A goal that nobody reaches: a coin's, in a pen without a gate; a robot's, without a door."""
     return hard if request.param == "pen" else scene(tmp_path, "drive", text=ROOM)
 
@@ -154,7 +154,7 @@ def without_looks(monkeypatch: pytest.MonkeyPatch) -> None:
 @every_planner
 @pytest.mark.parametrize("looks", LIMITS)
 def test_a_search_does_little_between_two_looks_and_next_to_nothing_when_it_is_late(
-    name: str, looks: int, endless: Problem, clock: Clock
+    name: str, looks: int, endless: PlanningTask, clock: Clock
 ) -> None:
     budget = Watched(looks * TICK, clock=clock)
     found = searched(name, endless, budget)
@@ -166,7 +166,7 @@ def test_a_search_does_little_between_two_looks_and_next_to_nothing_when_it_is_l
 
 
 def test_a_search_that_does_not_look_is_caught(
-    hard: Problem, clock: Clock, monkeypatch: pytest.MonkeyPatch
+    hard: PlanningTask, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So that the test above can fail."""
     without_looks(monkeypatch)
@@ -179,7 +179,7 @@ def test_a_search_that_does_not_look_is_caught(
     [case for case in product(planners.names(), [40, 777]) if case != ("prm", 777)],
 )
 def test_the_iterations_of_a_search_that_was_cut_short_repeat_it(
-    name: str, looks: int, endless: Problem, clock: Clock
+    name: str, looks: int, endless: PlanningTask, clock: Clock
 ) -> None:
     """What was being done when the time was over counts for nothing."""
     budget = Watched(looks * TICK, clock=clock)
@@ -218,7 +218,7 @@ def test_improving_ends_when_it_should(name: str, tmp_path: Path) -> None:
 @every_planner
 @pytest.mark.parametrize("looks", LIMITS[:2])  # what is late is as late after a time limit
 def test_an_interrupted_search_does_next_to_nothing_more(
-    name: str, looks: int, endless: Problem, clock: Clock
+    name: str, looks: int, endless: PlanningTask, clock: Clock
 ) -> None:
     budget = Watched(math.inf, clock=clock, ends_at=looks)
     found = searched(name, endless, budget)
@@ -229,7 +229,7 @@ def test_an_interrupted_search_does_next_to_nothing_more(
 
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
 def test_re_simulation_and_verification_end_at_once(
-    share: float, table: Problem, monkeypatch: pytest.MonkeyPatch
+    share: float, table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ctrl-C comes while an interval is integrated; no further one is."""
     budgets, calls, last = list[Budget](), 0, math.inf
@@ -257,7 +257,7 @@ def test_re_simulation_and_verification_end_at_once(
 
 
 def test_a_search_is_not_held_up_by_objects_that_were_there_before(
-    table: Problem, monkeypatch: pytest.MonkeyPatch
+    table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frozen: list[int] = []
 

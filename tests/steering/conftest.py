@@ -7,16 +7,16 @@ from functools import cache
 
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from tests.scenes import scene
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 
 
 @pytest.fixture(scope="session")
 def scenes(tmp_path_factory: pytest.TempPathFactory) -> Scenes:
     @cache
-    def load(name: str, *overrides: str, text: str = "") -> Problem:
+    def load(name: str, *overrides: str, text: str = "") -> PlanningTask:
         return scene(tmp_path_factory.mktemp(name), name, *overrides, text=text)
 
     return load

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering import cyclic_coordinates
 from tests.scenes import true_states
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 
 POINT = (
     '\n[[goal.point]]\nbody = "coin"\nat = [0.25, 0, 0]\nposition = [0, 0, 0.5]\ntolerance = 0.1\n'
@@ -23,7 +23,7 @@ AXIS = (
 CONE = '\n[[keep_out]]\nbody = "coin"\naxis = [1, 0, 0]\ndirection = [0, 0, 1]\nhalf_angle = 0.3\n'
 
 
-def names(problem: Problem) -> set[str]:
+def names(problem: PlanningTask) -> set[str]:
     return {
         n
         for n, free in zip(problem.model.state_names, cyclic_coordinates(problem), strict=True)

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering import nearest_equilibrium
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 
 
-def state(problem: Problem, **values: float) -> np.ndarray:
+def state(problem: PlanningTask, **values: float) -> np.ndarray:
     """A state of the machine at rest but for what is named."""
     x = problem.model.rest()
     for name, value in values.items():
@@ -21,7 +21,7 @@ def state(problem: Problem, **values: float) -> np.ndarray:
     return x
 
 
-def held(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def held(problem: PlanningTask, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The equilibrium near a state, and its inputs, after the laws that every one obeys."""
     found = nearest_equilibrium(problem, x)
     assert found is not None

@@ -7,21 +7,21 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering import Maneuver, Steering
 from kinolab.steering.path_motion import Path
 from tests.oracles import crane as newton
 from tests.oracles.vehicles import DiffDrive
 from tests.scenes import true_states
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 Array = np.ndarray
 
 ROBOT = DiffDrive(m=9.0, I_z=0.2, I_w=0.005, r=0.0975, b=0.33, c_w=0.08)
 CRANE = newton.Crane(m=1000, M_b=3000, M_t=500, g=9.81, c_x=2500, c_y=1000, c_l=2000, c_s=2000)
 
 
-def first_motion(problem: Problem, x0: Array, x1: Array) -> Maneuver:
+def first_motion(problem: PlanningTask, x0: Array, x1: Array) -> Maneuver:
     """The motion along the first way that has one."""
     steering = Steering(problem)
     assert steering.paths is not None

@@ -7,29 +7,29 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering import Steering
 from kinolab.steering.plane_curves import PlanePaths
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 Array = np.ndarray
 
 ROLLING = ("car", "coin", "drive")
 TIGHTEST = np.tan(0.6) / 2.7  # [1/m] of a car whose wheels turn by 0.6 rad, 2.7 m apart
 
 
-def all_ways(problem: Problem, x0: Array, x1: Array) -> list[list[object]]:
+def all_ways(problem: PlanningTask, x0: Array, x1: Array) -> list[list[object]]:
     known = ways(problem)
     return [*known.paths(x0, x1), *known.detours(x0, x1)]
 
 
-def ways(problem: Problem) -> PlanePaths:
+def ways(problem: PlanningTask) -> PlanePaths:
     found = Steering(problem).ways
     assert isinstance(found, PlanePaths)
     return found
 
 
-def poses(problem: Problem, seed: int) -> tuple[Array, Array]:
+def poses(problem: PlanningTask, seed: int) -> tuple[Array, Array]:
     generator = np.random.default_rng(seed)
     x0, x1 = np.zeros((2, problem.model.nx))
     x0[:3], x1[:3] = generator.uniform([-3, -3, -3], [3, 3, 3], (2, 3))
@@ -61,7 +61,7 @@ def test_every_way_leads_from_the_beginning_to_the_end_without_a_gap(
         assert turned == pytest.approx(0.0, abs=1e-6)
 
 
-def paths_width(problem: Problem) -> int:
+def paths_width(problem: PlanningTask) -> int:
     """How many coordinates come first in the state and are those of the paths."""
     return len(Steering(problem).ways.coordinates)
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from tests.scenes import apart, true_states
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 Array = np.ndarray
 
 MACHINES = ("car", "coin", "crane", "drive", "pendulum", "submarine", "two_cranes", "puck")
 
 
-def drive(problem: Problem, seed: int, steps: int) -> tuple[Array, Array]:
+def drive(problem: PlanningTask, seed: int, steps: int) -> tuple[Array, Array]:
     """A state moving at up to 0.3 of its limits, and random inputs."""
     generator = np.random.default_rng(seed)
     x = problem.sample_goal(generator)
@@ -78,7 +78,7 @@ def test_no_inputs_leave_the_machine_where_it_is(scenes: Scenes) -> None:
     assert states.shape == (1, 2)
 
 
-def differences(problem: Problem, x: Array, u: Array) -> tuple[Array, Array]:
+def differences(problem: PlanningTask, x: Array, u: Array) -> tuple[Array, Array]:
     """Slopes of a step's end by its beginning and input, by central differences of DOP853."""
     moves = 1e-4 * np.concatenate([problem.scales, np.ptp(problem.model.control_bounds, axis=1)])
     columns = []

@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from kinolab.dynamics import Body, Force, Potential, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.goal_connection import SteeredGoalConnection
 from tests.support import OPEN, coin_after, problem_of
 
@@ -18,7 +18,7 @@ GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")
 
 
 @pytest.fixture(scope="module")
-def narrow(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def narrow(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     """The coin is to stand still within a millimetre: no sampled input does that."""
     folder = tmp_path_factory.mktemp("narrow")
     return problem_of(folder, OPEN, "goal.tolerance=0.001", "goal.at_rest=true")
@@ -34,7 +34,7 @@ def rolled(x: np.ndarray, inputs: np.ndarray, step: float) -> np.ndarray:
     return x
 
 
-def test_the_inputs_lead_from_the_state_into_the_goal(narrow: Problem) -> None:
+def test_the_inputs_lead_from_the_state_into_the_goal(narrow: PlanningTask) -> None:
     last = SteeredGoalConnection(narrow, every=1, goal_region_scale=10.0, stop=never)
     x = narrow.start.copy()
     x[-2:] = 0.5, 1.0  # it turns and rolls
@@ -44,7 +44,7 @@ def test_the_inputs_lead_from_the_state_into_the_goal(narrow: Problem) -> None:
     assert np.abs(reached[-2:]).max() < 1e-2
 
 
-def test_one_state_of_several_is_tried(narrow: Problem) -> None:
+def test_one_state_of_several_is_tried(narrow: PlanningTask) -> None:
     last, x = (
         SteeredGoalConnection(narrow, every=3, goal_region_scale=10.0, stop=never),
         narrow.start.tolist(),
@@ -55,7 +55,7 @@ def test_one_state_of_several_is_tried(narrow: Problem) -> None:
     assert last.inputs == []  # none that belong to a state before
 
 
-def test_a_state_in_the_goal_needs_no_last_step(narrow: Problem) -> None:
+def test_a_state_in_the_goal_needs_no_last_step(narrow: PlanningTask) -> None:
     last = SteeredGoalConnection(narrow, every=1, goal_region_scale=10.0, stop=never)
     assert last.connect(narrow.start.tolist(), 1000.0)
     assert not last.connect(np.zeros(6).tolist(), 0.0)
@@ -98,13 +98,13 @@ def test_a_machine_that_runs_away_is_not_steered_and_no_mistake(tmp_path: Path) 
     assert not last.connect([0.5, 0.0], problem.goal_excess(np.array([0.5, 0.0])))
 
 
-def test_nothing_is_looked_for_when_time_is_up(narrow: Problem) -> None:
+def test_nothing_is_looked_for_when_time_is_up(narrow: PlanningTask) -> None:
     last = SteeredGoalConnection(narrow, every=1, goal_region_scale=10.0, stop=lambda: True)
     assert not last.connect(narrow.start.tolist(), 1000.0)
 
 
 @pytest.mark.parametrize("planner", GUIDED)
-def test_a_plan_goes_on_from_the_tree_into_the_goal(planner: str, narrow: Problem) -> None:
+def test_a_plan_goes_on_from_the_tree_into_the_goal(planner: str, narrow: PlanningTask) -> None:
     found = narrow.solve(planner=planner, seed=1, max_iterations=2000, goal_connection_period=5)
     assert found.status == "solved"
     assert found.trajectory is not None

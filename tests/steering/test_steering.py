@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from kinolab import systems
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
 from tests.scenes import apart, true_states
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 Array = np.ndarray
 
 FLAT = {"car": "car", "coin": "rolling_disk", "crane": "crane", "drive": "diff_drive"}
 
 
-def resting(problem: Problem, seed: int, reach: float) -> Iterator[Array]:
+def resting(problem: PlanningTask, seed: int, reach: float) -> Iterator[Array]:
     """Two equilibria about the middle of a scene, in which much is possible."""
     generator = np.random.default_rng(seed)
     lower, upper = problem.sampling_bounds.T
@@ -30,7 +30,7 @@ def resting(problem: Problem, seed: int, reach: float) -> Iterator[Array]:
         yield found[0]
 
 
-def judge(problem: Problem, x0: Array, x1: Array, motion: Maneuver, off: float = 1e-5) -> None:
+def judge(problem: PlanningTask, x0: Array, x1: Array, motion: Maneuver, off: float = 1e-5) -> None:
     """The law: it begins at x0, ends at x1 by DOP853, and asks for no more than there is."""
     lower, upper = problem.model.control_bounds.T
     assert ((lower <= motion.u) & (motion.u <= upper)).all()

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.terminal_correction import TerminalCorrection
 from tests.scenes import apart, true_states
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 Array = np.ndarray
 
 
-def closing(problem: Problem) -> TerminalCorrection:
+def closing(problem: PlanningTask) -> TerminalCorrection:
     return TerminalCorrection(problem, Rollout(problem))
 
 

@@ -7,21 +7,21 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering import Maneuver, TrackingLaw, cyclic_coordinates, nearest_equilibrium
 from kinolab.steering.tracking import CONTROL_WEIGHT, TERMINAL_WEIGHT
 from tests.scenes import apart, true_states
 
-Scenes = Callable[..., Problem]
+Scenes = Callable[..., PlanningTask]
 Array = np.ndarray
 
 
-def tracker(problem: Problem) -> TrackingLaw:
+def tracker(problem: PlanningTask) -> TrackingLaw:
     return TrackingLaw(problem, Rollout(problem))
 
 
-def weights(problem: Problem) -> tuple[Array, Array]:
+def weights(problem: PlanningTask) -> tuple[Array, Array]:
     """Of states by their scales and of inputs by half their range."""
     half = np.ptp(problem.model.control_bounds, axis=1) / 2
     return np.diag(1 / problem.scales**2), CONTROL_WEIGHT * np.diag(1 / half**2)

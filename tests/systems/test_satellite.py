@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import kinolab
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 from tests.oracles.rigid_body import Top, polhode_frequency
@@ -198,7 +198,7 @@ def test_two_wheels_turn_it_about_the_third_axis_by_going_back_and_forth(
 
 
 @pytest.fixture(scope="module")
-def planned() -> tuple[Problem, Trajectory]:
+def planned() -> tuple[PlanningTask, Trajectory]:
     """The scenario, and the plan of the first seed."""
     problem = kinolab.load("satellite_pointing")
     plan = problem.solve(seed=1, optimize=False)  # the same one however fast the machine is
@@ -207,7 +207,7 @@ def planned() -> tuple[Problem, Trajectory]:
     return problem, plan.trajectory
 
 
-def test_it_turns_to_its_target_past_the_sun(planned: tuple[Problem, Trajectory]) -> None:
+def test_it_turns_to_its_target_past_the_sun(planned: tuple[PlanningTask, Trajectory]) -> None:
     """As the scenario says, judged from the quaternions of the plan alone."""
     problem, trajectory = planned
     path = pick(problem.model, trajectory.x, *QUATERNION)
@@ -222,7 +222,7 @@ def test_it_turns_to_its_target_past_the_sun(planned: tuple[Problem, Trajectory]
 
 
 def test_a_plan_gets_close_and_feedback_holds_the_target_under_friction(
-    planned: tuple[Problem, Trajectory],
+    planned: tuple[PlanningTask, Trajectory],
 ) -> None:
     """Dry friction of 2 mN m: alone the plan misses by degrees, with LQR by less than 0.1."""
     (target,) = planned[0].goal.directions
@@ -241,7 +241,7 @@ def lqr(model: Model) -> Array:
     return np.asarray(B.T @ solve_continuous_are(A, B, Q, np.eye(3) / TAU**2) * TAU**2)
 
 
-def followed(problem: Problem, trajectory: Trajectory, gain: Array) -> Array:
+def followed(problem: PlanningTask, trajectory: Trajectory, gain: Array) -> Array:
     """Where the telescope looks every 0.1 s along a plan under friction and a minute after it."""
     model, t, h = problem.model, trajectory.t, 0.1
     x, looks = problem.start, []

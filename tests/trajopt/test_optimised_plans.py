@@ -13,10 +13,10 @@ import pytest
 
 import kinolab
 from kinolab import cli
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import check_run, write_run
 from kinolab.search import Budget
-from kinolab.solve import Plan, improve, make_planner
+from kinolab.solve import PlanResult, improve, make_planner
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import Request
 from kinolab.trajectory import Trajectory
@@ -59,9 +59,9 @@ goal = { x = 2, y = 0, at_rest = true, tolerance = 0.3 }
 class Both:
     """A problem, its plan without optimisation, and with it."""
 
-    problem: Problem
-    raw: Plan
-    found: Plan
+    problem: PlanningTask
+    raw: PlanResult
+    found: PlanResult
 
 
 def both(folder: Path, text: str) -> Both:
@@ -90,16 +90,16 @@ def solved(request: pytest.FixtureRequest) -> Both:
 
 
 @pytest.fixture
-def drive(driven: Both) -> Problem:
+def drive(driven: Both) -> PlanningTask:
     return driven.problem
 
 
-def trajectory_of(found: Plan) -> Trajectory:
+def trajectory_of(found: PlanResult) -> Trajectory:
     assert found.trajectory is not None, found.message
     return found.trajectory
 
 
-def made_by(found: Plan) -> list[str]:
+def made_by(found: PlanResult) -> list[str]:
     return [one.by for one in found.improvements]
 
 
@@ -204,7 +204,7 @@ def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
 def test_what_the_verifier_refuses_is_discarded(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def lying(_problem: Problem, given: Trajectory, _: object) -> Trajectory:
+    def lying(_problem: PlanningTask, given: Trajectory, _: object) -> Trajectory:
         half = len(given.u) // 2
         return replace(given, t=given.t[: half + 1], x=given.x[-half - 1 :], u=given.u[-half:])
 
@@ -215,7 +215,7 @@ def test_what_the_verifier_refuses_is_discarded(
     assert made_by(found) == ["search"]
 
 
-def test_a_planner_leaves_the_time_to_the_optimiser(drive: Problem) -> None:
+def test_a_planner_leaves_the_time_to_the_optimiser(drive: PlanningTask) -> None:
     """Otherwise its own search for shorter motions would use it up."""
     found = drive.solve(planner="ao_rrt", seed=1, max_iterations=MOST)
     assert found.statistics["improvements"] == 0
@@ -243,7 +243,7 @@ class Asked:
         return self.now
 
 
-def improver(problem: Problem, limit: float, most: int | None, tick: float) -> PlanImprover:
+def improver(problem: PlanningTask, limit: float, most: int | None, tick: float) -> PlanImprover:
     """Return what improves plans as if their search had taken a second."""
     wanted = Request(None, time_limit=limit, max_iterations=most)
     return PlanImprover(problem, make_planner(problem, None, {}), wanted, Asked(tick))
@@ -271,12 +271,12 @@ def test_time_that_is_left_is_searched_again_and_no_longer_than_it_lasts(driven:
 
 
 def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
-    drive: Problem, monkeypatch: pytest.MonkeyPatch
+    drive: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     budgets: list[Budget] = []
     after = 0
 
-    def pressed(problem: Problem, given: Trajectory, spent: Callable[[], float]) -> Trajectory:
+    def pressed(problem: PlanningTask, given: Trajectory, spent: Callable[[], float]) -> Trajectory:
         def share() -> float:
             nonlocal after
             after += budgets[-1].interrupted
@@ -311,11 +311,11 @@ def test_ctrl_c_during_a_repair_keeps_the_raw_plan(
 # --- who is told ---
 
 
-def test_each_improvement_is_written_when_it_is_found(drive: Problem, tmp_path: Path) -> None:
+def test_each_improvement_is_written_when_it_is_found(drive: PlanningTask, tmp_path: Path) -> None:
     """Each one is better: it is the first that ends in the goal's centre, or it is shorter."""
     told: list[tuple[bool, float]] = []
 
-    def improved(better: Plan) -> None:
+    def improved(better: PlanResult) -> None:
         write_run(tmp_path / "run", drive, better)
         assert check_run(tmp_path / "run").passed
         end = trajectory_of(better)
@@ -329,10 +329,10 @@ def test_each_improvement_is_written_when_it_is_found(drive: Problem, tmp_path: 
 
 @pytest.mark.parametrize("planner", ["auto", "rrt"])
 def test_of_several_searches_the_first_to_find_a_plan_improves_it(
-    planner: str, drive: Problem
+    planner: str, drive: PlanningTask
 ) -> None:
     """In threads, and in processes, where the motion is told through a pipe."""
-    better: list[Plan] = []
+    better: list[PlanResult] = []
     found = drive.solve(
         planner, seed=1, jobs=2, max_iterations=MOST, time_limit=100.0, improved=better.append
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import make_planner
@@ -50,7 +50,7 @@ step = 0.05
 """
 
 
-def straight_to(problem: Problem, steps: int) -> Trajectory:
+def straight_to(problem: PlanningTask, steps: int) -> Trajectory:
     """Return states on the line to the goal without any input: no motion of the machine at all."""
     end = problem.start.copy()
     end[list(problem.goal.indices)] = problem.goal.targets
@@ -61,7 +61,7 @@ def straight_to(problem: Problem, steps: int) -> Trajectory:
     return Trajectory(t, x, np.zeros((steps, model.nu)), model.state_names, model.control_names)
 
 
-def repaired(problem: Problem, steps: int) -> Trajectory:
+def repaired(problem: PlanningTask, steps: int) -> Trajectory:
     found = make_exact(problem, straight_to(problem, steps))
     assert found is not None
     certificate = kinolab.verify(problem, found)
@@ -140,7 +140,7 @@ def test_from_a_straight_line_the_published_best_cost_is_reached_or_nearly(name:
 GALLERY = ("rolling_disk_maze", "vehicle_parking")
 
 
-def planned(problem: Problem) -> Trajectory:
+def planned(problem: PlanningTask) -> Trajectory:
     """Return what the scenario's planner finds, which nobody has verified."""
     found = make_planner(problem, None, {}).solve(problem, 1, Budget(60.0))
     assert found.outcome is Outcome.SOLVED

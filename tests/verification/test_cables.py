@@ -26,7 +26,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import EndpointError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import ReferenceMotion, follow
 from kinolab.testing import assert_collision_free
 from kinolab.trajectory import Trajectory
@@ -82,13 +82,15 @@ def crane(radius: float = RADIUS, collides: bool = True, **parts: object) -> Sys
     )
 
 
-def load(folder: Path, *overrides: str, system: System | None = None) -> Problem:
+def load(folder: Path, *overrides: str, system: System | None = None) -> PlanningTask:
     folder.mkdir(exist_ok=True)
     (folder / "machine.json").write_text(machine_to_json(system or crane()), encoding="utf-8")
     return problem_of(folder, SCENARIO, *overrides)
 
 
-def driven(problem: Problem, start: list[float], inputs: list[list[float]], step: float) -> Array:
+def driven(
+    problem: PlanningTask, start: list[float], inputs: list[list[float]], step: float
+) -> Array:
     """Return the states (x, l, x_dot, l_dot) at the knots under held accelerations."""
     states = [np.array(start)]
     for held in inputs:
@@ -100,7 +102,7 @@ def driven(problem: Problem, start: list[float], inputs: list[list[float]], step
 
 
 def motion_of(
-    problem: Problem, start: list[float], inputs: list[list[float]], step: float
+    problem: PlanningTask, start: list[float], inputs: list[list[float]], step: float
 ) -> Trajectory:
     t: Array = step * np.arange(len(inputs) + 1, dtype=float)
     x = driven(problem, start, inputs, step)
@@ -109,7 +111,7 @@ def motion_of(
     return Trajectory(t, x, u, model.state_names, model.control_names)
 
 
-def gliding(problem: Problem, l: float, steps: int = 1) -> Trajectory:  # noqa: E741
+def gliding(problem: PlanningTask, l: float, steps: int = 1) -> Trajectory:  # noqa: E741
     """Return 2 m of travel at 1 m/s."""
     return motion_of(problem, [0.0, l, 1.0, 0.0], [[0.0, 0.0]] * steps, 2.0 / steps)
 
@@ -217,7 +219,7 @@ def test_the_motion_of_a_rope_into_a_beam_is_refused_while_planning(tmp_path: Pa
         assert _steps_made(problem, [0.0, 0.0], 1) == steps
 
 
-def _steps_made(problem: Problem, inputs: list[float], steps: int) -> int:
+def _steps_made(problem: PlanningTask, inputs: list[float], steps: int) -> int:
     """Return how many steps from the start OMPL finds free."""
     bridge = problem.to_ompl()
     information = bridge.space_information
@@ -247,7 +249,7 @@ def test_a_plan_lifts_the_load_over_the_beam(tmp_path: Path) -> None:
 # --- requirements along the way ---
 
 
-def shuttle(folder: Path, margin: object, *overrides: str) -> Problem:
+def shuttle(folder: Path, margin: object, *overrides: str) -> PlanningTask:
     """Return a crane far from any beam that demands something."""
     x = length("x", -4, 4, speed=2.0)
     l = length("l", 0.5, 3.5, speed=2.0)  # noqa: E741

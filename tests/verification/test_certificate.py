@@ -19,7 +19,7 @@ from scipy.special import ellipk
 from kinolab.dynamics import Body, Drive, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -58,7 +58,7 @@ def straight(steps: int = 20, step: float = STEP) -> Trajectory:
 
 
 @pytest.fixture(scope="module")
-def lane(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def lane(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     """The table with the coin already rolling at 1 m/s."""
     return problem_of(tmp_path_factory.mktemp("lane"), OPEN, "start.phi_dot=4")
 
@@ -66,20 +66,20 @@ def lane(tmp_path_factory: pytest.TempPathFactory) -> Problem:
 # --- what is right ---
 
 
-def test_a_good_motion_passes_every_check(lane: Problem) -> None:
+def test_a_good_motion_passes_every_check(lane: PlanningTask) -> None:
     certificate = verify(lane, straight())
     assert certificate.passed, [str(check) for check in certificate.failures]
     assert certificate.failures == ()
 
 
-def test_the_checks_are_those_that_a_report_promises(lane: Problem) -> None:
+def test_the_checks_are_those_that_a_report_promises(lane: PlanningTask) -> None:
     names = [check.name for check in verify(lane, straight()).checks]
     assert len(names) == len(set(names))
     assert {"start", "time", "dynamics", "constraints", "inputs", "error growth"} <= set(names)
     assert {"drift", "limits", "goal", "collision"} <= set(names)
 
 
-def test_a_motion_under_torques_passes_and_its_error_is_the_integrators(lane: Problem) -> None:
+def test_a_motion_under_torques_passes_and_its_error_is_the_integrators(lane: PlanningTask) -> None:
     start = [-1.0, 0, 0, 0, 0, 4.0]
     certificate = verify(lane, rolling(start, [0.1, 0.05], 14))
     value = {check.name: check.value for check in certificate.checks}
@@ -88,7 +88,7 @@ def test_a_motion_under_torques_passes_and_its_error_is_the_integrators(lane: Pr
     assert value["drift"] < 1e-7  # 14 steps of that
 
 
-def test_whole_turns_of_the_start_make_no_difference(lane: Problem) -> None:
+def test_whole_turns_of_the_start_make_no_difference(lane: PlanningTask) -> None:
     turned = straight()
     turned = replace(turned, x=turned.x + np.array([0, 0, 2 * np.pi, -4 * np.pi, 0, 0]))
     assert failed(verify(lane, turned)) == set()
@@ -102,7 +102,7 @@ def test_a_motion_of_no_length_passes_where_the_start_is_in_the_goal(tmp_path: P
     assert failed(verify(problem, still)) == set()
 
 
-def _names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _names(problem: PlanningTask) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return problem.model.state_names, problem.model.control_names
 
 
@@ -110,7 +110,7 @@ def _names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 @pytest.mark.parametrize("knot", [1, 10, 20])
-def test_a_state_shifted_by_a_millimetre_fails_the_dynamics(lane: Problem, knot: int) -> None:
+def test_a_state_shifted_by_a_millimetre_fails_the_dynamics(lane: PlanningTask, knot: int) -> None:
     bent = straight()
     bent.x[knot, 0] += 1e-3
     certificate = verify(lane, bent)
@@ -120,7 +120,7 @@ def test_a_state_shifted_by_a_millimetre_fails_the_dynamics(lane: Problem, knot:
     assert STEP * knot - 1e-9 <= time_in(words) <= STEP * (knot + 1) + 1e-9
 
 
-def test_a_shift_that_stays_fails_the_dynamics_where_it_begins(lane: Problem) -> None:
+def test_a_shift_that_stays_fails_the_dynamics_where_it_begins(lane: PlanningTask) -> None:
     bent = straight()
     bent.x[7:, 1] += 1e-3
     words = detail(verify(lane, bent), "dynamics")
@@ -131,7 +131,7 @@ def test_a_shift_that_stays_fails_the_dynamics_where_it_begins(lane: Problem) ->
 @pytest.mark.parametrize(("input_", "name"), [(0, "drive"), (1, "steer")])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_an_input_a_millionth_beyond_its_limit_fails(
-    table: Problem, input_: int, name: str, sign: int
+    table: PlanningTask, input_: int, name: str, sign: int
 ) -> None:
     limit = [1.0, 0.5][input_]
     u = np.zeros((20, 2))
@@ -146,14 +146,14 @@ def test_an_input_a_millionth_beyond_its_limit_fails(
     assert next(c.value for c in certificate.checks if c.name == "inputs") == pytest.approx(1e-6)
 
 
-def test_an_input_at_its_limit_passes(table: Problem) -> None:
+def test_an_input_at_its_limit_passes(table: PlanningTask) -> None:
     full = rolling([-1.0, 0, 0, 0, 0, 0], [1.0, 0.0], 16)  # 8/3 m/s^2 for 0.8 s: 0.85 m
     assert failed(verify(table, full)) == set()
 
 
 @pytest.mark.parametrize(("state", "shift"), [(0, 1e-3), (1, -1e-3), (2, 0.01), (5, 1e-6)])
 def test_a_motion_that_starts_elsewhere_fails_the_start(
-    lane: Problem, state: int, shift: float
+    lane: PlanningTask, state: int, shift: float
 ) -> None:
     start = np.array([-1.0, 0, 0, 0, 0, 4.0])
     start[state] += shift
@@ -162,7 +162,7 @@ def test_a_motion_that_starts_elsewhere_fails_the_start(
     assert lane.model.state_names[state] in detail(certificate, "start")
 
 
-def test_a_repeated_row_fails_the_time(lane: Problem) -> None:
+def test_a_repeated_row_fails_the_time(lane: PlanningTask) -> None:
     good = straight()
     bad = Trajectory(
         np.insert(good.t, 5, good.t[5]),
@@ -175,14 +175,14 @@ def test_a_repeated_row_fails_the_time(lane: Problem) -> None:
     assert "row 6" in detail(certificate, "time")
 
 
-def test_a_row_that_goes_back_in_time_fails_the_time(lane: Problem) -> None:
+def test_a_row_that_goes_back_in_time_fails_the_time(lane: PlanningTask) -> None:
     good = straight()
     t = good.t.copy()
     t[5] = t[3]
     assert "time" in failed(verify(lane, replace(good, t=t)))
 
 
-def test_a_motion_that_does_not_begin_at_zero_fails_the_time(lane: Problem) -> None:
+def test_a_motion_that_does_not_begin_at_zero_fails_the_time(lane: PlanningTask) -> None:
     good = straight()
     assert failed(verify(lane, replace(good, t=good.t + 1.0))) == {"time"}
 
@@ -207,7 +207,7 @@ def test_a_shorter_step_fails_the_time_where_steps_are_what_counts(tmp_path: Pat
     [("x", (0, 0)), ("x", (9, 5)), ("x", (20, 1)), ("u", (0, 0)), ("u", (19, 1)), ("t", (20,))],
 )
 def test_a_number_that_is_not_finite_fails_and_never_raises(
-    lane: Problem, array: str, entry: tuple[int, ...], wrong: float
+    lane: PlanningTask, array: str, entry: tuple[int, ...], wrong: float
 ) -> None:
     bad = straight()
     getattr(bad, array)[entry] = wrong
@@ -216,7 +216,7 @@ def test_a_number_that_is_not_finite_fails_and_never_raises(
     assert not certificate.passed
 
 
-def test_a_motion_cut_short_fails_the_goal_and_says_by_how_much(lane: Problem) -> None:
+def test_a_motion_cut_short_fails_the_goal_and_says_by_how_much(lane: PlanningTask) -> None:
     certificate = verify(lane, straight(steps=8))  # ends at x = -0.6, the goal begins at -0.5
     assert failed(certificate) == {"goal"}
     assert "x is off by 0.6" in detail(certificate, "goal")
@@ -225,7 +225,7 @@ def test_a_motion_cut_short_fails_the_goal_and_says_by_how_much(lane: Problem) -
 
 
 @pytest.mark.parametrize(("x", "passes"), [(-0.5 - 1e-4, False), (-0.5 + 1e-4, True)])
-def test_the_goal_ends_where_its_tolerance_does(lane: Problem, x: float, passes: bool) -> None:
+def test_the_goal_ends_where_its_tolerance_does(lane: PlanningTask, x: float, passes: bool) -> None:
     certificate = verify(lane, straight(steps=10, step=(1 + x) / 10))
     assert ("goal" not in failed(certificate)) == passes
 
@@ -372,7 +372,7 @@ position = [{place}, 0.0, 0.0]
 
 
 @pytest.fixture(scope="module")
-def swing(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Trajectory]:
+def swing(tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanningTask, Trajectory]:
     """A pendulum released at 1 rad, two periods in one interval, a block where it hangs lowest.
 
     Its period is 4 sqrt(l / g) K(sin^2(1/2)) (Landau, Lifshitz, Mechanics, section 11).
@@ -400,14 +400,14 @@ theta = 1.0
 
 
 def test_a_swing_that_rests_whenever_it_is_looked_at_still_fails_the_collision(
-    swing: tuple[Problem, Trajectory],
+    swing: tuple[PlanningTask, Trajectory],
 ) -> None:
     """At every quarter of the interval the bob is at rest; in between it hits the block."""
     assert "collision" in failed(verify(*swing))
 
 
 def test_a_swing_that_rests_whenever_it_is_looked_at_still_fails_the_limits(
-    swing: tuple[Problem, Trajectory],
+    swing: tuple[PlanningTask, Trajectory],
 ) -> None:
     """Its largest rate is 2 sqrt(g / l) sin(1/2) = 3 rad/s."""
     problem = replace(swing[0], bounds=np.array([[-np.inf, np.inf], [-2.0, 2.0]]))
@@ -556,7 +556,7 @@ def test_random_poses_in_the_maze_get_the_verdict_of_plane_geometry(solved: Solv
 # --- drift and growth ---
 
 
-def test_small_errors_that_add_up_do_not_move_the_verdict_on_the_goal(lane: Problem) -> None:
+def test_small_errors_that_add_up_do_not_move_the_verdict_on_the_goal(lane: PlanningTask) -> None:
     """Knots that cheat by less than a defect each still end where the inputs really lead."""
     honest = rolling([-1.0, 0, 0, 0, 0, 4.0], [0, 0], 400, step=0.499e-3 * 2.5)  # to x = -0.501
     cheat = replace(honest, x=honest.x + np.linspace(0, 1.6e-3, 401)[:, None] * np.eye(6)[0])
@@ -577,7 +577,7 @@ def test_a_balancing_machine_is_found_too_sensitive(tmp_path: Path) -> None:
     assert "error growth" not in failed(verify(problem, motion))
 
 
-def test_every_pair_of_shifted_start_and_turn_is_judged_on_the_circle(lane: Problem) -> None:
+def test_every_pair_of_shifted_start_and_turn_is_judged_on_the_circle(lane: PlanningTask) -> None:
     for psi, phi in product([0.0, 2 * np.pi], [0.0, -2 * np.pi]):
         motion = rolling([-1.0, 0, psi, phi, 0, 4.0], [0, 0], 20)
         assert "start" not in failed(verify(lane, motion))

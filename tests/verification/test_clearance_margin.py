@@ -12,7 +12,7 @@ import pytest
 from kinolab import cli
 from kinolab.dynamics import Body, Drive, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
 from tests.support import OPEN, failed, problem_of
@@ -42,7 +42,7 @@ RADII = 0.1 + 0.2  # [m] of puck and ball
 REFINED = 1e-7  # [m] above the smallest clearance, at most
 
 
-def passing(folder: Path, *balls: tuple[str, float, float], beside: bool = False) -> Problem:
+def passing(folder: Path, *balls: tuple[str, float, float], beside: bool = False) -> PlanningTask:
     """Return a puck that glides along x past balls, and perhaps another puck that stands beside."""
     x, y = length("x", -9, 9, speed=2.0), length("y", -9, 9, speed=2.0)
     bodies = [Body("puck", move(x, 0, 0), mass=1.0, shape=Sphere(0.1))]
@@ -56,7 +56,7 @@ def passing(folder: Path, *balls: tuple[str, float, float], beside: bool = False
     return problem_of(folder, text, "start.y=0.6" if beside else "start.y=-8.0")
 
 
-def glide(problem: Problem, times: list[float]) -> Certificate:
+def glide(problem: PlanningTask, times: list[float]) -> Certificate:
     """Verify the motion at 1 m/s along x, with knots at some times."""
     t = np.array(times)
     x = np.tile(problem.start, (len(t), 1))

@@ -11,7 +11,7 @@ import kinolab
 from kinolab.dynamics import Body, Box, Force, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import EndpointError, InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.verification import collision_check
 from kinolab.world import (
     BodyGeometry,
@@ -63,12 +63,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def problem(folder: Path) -> Problem:
+def problem(folder: Path) -> PlanningTask:
     return kinolab.load(folder / "puck.toml")
 
 
 @pytest.mark.parametrize("planner", ["rrt", "rrt_fast", "kpiece_fast", "shooting"])
-def test_every_kind_of_planner_keeps_its_distance(problem: Problem, planner: str) -> None:
+def test_every_kind_of_planner_keeps_its_distance(problem: PlanningTask, planner: str) -> None:
     found = problem.solve(planner=planner, seed=1, time_limit=60.0)
     assert found.status == "solved"
     assert found.trajectory is not None
@@ -80,7 +80,7 @@ def test_every_kind_of_planner_keeps_its_distance(problem: Problem, planner: str
     assert gaps.min() < 2 * CLEARANCE  # it came by
 
 
-def test_a_plan_that_was_made_for_less_clearance_fails(folder: Path, problem: Problem) -> None:
+def test_a_plan_that_was_made_for_less_clearance_fails(folder: Path, problem: PlanningTask) -> None:
     careless = kinolab.load(folder / "puck.toml", overrides=["world.clearance=0.0"])
     found = careless.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
     assert found.trajectory is not None

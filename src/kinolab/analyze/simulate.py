@@ -11,14 +11,14 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory, reference_column
 
 MAX_STEPS = 1_000_000
 
 
-def simulate(problem: Problem, duration: float, inputs: Path | None = None) -> Trajectory:
+def simulate(problem: PlanningTask, duration: float, inputs: Path | None = None) -> Trajectory:
     """Return the true motion from the problem's start.
 
     Args:

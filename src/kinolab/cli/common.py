@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from kinolab.problem import Problem
-    from kinolab.solve import Plan
+    from kinolab.problem import PlanningTask
+    from kinolab.solve import PlanResult
 
 FAILED = 7  # exit code: a motion or a machine is not what it claims to be
 MAX_JOBS = 256  # processes; each of them loads every library
@@ -28,7 +28,9 @@ def echo_json(data: Any) -> None:
     click.echo(json.dumps(data, ensure_ascii=False))
 
 
-def write_pictures(problem: Problem, found: Plan, folder: Path, report: dict[str, Any]) -> None:
+def write_pictures(
+    problem: PlanningTask, found: PlanResult, folder: Path, report: dict[str, Any]
+) -> None:
     """Write the film, the page and the scene of a motion."""
     from kinolab.files import write_whole
     from kinolab.show.film.animation import animate

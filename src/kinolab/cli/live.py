@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 from kinolab.cli.progress import Progress
 
 if TYPE_CHECKING:
-    from kinolab.problem import Problem
+    from kinolab.problem import PlanningTask
     from kinolab.show.view.live_page import LivePage
 
 
 @contextmanager
 def live_page(
-    problem: Problem, progress: Progress, *, live: bool, browser: bool
+    problem: PlanningTask, progress: Progress, *, live: bool, browser: bool
 ) -> Iterator[tuple[LivePage | None, bool]]:
     """Serve a page inside, where one is wanted; with whether a browser was started that may come.
 

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinolab.problem import Problem
-    from kinolab.solve import Plan
+    from kinolab.problem import PlanningTask
+    from kinolab.solve import PlanResult
 
 
-def progress_text(found: Plan, *, anytime: bool) -> str:
+def progress_text(found: PlanResult, *, anytime: bool) -> str:
     """Word a plan that is better than all before."""
     first, last = found.improvements[0], min(found.improvements, key=lambda one: one.duration)
     if anytime:
@@ -25,7 +25,9 @@ def progress_text(found: Plan, *, anytime: bool) -> str:
     )
 
 
-def summary(problem: Problem, found: Plan, folder: Path, report: Mapping[str, Any]) -> str:
+def summary(
+    problem: PlanningTask, found: PlanResult, folder: Path, report: Mapping[str, Any]
+) -> str:
     """Return what a command says of a plan and of the folder that it was written to.
 
     Args:
@@ -55,7 +57,7 @@ def summary(problem: Problem, found: Plan, folder: Path, report: Mapping[str, An
     return "\n".join([*lines, f"  written to {folder}"])
 
 
-def _before(found: Plan) -> str:
+def _before(found: PlanResult) -> str:
     """Word the duration of the motion that a search gave, where it was made shorter."""
     raw = found.statistics.get("raw_duration")
     return f" (found with {raw:.2f} s)" if raw not in {None, found.cost} else ""
@@ -68,14 +70,14 @@ def _refusals(refused: Mapping[str, int]) -> str:
     return f"{count} {'motion' if count == 1 else 'motions'} refused by verification ({causes})"
 
 
-def _ends(found: Plan) -> str:
+def _ends(found: PlanResult) -> str:
     """Word how many seeds ended in which way."""
     counts = Counter(attempt.status for attempt in found.attempts)
     ends = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
     return f"{len(found.attempts)} ({ends})"
 
 
-def _further(found: Plan, report: Mapping[str, Any]) -> list[str]:
+def _further(found: PlanResult, report: Mapping[str, Any]) -> list[str]:
     """Return what a diagnosis says that the plan's own message does not."""
     sentences = report["diagnosis"].get("sentences", ())
     return [sentence for sentence in sentences if sentence not in found.message]

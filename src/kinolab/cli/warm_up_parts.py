@@ -19,7 +19,7 @@ from kinolab.analyze.simulate import simulate
 from kinolab.errors import MissingPlannerError
 from kinolab.loading import build_problem
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import scenario_from
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.show.film.animation import animate
@@ -61,7 +61,7 @@ SAMPLE_RESOLUTION = 0.1  # [m]
 DURATION = 0.2  # [s] of the motion that is verified and drawn
 
 
-def small_problem() -> Problem:
+def small_problem() -> PlanningTask:
     """Return a coin among one obstacle of every kind."""
     path = Path("warm_up.toml")
     problem = build_problem(scenario_from(tomllib.loads(SCENARIO), path), planner=False)
@@ -105,7 +105,7 @@ def _collision() -> None:
         room.within(poses, ends, 1.0)
 
 
-def inside_obstacles(problem: Problem) -> Iterator[Array]:
+def inside_obstacles(problem: PlanningTask) -> Iterator[Array]:
     """Yield states (nx,) at which the machine touches an obstacle."""
     for obstacle in problem.world.obstacles:
         x = problem.start.copy()

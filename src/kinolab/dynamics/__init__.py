@@ -74,7 +74,7 @@ from kinolab.dynamics.language.symbols import (
     turn_rate,
 )
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.system import SystemFacade as System
+from kinolab.dynamics.system import System
 from kinolab.dynamics.variational import VariationalIntegrator
 from kinolab.numerics.riccati import dlqr, lqr, tvlqr
 

@@ -30,7 +30,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import (
@@ -81,7 +81,7 @@ class Model:
         circular: Whether each entry of x is an angle on the circle, shape (nx,).
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Mechanism) -> None:
         law = system.feedback
         if isinstance(law, Regulator):
             remedy = "Take system.model(), which finds them."
@@ -534,7 +534,7 @@ class Model:
         return {method: self._prototype(f"step_{method}", *types) for method in METHODS}
 
 
-def _build(system: System, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
+def _build(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
     """Derive and compile a machine; returns what a model must know, and the machine code."""
     d = derive(system)
     size = len(d.state)
@@ -565,7 +565,7 @@ def _build(system: System, law: Feedback | None) -> tuple[dict[str, Any], bytes]
     return facts, compile_ir(text)
 
 
-def _state_scales(system: System, independent: tuple[int, ...]) -> Array:
+def _state_scales(system: Mechanism, independent: tuple[int, ...]) -> Array:
     positions, speeds = [], []
     for c in system.coordinates:
         attitude = not isinstance(c, Coordinate)
@@ -575,13 +575,13 @@ def _state_scales(system: System, independent: tuple[int, ...]) -> Array:
     return np.array([*positions, *(speeds[i] for i in independent), *further], dtype=float)
 
 
-def _circular(system: System, size: int) -> NDArray[np.bool_]:
+def _circular(system: Mechanism, size: int) -> NDArray[np.bool_]:
     symbols = configuration_symbols(system)
     circles = [isinstance(s, Coordinate) and s.topology == "circle" for s in symbols]
     return np.array([*circles, *[False] * (size - len(circles))])
 
 
-def _state_bounds(system: System, independent: tuple[int, ...]) -> Array:
+def _state_bounds(system: Mechanism, independent: tuple[int, ...]) -> Array:
     positions, speeds = [], []
     for c in system.coordinates:
         if isinstance(c, Coordinate):

@@ -9,11 +9,11 @@ import sympy
 from kinolab.dynamics.analysis.lqr_design import with_law
 from kinolab.dynamics.lagrange.agreement import Agreement, compare
 from kinolab.dynamics.lagrange.equations import Equations, equations_of
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 
 
-class SystemFacade(System):
+class System(Mechanism):
     """A mechanical system, frozen, with the equations of motion that follow from it."""
 
     def model(self) -> Model:

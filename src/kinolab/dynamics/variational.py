@@ -61,7 +61,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.forces import Coulomb, Viscous, Wrench
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.symbols import Attitude
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake, NoDynamicsError, SingularError
@@ -95,7 +95,7 @@ class VariationalIntegrator:
         NoDynamicsError: If it is kinematic.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Mechanism) -> None:
         _check(system)
         self.model = Model(system.with_feedback(None))  # it is pushed by inputs, not by a law
         content = f"variational {machine_to_json(system)}"
@@ -199,7 +199,7 @@ class VariationalIntegrator:
         return ctypes.CFUNCTYPE(ctypes.c_int32, *types)(self._library.address("saddle"))
 
 
-def _check(system: System) -> None:
+def _check(system: Mechanism) -> None:
     """Refuse what does not follow from energies, constraints and held forces."""
     if is_kinematic(system):
         text = f"{system.name} is kinematic: it has no energy, so no action. Use Model.step."
@@ -219,7 +219,7 @@ def _check(system: System) -> None:
         raise InputError(mistakes)
 
 
-def _build(system: System, redundant: Sequence[str]) -> bytes:
+def _build(system: Mechanism, redundant: Sequence[str]) -> bytes:
     """Compile the functions of one machine."""
     step = _VariationalStep(system, redundant)
     binding, tape = step.binding, step.binding.tape
@@ -254,7 +254,7 @@ class _VariationalStep:
         rows: Those constraints' rows A(q0).
     """
 
-    def __init__(self, system: System, redundant: Sequence[str]) -> None:
+    def __init__(self, system: Mechanism, redundant: Sequence[str]) -> None:
         self.system, self.binding = system, SymbolTable.of(system)
         tape = self.tape = self.binding.tape
         self.vectors = Vectors(tape)
@@ -417,7 +417,7 @@ class _VariationalStep:
         return conditions
 
 
-def _places(system: System) -> Iterator[tuple[int, int, bool]]:
+def _places(system: Mechanism) -> Iterator[tuple[int, int, bool]]:
     """Yield where each coordinate begins in q and in nu, and whether it is an attitude."""
     place = at = 0
     for coordinate in system.coordinates:

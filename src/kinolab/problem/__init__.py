@@ -1,5 +1,5 @@
 """A machine in a world with a start and a goal: all that a planner needs to know."""
 
-from kinolab.problem.task import Problem
+from kinolab.problem.task import PlanningTask
 
-__all__ = ["Problem"]
+__all__ = ["PlanningTask"]

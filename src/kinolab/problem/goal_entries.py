@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.units import state_units
 from kinolab.numerics.arrays import Array
-from kinolab.problem.task import Problem
+from kinolab.problem.task import PlanningTask
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class GoalEntry:
         return f"{self.name} = {self.value:.4g} (wanted {wanted})"
 
 
-def goal_entries(problem: Problem, x: Array) -> tuple[GoalEntry, ...]:
+def goal_entries(problem: PlanningTask, x: Array) -> tuple[GoalEntry, ...]:
     """Return every entry of the goal at a state (nx,), those missed by most tolerances first."""
     entries = _entries(problem, x)
     return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
 
 
-def _entries(problem: Problem, x: Array) -> Iterator[GoalEntry]:
+def _entries(problem: PlanningTask, x: Array) -> Iterator[GoalEntry]:
     goal, model, bodies = problem.goal, problem.model, problem.bodies
     units = state_units(model)
     values = np.where(problem.circular, wrapped(x), x)
@@ -81,7 +81,7 @@ def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
     return {unit: math.sqrt(squares[unit]) for unit in places_first}
 
 
-def distance_text(problem: Problem, x: Array) -> str:
+def distance_text(problem: PlanningTask, x: Array) -> str:
     """Word how far a state (nx,) is from the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
     norms = distance_by_unit(_entries(problem, x))
     parts = [f"{norm:.3g} {unit}".rstrip() for unit, norm in norms.items()]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from kinolab.problem.task import Problem
+from kinolab.problem.task import PlanningTask
 
 MAX_COORDINATES = 3  # coordinates; more would have too many cells
 CELLS_AROUND_GOAL = 1000  # of one size, over all of the goal's tolerances
 
 
-def projected_coordinates(problem: Problem, *, angles: bool = True) -> list[int]:
+def projected_coordinates(problem: PlanningTask, *, angles: bool = True) -> list[int]:
     """Return the entries of the state that describe where a machine is: lengths before angles.
 
     What the metric hardly weighs, such as how far a wheel has rolled, comes last.

@@ -16,7 +16,7 @@ from kinolab.dynamics.analysis.consistent_states import (
     nearest_consistent_state,
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 from kinolab.errors import EndpointError, Mistake
 from kinolab.numerics.arrays import Array
@@ -43,7 +43,7 @@ SAME = 1e-12  # what differs by less is not written
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class PlanningTask:
     """A planning problem.
 
     Attributes:
@@ -63,7 +63,7 @@ class Problem:
     """
 
     scenario: Scenario
-    system: System
+    system: Mechanism
     model: Model
     world: World
     start: Array

@@ -11,13 +11,13 @@ import numpy as np
 
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
-from kinolab.problem.task import Problem
+from kinolab.problem.task import PlanningTask
 from kinolab.trajectory import Trajectory
 
 MAX_ANGLE = 1e12  # [rad] of an angle that is known to a thousandth
 
 
-def unwrapped(problem: Problem, trajectory: Trajectory) -> Trajectory:
+def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
     """Return the same motion in numbers that do not jump from knot to knot.
 
     The first knot is written like the problem's start, every other one like what the knot before
@@ -40,7 +40,7 @@ def unwrapped(problem: Problem, trajectory: Trajectory) -> Trajectory:
     return replace(trajectory, x=x)
 
 
-def _turned(problem: Problem, trajectory: Trajectory) -> Array:
+def _turned(problem: PlanningTask, trajectory: Trajectory) -> Array:
     """Return by how much circular coordinates turn in each interval, shape (N, nx).
 
     By the trapezoidal rule; where the rates are unknown, nothing is said to turn.

@@ -12,13 +12,13 @@ from kinolab.dynamics.language.json.machine_file import (
     feedback_to_json,
     machine_to_json,
 )
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
 from kinolab.verification import Check
 
 
-def assets_of(problem: Problem) -> dict[str, bytes]:
+def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     """Return the files below assets/ by name: the machine, copies of meshes and of a planner."""
     meshes = {
         _mesh_name(index, path): path.read_bytes()
@@ -51,7 +51,7 @@ def _mesh_name(index: int, path: Path) -> str:
     return f"{index + 1}_{path.name}"
 
 
-def portable_scenario(problem: Problem) -> Scenario:
+def portable_scenario(problem: PlanningTask) -> Scenario:
     """Return the scenario with the machine, the meshes and the planner taken from assets/."""
     scenario = problem.scenario
     meshes = _meshes(scenario)
@@ -82,7 +82,7 @@ def hashes_of(assets: Mapping[str, bytes]) -> dict[str, str]:
     return {name: _digest(content) for name, content in assets.items()}
 
 
-def unchanged(folder: Path, problem: Problem, report: Mapping[str, Any]) -> Check:
+def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) -> Check:
     """Compare the files that a run's scenario uses with the hashes in its report."""
     recorded = report.get("assets")
     hashes = recorded if isinstance(recorded, dict) else {}

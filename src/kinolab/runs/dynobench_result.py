@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
 STEP_TOLERANCE = 1e-9  # [s] by which a step may differ from the benchmark's, rounding of times
 
 
-def has_its_steps(problem: Problem, trajectory: Trajectory) -> bool:
+def has_its_steps(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Whether every step of a trajectory is as long as the benchmark's, which knows no others."""
     steps = np.diff(trajectory.t)
     return bool(np.abs(steps - problem.step).max(initial=0.0) <= STEP_TOLERANCE)
 
 
-def result_text(problem: Problem, trajectory: Trajectory) -> str:
+def result_text(problem: PlanningTask, trajectory: Trajectory) -> str:
     """Return a trajectory as YAML: states (N+1 rows), actions (N rows), times and the cost in [s].
 
     Angles on circles lie in [-pi, pi), as the benchmark has them; 17 digits are written.

@@ -17,7 +17,7 @@ from typing import Any
 from kinolab.errors import InputError, Mistake
 from kinolab.files import utf_8, write_whole
 from kinolab.loading import build_problem
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, portable_scenario, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
@@ -25,7 +25,7 @@ from kinolab.runs.report import report_of
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.scenario.dynobench import is_environment
 from kinolab.search.graph import SearchGraph, read_graph
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory, read_csv
 from kinolab.verification import Certificate, verify
 
@@ -43,7 +43,7 @@ class Run:
     """A finished run, read back from its folder."""
 
     folder: Path
-    problem: Problem
+    problem: PlanningTask
     report: dict[str, Any]
     trajectory: Trajectory
 
@@ -58,7 +58,7 @@ class Run:
         return read_graph(path, self.problem.model.state_names) if path.is_file() else None
 
 
-def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
+def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
     """Write all files of a run but its pictures, and return its report.
 
     Files of an earlier run in the same folder are replaced; what this run does not have is
@@ -85,7 +85,7 @@ def write_run(folder: Path, problem: Problem, plan: Plan) -> dict[str, Any]:
     return report
 
 
-def _benchmark_result(problem: Problem, trajectory: Trajectory) -> dict[str, bytes]:
+def _benchmark_result(problem: PlanningTask, trajectory: Trajectory) -> dict[str, bytes]:
     """Return the file that the benchmark reads, for its own environments."""
     if not is_environment(problem.scenario.origin.file) or not has_its_steps(problem, trajectory):
         return {}

@@ -9,17 +9,19 @@ from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.runs.assets import hashes_of
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.verification import Certificate, Check
 
 SCHEMA_VERSION = 1
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
 
 
-def report_of(problem: Problem, plan: Plan, assets: Mapping[str, bytes]) -> dict[str, Any]:
+def report_of(
+    problem: PlanningTask, plan: PlanResult, assets: Mapping[str, bytes]
+) -> dict[str, Any]:
     """Return what ``report.json`` says; what is not finite becomes null.
 
     Args:
@@ -69,7 +71,7 @@ def margin_to_json(certificate: Certificate | None) -> dict[str, Any] | None:
     return asdict(certificate.margin)
 
 
-def goal_distance_by_unit(problem: Problem, plan: Plan) -> dict[str, float] | None:
+def goal_distance_by_unit(problem: PlanningTask, plan: PlanResult) -> dict[str, float] | None:
     """Return how far a plan ends from the goal's centre in each unit; null where it has no end.
 
     The report's ``goal_distance`` is the norm of these, of whatever units.

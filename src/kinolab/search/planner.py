@@ -18,7 +18,7 @@ from kinolab.settings import OLD_NAMES, setting, settings_of, with_default
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from kinolab.problem import Problem
+    from kinolab.problem import PlanningTask
 
 __all__ = [
     "AbstractPlanner",
@@ -48,7 +48,7 @@ class AbstractPlanner(ABC):
     in_threads: ClassVar[bool] = False
 
     @abstractmethod
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Search for inputs that bring the machine from the start into the goal region.
 
         Not finding any is a result; only a wrong question raises.

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.simulation.machine import advance, call_at, call_under
 from kinolab.world.collision.clearance_bound import (
@@ -56,7 +56,7 @@ class CollisionContext(NamedTuple):
     clearance_horizon: float  # [m] of room that is looked for, to spare later looks
 
 
-def collision_context(problem: Problem) -> tuple[CollisionContext, CollisionScratch]:
+def collision_context(problem: PlanningTask) -> tuple[CollisionContext, CollisionScratch]:
     """Gather what is in the way of a problem's machine, with scratch memory for one thread."""
     world, spacing = problem.world, resolution(problem)
     gliding = not moves_upright(problem, touching=False)

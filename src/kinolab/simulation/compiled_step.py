@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import DivergedError, interval
 
 REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
@@ -30,7 +30,7 @@ def function(model: Model, name: str, *types: Any) -> Callable[..., int]:
     return ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)(model.address(name))
 
 
-def stepper(problem: Problem, method: str | None = None) -> Callable[..., int]:
+def stepper(problem: PlanningTask, method: str | None = None) -> Callable[..., int]:
     """Return the compiled step (x, u, p, duration, next, substeps, mode) of a method."""
     name = f"step_{method or problem.scenario.integration.method}"
     return function(
@@ -53,7 +53,7 @@ class CompiledStep:
         ends: Of the cables at ``next``, shape (cables, 6).
     """
 
-    def __init__(self, problem: Problem, method: str | None = None) -> None:
+    def __init__(self, problem: PlanningTask, method: str | None = None) -> None:
         model, bodies, cables = problem.model, len(problem.bodies), len(problem.cables)
         self.x: Any = (ctypes.c_double * model.nx)()
         self.next: Any = (ctypes.c_double * model.nx)()
@@ -142,7 +142,7 @@ class ReferenceStep:
     Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.4 (step doubling).
     """
 
-    def __init__(self, problem: Problem, parameters: dict[str, float]) -> None:
+    def __init__(self, problem: PlanningTask, parameters: dict[str, float]) -> None:
         self._plant, self._parameters = problem.model.plant, parameters
         self._scales, settings = problem.scales, problem.scenario.integration
         self._own = settings.substeps if settings.truth == "discrete" else None

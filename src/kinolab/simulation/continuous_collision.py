@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.world import CollisionChecker, lowest_z
 
@@ -30,7 +30,7 @@ class ContinuousCollisionCheck:
         margin: Room in [m] that is asked for in addition.
     """
 
-    def __init__(self, problem: Problem, calls: CompiledStep, margin: float = 0.0) -> None:
+    def __init__(self, problem: PlanningTask, calls: CompiledStep, margin: float = 0.0) -> None:
         self._calls = calls
         self._resolution = resolution(problem)
         self._tight = problem.checker(margin=margin + self._resolution / 2)
@@ -102,13 +102,13 @@ class ContinuousCollisionCheck:
         return not checker.collides(calls.poses, calls.ends)
 
 
-def resolution(problem: Problem) -> float:
+def resolution(problem: PlanningTask) -> float:
     """Return the spacing of checks: fine enough that the start has room for half of it."""
     clearance = problem.checker().clearance(*problem.placement(problem.start))
     return float(np.clip(clearance, MIN_RESOLUTION, RESOLUTION))
 
 
-def moves_upright(problem: Problem, *, touching: bool) -> bool:
+def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
     """Say whether a body's lowest point rises and sinks, of those that may touch the ground or not.
 
     Margins against the ground would be in the way of what glides at one height.

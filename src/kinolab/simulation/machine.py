@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 
 class Machine(NamedTuple):
@@ -34,7 +34,7 @@ class Machine(NamedTuple):
     p: Array
 
 
-def machine_of(problem: Problem) -> Machine:
+def machine_of(problem: PlanningTask) -> Machine:
     """Return a problem's machine; whoever keeps it must keep the model too, which owns the code."""
     model = problem.model
     stepper = f"step_{problem.scenario.integration.method}"
@@ -101,7 +101,7 @@ def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
 
 
 def states_under(
-    problem: Problem, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
+    problem: PlanningTask, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
 ) -> Array:
     """Return the states (N+1, nx) under inputs (N, nu), by the problem's own map.
 

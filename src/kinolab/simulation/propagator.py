@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, ContinuousCollisionCheck
 
@@ -68,7 +68,7 @@ class Propagator:
     """
 
     def __init__(
-        self, problem: Problem, margin: float = 0.0, rejections: Rejections | None = None
+        self, problem: PlanningTask, margin: float = 0.0, rejections: Rejections | None = None
     ) -> None:
         self.problem = problem
         self._calls = CompiledStep(problem)
@@ -199,7 +199,7 @@ class Propagator:
             yield self.problem.frames(np.array(calls.next))
 
 
-def _axis_speed(problem: Problem, x: np.ndarray, slope: np.ndarray) -> float:
+def _axis_speed(problem: PlanningTask, x: np.ndarray, slope: np.ndarray) -> float:
     """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
     rates = problem.model.frames_jacobian(x) @ slope
     return max(float(np.linalg.norm(cone.in_world(rates))) for cone in problem.keep_outs)

@@ -20,7 +20,7 @@ from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.errors import KinolabError, SingularError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
 RTOL = 1e-9
@@ -205,7 +205,7 @@ class Chord:
 
 
 def reference_motion(
-    problem: Problem, start: Array, t: Array, u: Array, *, between: bool = True
+    problem: PlanningTask, start: Array, t: Array, u: Array, *, between: bool = True
 ) -> ReferenceMotion:
     """Return the motion that counts: the differential equation's, or the integrator's own map.
 
@@ -225,7 +225,7 @@ def reference_motion(
     return follow(problem.model, start, t, u, problem.scales, between=between)
 
 
-def resimulate(problem: Problem, t: Array, u: Array) -> Trajectory:
+def resimulate(problem: PlanningTask, t: Array, u: Array) -> Trajectory:
     """Return the true motion from the problem's start under inputs (N, nu) at times (N+1,)."""
     motion = reference_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
@@ -246,7 +246,7 @@ def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
     return Trajectory(t, x, acting, model.state_names, names, u, model.control_names)
 
 
-def perturbed_start(problem: Problem, start: Array) -> Array:
+def perturbed_start(problem: PlanningTask, start: Array) -> Array:
     """Return a start (nx,) beside another one, to see how errors grow; always the same one."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
     nudge *= PERTURBATION / np.linalg.norm(nudge)
@@ -254,7 +254,7 @@ def perturbed_start(problem: Problem, start: Array) -> Array:
     return beside
 
 
-def error_amplification(problem: Problem, states: Array, beside: Array) -> float:
+def error_amplification(problem: PlanningTask, states: Array, beside: Array) -> float:
     """Return by how much a motion makes errors grow: the most that another one goes away from it.
 
     Args:

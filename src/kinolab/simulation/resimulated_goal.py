@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
@@ -33,7 +33,7 @@ class TrueEnds:
         broken: How many cannot be followed, touch something, or make errors grow too much.
     """
 
-    problem: Problem
+    problem: PlanningTask
     missed: int = 0
     broken: int = 0
 
@@ -55,7 +55,7 @@ class TrueEnds:
         return {MISSED: float(self.missed), BROKEN: float(self.broken)}
 
 
-def resimulated_violation(problem: Problem, u: Array) -> float:
+def resimulated_violation(problem: PlanningTask, u: Array) -> float:
     """Return how far outside the goal the true motion from the problem's start ends, in tolerances.
 
     Whether it ends inside is told by compiled steps where two lengths of them agree; else the
@@ -81,12 +81,12 @@ def resimulated_violation(problem: Problem, u: Array) -> float:
     return fine if fine > 1.0 or _holds(problem, states[1], u) else math.inf
 
 
-def _end(problem: Problem, states: Array) -> float:
+def _end(problem: PlanningTask, states: Array) -> float:
     end = states[-1]
     return problem.goal_excess(end) if np.isfinite(end).all() else math.inf
 
 
-def _holds(problem: Problem, states: Array, u: Array) -> bool:
+def _holds(problem: PlanningTask, states: Array, u: Array) -> bool:
     """Say whether true states (N+1, nx) touch nothing and can be reached again."""
     ends = problem.model.cables(states) if problem.cables else None
     if problem.checker().first_collision(problem.model.frames(states), ends) is not None:

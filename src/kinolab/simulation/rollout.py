@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep, stepper
 
 # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
@@ -31,7 +31,7 @@ class Rollout:
         step: Length of a propagation step in [s].
     """
 
-    def __init__(self, problem: Problem, stop: CancellationToken = never_cancelled) -> None:
+    def __init__(self, problem: PlanningTask, stop: CancellationToken = never_cancelled) -> None:
         settings, self._stop = problem.scenario.integration, stop
         discrete = settings.truth == "discrete"
         # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
@@ -88,7 +88,7 @@ class Rollout:
         return A, B
 
 
-def _pieces(problem: Problem) -> int:
+def _pieces(problem: PlanningTask) -> int:
     """Return how many Runge-Kutta steps a propagation step takes."""
     generator, model = np.random.default_rng(0), problem.model
     states = np.array(
@@ -104,7 +104,7 @@ def _pieces(problem: Problem) -> int:
 class ZeroOrderHold:
     """Simulates a machine in steps of the problem's length, without a look at obstacles."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         self._calls = CompiledStep(problem)
         self._step, self._nx = problem.step, problem.model.nx
         self._bytes = ctypes.sizeof(ctypes.c_double) * self._nx
@@ -143,7 +143,7 @@ class CandidateRollouts:
         states: Of the motions, their start left out, shape (count, steps, nx).
     """
 
-    def __init__(self, problem: Problem, count: int, steps: int) -> None:
+    def __init__(self, problem: PlanningTask, count: int, steps: int) -> None:
         model, h, substeps = problem.model, problem.step, problem.scenario.integration.substeps
         self.inputs = np.zeros((count, model.nu))
         self._knots = np.zeros((count, steps + 1, model.nx))

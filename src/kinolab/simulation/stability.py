@@ -12,7 +12,7 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import IntegrationSection
 
 # |h lambda| up to which |R(h lambda)| <= 1 for lambda < 0
@@ -52,7 +52,7 @@ class Stiffness:
         )
 
 
-def stiffness(problem: Problem, visited: Array | None = None) -> Stiffness | None:
+def stiffness(problem: PlanningTask, visited: Array | None = None) -> Stiffness | None:
     """Return what makes a problem's steps unstable; None where they are stable, or implicit.
 
     Looks at the start, at states of the goal, at others within the limits, moving and at rest, and
@@ -110,7 +110,7 @@ def _fading_at(model: Model, x: Array, u: Array) -> float:
     return float(np.abs(found[found.real <= GROWTH_RATIO * np.abs(found)]).max(initial=0.0))
 
 
-def _sampled(problem: Problem, generator: np.random.Generator) -> list[Array]:
+def _sampled(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:
     """Return states of the goal, states within the limits, and the latter at rest."""
     goals = problem.sample_goals(generator, np.ones(RANDOM_STATES))
     moving = problem.sample_goals(generator, np.ones(RANDOM_STATES))

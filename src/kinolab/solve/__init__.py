@@ -1,6 +1,6 @@
 """Problem -> planner -> re-simulation -> verification -> optimisation -> Plan, for any seeds."""
 
 from kinolab.solve.pipeline import solve
-from kinolab.solve.plan import EXIT_CODES, Attempt, Improvement, Plan, make_planner
+from kinolab.solve.plan import EXIT_CODES, Attempt, Improvement, PlanResult, make_planner
 
-__all__ = ["EXIT_CODES", "Attempt", "Improvement", "Plan", "make_planner", "solve"]
+__all__ = ["EXIT_CODES", "Attempt", "Improvement", "PlanResult", "make_planner", "solve"]

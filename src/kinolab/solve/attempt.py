@@ -15,12 +15,12 @@ import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.search.plugins import search
 from kinolab.simulation import stiffness
 from kinolab.simulation.reference import DivergedError, follow_map, resimulate, trajectory_under
-from kinolab.solve.plan import REFUSED, Plan
+from kinolab.solve.plan import REFUSED, PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
 
@@ -47,13 +47,13 @@ UNVERIFIED = Verdict("interrupted", "Interrupted before what was found had been 
 
 
 def attempt(
-    problem: Problem,
+    problem: PlanningTask,
     searcher: AbstractPlanner,
     seed: int,
     budget: Budget,
     *,
     keep_approach: bool = True,
-) -> Plan:
+) -> PlanResult:
     """Search with one seed and judge what it gave; what was done before an interrupt is kept.
 
     Args:
@@ -72,7 +72,7 @@ def attempt(
             verdict = Verdict(result.outcome.name.lower(), result.outcome.value)
         else:
             verdict = _judged(problem, result, budget, timings)
-    return Plan(
+    return PlanResult(
         verdict.status,
         verdict.trajectory,
         verdict.certificate,
@@ -90,7 +90,7 @@ def attempt(
 
 
 def motion(
-    problem: Problem, searcher: AbstractPlanner, seed: int, budget: Budget
+    problem: PlanningTask, searcher: AbstractPlanner, seed: int, budget: Budget
 ) -> Trajectory | None:
     """Return the true motion of what a search found, which nobody has verified; None if nothing.
 
@@ -123,7 +123,7 @@ def _timed(
 
 
 def _searched(
-    problem: Problem,
+    problem: PlanningTask,
     searcher: AbstractPlanner,
     seed: int,
     budget: Budget,
@@ -143,7 +143,7 @@ def _searched(
 
 
 def _simulated(
-    problem: Problem, result: SearchResult, budget: Budget, timings: dict[str, float]
+    problem: PlanningTask, result: SearchResult, budget: Budget, timings: dict[str, float]
 ) -> Trajectory | None:
     """Return the true motion, or the planner's own where the user does not wait for it."""
     true = _timed(lambda: resimulate(problem, result.t, result.u), budget, timings, "simulate")
@@ -160,7 +160,7 @@ def _simulated(
 
 
 def _judged(
-    problem: Problem, result: SearchResult, budget: Budget, timings: dict[str, float]
+    problem: PlanningTask, result: SearchResult, budget: Budget, timings: dict[str, float]
 ) -> Verdict:
     """Re-simulate what was found, and verify it where that is worth it."""
     try:
@@ -190,7 +190,7 @@ def _judged(
     return Verdict(status, outcome.value, kept, certificate, distance)
 
 
-def _unsteady(problem: Problem, certificate: Certificate, trajectory: Trajectory) -> str:
+def _unsteady(problem: PlanningTask, certificate: Certificate, trajectory: Trajectory) -> str:
     """Say why what was found is no motion at all, where steps made it up; empty else.
 
     What a method makes of a stiff machine passes limits and walls that the machine keeps from,

@@ -16,10 +16,10 @@ import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import judging, motion
-from kinolab.solve.plan import REFUSED, Improvement, Plan, Request, stream
+from kinolab.solve.plan import REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE, rank
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import is_long, make_exact, shorten
@@ -55,11 +55,11 @@ class Incumbent:
         improvements: All verified motions.
     """
 
-    problem: Problem
-    best: Plan
+    problem: PlanningTask
+    best: PlanResult
     budget: Budget
     time: Callable[[], float]
-    on_improved: Callable[[Plan], None] | None = None
+    on_improved: Callable[[PlanResult], None] | None = None
     improvements: list[Improvement] = field(default_factory=list)
 
     def cancelled(self) -> bool:
@@ -103,7 +103,7 @@ class Incumbent:
         self,
         timings: Mapping[str, float] | None = None,
         statistics: Mapping[str, float] | None = None,
-    ) -> Plan:
+    ) -> PlanResult:
         """Return the best plan with all that is known of it."""
         return replace(
             self.best,
@@ -113,7 +113,7 @@ class Incumbent:
             improvements=tuple(self.improvements),
         )
 
-    def _keep(self, found: Plan, by: str) -> None:
+    def _keep(self, found: PlanResult, by: str) -> None:
         made = Improvement(self.time(), found.cost or 0.0, found.goal_distance, by, found.seed)
         self.improvements.append(made)
         self.best = found
@@ -134,16 +134,16 @@ class PlanImprover:
         on_improved: Called with each verified plan that is better than those before with this seed.
     """
 
-    problem: Problem
+    problem: PlanningTask
     searcher: AbstractPlanner
     request: Request
     elapsed: Callable[[], float]
     watch: Callable[[Budget], None] | None = None
-    on_improved: Callable[[Plan], None] | None = None
+    on_improved: Callable[[PlanResult], None] | None = None
     _shortest: float = math.inf  # [s] of all plans
     _gained: float = 1.0  # the most that a motion's duration was divided by
 
-    def plan(self, found: Plan, budget: Budget) -> Plan:
+    def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
         """Return the best that can be made of a plan, or the same one.
 
         Args:
@@ -170,7 +170,7 @@ class PlanImprover:
     def _seconds(self) -> float:
         return self.problem.scenario.planner.improve
 
-    def _worth_it(self, found: Plan, incumbent: Incumbent) -> bool:
+    def _worth_it(self, found: PlanResult, incumbent: Incumbent) -> bool:
         if not (self.request.optimize and self._seconds) or incumbent.cancelled():
             return False
         return found.status != "solved" or self._promises(found.cost)
@@ -241,7 +241,7 @@ class PlanImprover:
     ) -> Trajectory | None:
         return incumbent.tried(lambda: make_exact(self.problem, given, lambda: spent() >= 1.0))
 
-    def _verified_soon(self, best: Plan) -> bool:
+    def _verified_soon(self, best: PlanResult) -> bool:
         """Say whether to verify a motion before it is shortened: if that leaves time to do so."""
         return (
             best.status != "solved"
@@ -291,7 +291,7 @@ class PlanImprover:
         raise AssertionError("counting never ends")
 
 
-def _statistics(found: Plan, best: Plan, further: int) -> dict[str, float]:
+def _statistics(found: PlanResult, best: PlanResult, further: int) -> dict[str, float]:
     statistics = {"further_searches": float(further)}
     if found.status == "solved" and found.cost is not None:
         statistics["raw_duration"] = found.cost

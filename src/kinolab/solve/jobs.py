@@ -11,7 +11,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import final
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.plan import Attempt, Request
 from kinolab.solve.processes import bury, start_process
@@ -195,7 +195,7 @@ class ThreadJob(AbstractJob):
         OSError: If the system has no room for one more.
     """
 
-    def __init__(self, problem: Problem, request: Request, pool: SolutionPool) -> None:
+    def __init__(self, problem: PlanningTask, request: Request, pool: SolutionPool) -> None:
         ours, theirs = Pipe()
         super().__init__(ours, request, pool)
         self._asked = self._killed = False
@@ -227,7 +227,7 @@ class ThreadJob(AbstractJob):
     def _left(self) -> None:
         self.over = True  # it used up its time; the next seed was not begun
 
-    def _search(self, connection: Connection, problem: Problem, request: Request) -> None:
+    def _search(self, connection: Connection, problem: PlanningTask, request: Request) -> None:
         with connection, suppress(BrokenPipeError, ConnectionResetError):
             search_and_tell(connection, lambda: problem, request, self._heed)
 

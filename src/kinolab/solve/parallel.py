@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from multiprocessing.connection import wait
 
 from kinolab.errors import KinolabError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.jobs import INTERRUPTED, AbstractJob, ProcessJob, ThreadJob
 from kinolab.solve.plan import Attempt, Request
@@ -33,7 +33,7 @@ class JobsError(KinolabError):
 
 
 def solve_at_once(
-    problem: Problem,
+    problem: PlanningTask,
     request: Request,
     pool: SolutionPool,
     in_threads: bool,
@@ -72,7 +72,7 @@ class _Team:
         """What the command returns where all have failed: the first failure's code."""
         return next((job.failure for job in self._jobs if job.failure), OUT_OF_MEMORY)
 
-    def start(self, problem: Problem, in_threads: bool) -> None:
+    def start(self, problem: PlanningTask, in_threads: bool) -> None:
         """Start all of them.
 
         Raises:

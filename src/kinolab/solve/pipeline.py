@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from kinolab.errors import InputError, Mistake
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.parallel import solve_at_once
-from kinolab.solve.plan import Plan, Request, make_planner
+from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 
@@ -17,7 +17,7 @@ NOTHING = "Interrupted before anything was found."
 
 
 def solve(
-    problem: Problem,
+    problem: PlanningTask,
     planner: str | None = None,
     seed: int | None = None,
     time_limit: float | None = None,
@@ -28,9 +28,9 @@ def solve(
     optimize: bool = True,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
-    improved: Callable[[Plan], None] | None = None,
+    improved: Callable[[PlanResult], None] | None = None,
     **settings: Any,
-) -> Plan:
+) -> PlanResult:
     """Search for a plan, re-simulate it, verify it, and make it exact and shorter.
 
     The scenario says in ``[planner] improve`` how many seconds that last takes, from the first
@@ -89,7 +89,7 @@ def solve(
         ):
             pool.add(found, after)
     best = pool.plan(interrupted=any(budget.interrupted for budget in budgets))
-    return best or Plan(
+    return best or PlanResult(
         "interrupted",
         None,
         None,

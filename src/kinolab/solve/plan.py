@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner
 from kinolab.search.graph import SearchGraph
 from kinolab.search.plugins import full_reference
@@ -78,7 +78,7 @@ class Improvement:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlanResult:
     """What planning gave.
 
     Attributes:
@@ -168,7 +168,9 @@ class Request:
             yield replace(self, seed=self.seed + k, stride=jobs)
 
 
-def make_planner(problem: Problem, name: str | None, settings: dict[str, Any]) -> AbstractPlanner:
+def make_planner(
+    problem: PlanningTask, name: str | None, settings: dict[str, Any]
+) -> AbstractPlanner:
     """Return a planner with the scenario's settings, overridden by those given here.
 
     The scenario's settings are those of the planner that it names: another one has its own.

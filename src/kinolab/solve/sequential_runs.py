@@ -10,23 +10,23 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
 from kinolab.solve.improve import PlanImprover
-from kinolab.solve.plan import REFUSED, Plan, Request, stream
+from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
 from kinolab.solve.solution_pool import rank
 
 
 def sequential_runs(
-    problem: Problem,
+    problem: PlanningTask,
     searcher: AbstractPlanner,
     request: Request,
     *,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
-    better: Callable[[Plan], None] | None = None,
-) -> Iterator[tuple[Plan, float]]:
+    better: Callable[[PlanResult], None] | None = None,
+) -> Iterator[tuple[PlanResult, float]]:
     """Yield the plan of each seed, and the seconds from the beginning of the first search.
 
     A search that ends by itself leaves the rest of the time to the next seed; one whose motion the
@@ -86,8 +86,8 @@ class RepeatedSearch:
     most: int | None = None
     made: int = 0
     refused: Counter[str] = field(default_factory=Counter)
-    _last: Plan | None = None
-    _best: Plan | None = None  # of those refused
+    _last: PlanResult | None = None
+    _best: PlanResult | None = None  # of those refused
     _again: bool = False  # whether the last motion had been refused before
     _seen: set[bytes] = field(default_factory=set)
     _timings: Counter[str] = field(default_factory=Counter)
@@ -119,7 +119,7 @@ class RepeatedSearch:
         spent = self.left is not None and (self.left <= 0 or not last.iterations)
         return last.status != REFUSED or last.interrupted or self._again or spent
 
-    def add(self, found: Plan, last: Plan) -> None:
+    def add(self, found: PlanResult, last: PlanResult) -> None:
         """Take in how one more search ended.
 
         Args:
@@ -135,7 +135,7 @@ class RepeatedSearch:
         if last.status == REFUSED:
             self._best = min((self._best or last, last), key=rank)
 
-    def plan(self) -> Plan:
+    def plan(self) -> PlanResult:
         """Return the verified motion, else the best that was refused, else what there is."""
         last, best = self._last, self._best
         assert last is not None, "a search has ended"
@@ -147,7 +147,7 @@ class RepeatedSearch:
             interrupted=last.interrupted,
         )
 
-    def _known(self, found: Plan) -> bool:
+    def _known(self, found: PlanResult) -> bool:
         """Say whether a motion has these inputs that was refused before, and remember them."""
         if found.trajectory is None:
             return False
@@ -156,7 +156,7 @@ class RepeatedSearch:
         return len(self._seen) == known
 
 
-def _checks(refused: Plan) -> str:
+def _checks(refused: PlanResult) -> str:
     """Name the checks that a motion did not pass; one that cannot be followed is none."""
     certificate = refused.certificate
     return "motion" if certificate is None else ", ".join(c.name for c in certificate.failures)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from kinolab.solve.plan import Attempt, Improvement, Plan
+from kinolab.solve.plan import Attempt, Improvement, PlanResult
 
 CENTRE_TOLERANCE = 1e-4  # SI units between the goal and a motion that ends in the middle of it
 CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
@@ -24,8 +24,8 @@ class SolutionPool:
     """
 
     jobs: int
-    improved: Callable[[Plan], None] | None = None
-    best: Plan | None = None
+    improved: Callable[[PlanResult], None] | None = None
+    best: PlanResult | None = None
     attempts: list[Attempt] = field(default_factory=list)
     _improvements: set[Improvement] = field(default_factory=set)
 
@@ -34,14 +34,14 @@ class SolutionPool:
         """All attempts, in the order of their seeds."""
         return tuple(sorted(self.attempts, key=lambda attempt: attempt.seed))
 
-    def add(self, found: Plan, after: float) -> None:
+    def add(self, found: PlanResult, after: float) -> None:
         """Count a search that is over, ``after`` seconds of searching."""
         self.attempts.append(ended(found, after))
         self.compare(found)
         if self.best is not None and found.seed == self.best.seed:
             self.best = found  # with all that there is to say about it
 
-    def compare(self, found: Plan) -> None:
+    def compare(self, found: PlanResult) -> None:
         """Keep a plan if it is better than all before, and pass it on if it is verified."""
         self._improvements.update(found.improvements)
         if self.best is None or rank(found) < rank(self.best):
@@ -49,18 +49,18 @@ class SolutionPool:
             if found.status == "solved" and self.improved:
                 self.improved(self._with_all(found))
 
-    def plan(self, *, interrupted: bool) -> Plan | None:
+    def plan(self, *, interrupted: bool) -> PlanResult | None:
         """Return the best plan, with how all seeds ended; None where none came to an end."""
         if self.best is None:
             return None
         return replace(self._with_all(self.best), interrupted=interrupted)
 
-    def _with_all(self, found: Plan) -> Plan:
+    def _with_all(self, found: PlanResult) -> PlanResult:
         improvements = tuple(sorted(self._improvements))
         return replace(found, jobs=self.jobs, attempts=self.all, improvements=improvements)
 
 
-def ended(found: Plan, after: float) -> Attempt:
+def ended(found: PlanResult, after: float) -> Attempt:
     """Return how a search ended that came to its end."""
     distance = found.goal_distance if math.isfinite(found.goal_distance) else None
     return Attempt(
@@ -74,7 +74,7 @@ def ended(found: Plan, after: float) -> Attempt:
     )
 
 
-def rank(found: Plan) -> tuple[int, float, float]:
+def rank(found: PlanResult) -> tuple[int, float, float]:
     """Return what is smaller for a better plan.
 
     Verified plans that end in the middle of the goal come before those that end somewhere within

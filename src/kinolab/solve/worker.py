@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
 from kinolab.errors import KinolabError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
-from kinolab.solve.plan import Plan, Request, make_planner
+from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 
 OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes
@@ -38,14 +38,14 @@ class Searching:
 class Better:
     """It has a verified plan, the best one so far with this seed, and goes on to improve it."""
 
-    plan: Plan
+    plan: PlanResult
 
 
 @dataclass(frozen=True)
 class Found:
     """A search is over."""
 
-    plan: Plan
+    plan: PlanResult
     after: float  # [s] since its first search began
 
 
@@ -89,7 +89,7 @@ def work(connection: Connection, request: Request, parcel: bytes) -> None:
 
 def search_and_tell(
     connection: Connection,
-    problem: Callable[[], Problem],
+    problem: Callable[[], PlanningTask],
     request: Request,
     heed: Callable[[Budget], None],
 ) -> None:
@@ -114,7 +114,7 @@ def search_and_tell(
 
 
 def _search(
-    connection: Connection, problem: Problem, request: Request, heed: Callable[[Budget], None]
+    connection: Connection, problem: PlanningTask, request: Request, heed: Callable[[Budget], None]
 ) -> None:
     searcher = make_planner(problem, request.planner, request.settings)
     for found, after in sequential_runs(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Capsule, Cylinder, Disk, Sphere
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.world.geometry import placement
 
 RANDOM_STATES = 8  # random states at which it is tried
@@ -18,7 +18,7 @@ ROUNDING = 1e-12  # of the largest derivative
 
 
 @lru_cache(maxsize=8)
-def cyclic_coordinates(problem: Problem) -> NDArray[np.bool_]:
+def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
     """Return which entries of the state neither change a motion nor what it touches, shape (nx,).
 
     Those are coordinates without limits or goals that the equations of motion do not contain, and
@@ -45,12 +45,12 @@ def _entries(attitude: object) -> range:
     return range(first, first + 4)
 
 
-def _states(problem: Problem) -> Array:
+def _states(problem: PlanningTask) -> Array:
     generator = np.random.default_rng(0)
     return np.array([problem.sample_goal(generator) for _ in range(RANDOM_STATES)])
 
 
-def _inputs(problem: Problem) -> Array:
+def _inputs(problem: PlanningTask) -> Array:
     """Return inputs at random: what steers a force shows only where the force is not zero."""
     lower, upper = problem.model.control_bounds.T
     return np.random.default_rng(1).uniform(lower, upper, (RANDOM_STATES, problem.model.nu))
@@ -62,7 +62,7 @@ def _turned(states: Array, i: int) -> Array:
     return turned
 
 
-def _demands(problem: Problem, states: Array, i: int) -> bool:
+def _demands(problem: PlanningTask, states: Array, i: int) -> bool:
     """Say whether what the machine requires depends on an entry of the state."""
     if not problem.system.requirements:
         return False
@@ -71,7 +71,7 @@ def _demands(problem: Problem, states: Array, i: int) -> bool:
     return bool(np.abs(after - before).max() > MOTION_TOLERANCE)
 
 
-def _shows(problem: Problem, states: Array, i: int) -> bool:
+def _shows(problem: PlanningTask, states: Array, i: int) -> bool:
     """Say whether an entry of the state moves a shape, spin about its own axis apart."""
     cables = [problem.model.cables(x) for x in (states, _turned(states, i))]
     if problem.cables and np.abs(cables[1] - cables[0]).max() > MOTION_TOLERANCE:
@@ -93,7 +93,7 @@ def _shows(problem: Problem, states: Array, i: int) -> bool:
     return False
 
 
-def _turns_what_is_aimed(problem: Problem, states: Array, i: int) -> bool:
+def _turns_what_is_aimed(problem: PlanningTask, states: Array, i: int) -> bool:
     """Say whether an entry of the state moves a body whose points or axes a problem speaks of."""
     goal = problem.goal
     bodies = [point.body for point in goal.points]

@@ -11,7 +11,7 @@ import sympy
 from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.flatness import FlatOutputs, output
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import Path
 
 
@@ -24,7 +24,7 @@ class FlatOutputPaths:
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """
 
-    def __init__(self, problem: Problem, flat: FlatOutputs) -> None:
+    def __init__(self, problem: PlanningTask, flat: FlatOutputs) -> None:
         self._problem, self._flat = problem, flat
         self.coordinates = flat.coordinates
         system = problem.system

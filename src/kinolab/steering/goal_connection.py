@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from kinolab.cancel import CancellationToken, CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, ZeroOrderHold
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
@@ -45,7 +45,7 @@ class GoalConnection:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         steps: int,
         propagator: Propagator,
         stop: CancellationToken,
@@ -149,7 +149,7 @@ class GoalConnection:
         return motion if self._problem.goal_excess(x) <= 1.0 else None
 
 
-def _goals(problem: Problem, steering: Steering) -> list[Array]:
+def _goals(problem: PlanningTask, steering: Steering) -> list[Array]:
     """Return states at rest in the goal, its middle first."""
     generator, found = np.random.default_rng(0), []
     for k in range(MAX_GOAL_STATES):
@@ -181,7 +181,7 @@ class SteeredGoalConnection:
     """
 
     def __init__(
-        self, problem: Problem, every: int, goal_region_scale: float, stop: CancellationToken
+        self, problem: PlanningTask, every: int, goal_region_scale: float, stop: CancellationToken
     ) -> None:
         self.inputs: list[list[float]] = []
         self._every, self._met = every, 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 
 NEWTON_STEPS = 20  # of Newton's method
@@ -14,7 +14,7 @@ PROJECTED_STEPS = 10  # of them look for the nearest equilibrium, the others for
 INPUT_FRACTION = 0.98  # share of an input's range that may be used to stay
 
 
-def nearest_equilibrium(problem: Problem, x: Array) -> tuple[Array, Array] | None:
+def nearest_equilibrium(problem: PlanningTask, x: Array) -> tuple[Array, Array] | None:
     """Return the equilibrium near a state, and the inputs that hold it; None where there is none.
 
     It keeps the problem's limits and requirements, and the inputs some of their range.
@@ -34,7 +34,7 @@ def nearest_equilibrium(problem: Problem, x: Array) -> tuple[Array, Array] | Non
     return found if found is not None and _holds(problem, *found) else None
 
 
-def _holds(problem: Problem, x: Array, u: Array) -> bool:
+def _holds(problem: PlanningTask, x: Array, u: Array) -> bool:
     """Say whether an equilibrium keeps the limits, and the inputs some of their range."""
     lower, upper = problem.model.control_bounds.T
     middle, half = (lower + upper) / 2, (upper - lower) / 2

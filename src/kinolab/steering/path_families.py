@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.flat_outputs import FlatOutputPaths
 from kinolab.steering.path_motion import Path
 from kinolab.steering.plane_curves import PlanePaths
@@ -23,7 +23,7 @@ class StraightLines:
         coordinates: What the paths give.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         coordinates = problem.system.coordinates
         self.coordinates = tuple(c for c in coordinates if isinstance(c, Coordinate))
         self._can = len(self.coordinates) == len(coordinates)
@@ -61,7 +61,7 @@ class PathFamily(Protocol):
         """Return a state whose steering stands straight, where a machine has any."""
 
 
-def path_family(problem: Problem) -> PathFamily:
+def path_family(problem: PlanningTask) -> PathFamily:
     """Return the ways of a machine: those of its flat map, or straight lines."""
     match problem.system.flat:
         case PlaneCurves() as flat:

@@ -12,7 +12,7 @@ from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelle
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.steering.maneuver import Maneuver
 
@@ -103,7 +103,7 @@ class PathMotion:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         known: tuple[Coordinate, ...],
         stop: CancellationToken = never_cancelled,
     ) -> None:

@@ -13,7 +13,7 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs
 
@@ -51,7 +51,7 @@ class PlanePaths:
     Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
     """
 
-    def __init__(self, problem: Problem, flat: PlaneCurves) -> None:
+    def __init__(self, problem: PlanningTask, flat: PlaneCurves) -> None:
         self._problem, self._flat = problem, flat
         self.coordinates = flat.coordinates
         self._index = [problem.model.coordinate_names.index(c.name) for c in flat.coordinates]
@@ -173,7 +173,7 @@ class PlanePaths:
         return [*paths, *self._shifts([here, arrived])], arrived
 
 
-def _sharpest(problem: Problem, flat: PlaneCurves) -> float:
+def _sharpest(problem: PlanningTask, flat: PlaneCurves) -> float:
     """Return the largest curvature in [1/m] at which what is steered keeps its limits."""
     values = {p: problem.system.parameter_values[p.name] for p in problem.system.parameters}
     curvatures = np.geomspace(1e-3, MAX_CURVATURE, 400)

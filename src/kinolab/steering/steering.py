@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.cancel import CancellationToken, never_cancelled
 from kinolab.dynamics.analysis.equilibrium import EQUILIBRIUM_TOLERANCE
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
@@ -64,7 +64,7 @@ class Steering(AbstractSteering):
         reversible: Whether a way back touches what the way there touches.
     """
 
-    def __init__(self, problem: Problem, stop: CancellationToken = never_cancelled) -> None:
+    def __init__(self, problem: PlanningTask, stop: CancellationToken = never_cancelled) -> None:
         self._problem = problem
         self.rollout = Rollout(problem, stop)
         self.closing = TerminalCorrection(problem, self.rollout)
@@ -158,13 +158,13 @@ class Steering(AbstractSteering):
         )
 
 
-def _goes_both_ways(problem: Problem) -> bool:
+def _goes_both_ways(problem: PlanningTask) -> bool:
     """Say whether everything may be as fast in one direction as in the other."""
     limits = np.vstack([problem.bounds[problem.model.speeds], problem.rate_bounds])
     return bool((limits[:, 0] == -limits[:, 1]).all())
 
 
-def _speed(problem: Problem, coordinate: str) -> float:
+def _speed(problem: PlanningTask, coordinate: str) -> float:
     """Return the speed limit of a coordinate, or its scale per second."""
     found = {c.name: c for c in problem.system.coordinates}.get(coordinate)
     speed = getattr(found, "speed", np.inf)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
@@ -30,7 +30,11 @@ class StopManeuver:
     """
 
     def __init__(
-        self, problem: Problem, rollout: Rollout, closing: TerminalCorrection, tracker: TrackingLaw
+        self,
+        problem: PlanningTask,
+        rollout: Rollout,
+        closing: TerminalCorrection,
+        tracker: TrackingLaw,
     ) -> None:
         self._problem, self._rollout = problem, rollout
         self._closing, self._tracker = closing, tracker

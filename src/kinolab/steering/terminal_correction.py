@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
@@ -25,7 +25,7 @@ class TerminalCorrection:
     correction is the least-norm solution of the linearised end condition.
     """
 
-    def __init__(self, problem: Problem, rollout: Rollout) -> None:
+    def __init__(self, problem: PlanningTask, rollout: Rollout) -> None:
         self._problem, self._rollout = problem, rollout
         self._matters = ~cyclic_coordinates(problem)
         lower, upper = problem.model.control_bounds.T

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, solve_discrete_are
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
@@ -24,7 +24,7 @@ class TrackingLaw:
     Source: Anderson, Moore, Optimal Control: Linear Quadratic Methods, 1990, chapters 2 and 3.
     """
 
-    def __init__(self, problem: Problem, rollout: Rollout) -> None:
+    def __init__(self, problem: PlanningTask, rollout: Rollout) -> None:
         self._problem, self._rollout = problem, rollout
         self._closing = TerminalCorrection(problem, rollout)
         self._matters = ~cyclic_coordinates(problem)

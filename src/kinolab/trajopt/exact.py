@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 from kinolab.cancel import never_cancelled
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import (
@@ -28,7 +28,7 @@ from kinolab.trajopt.sqp.restoration import make_knots_exact
 
 
 def make_exact(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     cancelled: Callable[[], bool] = lambda: False,
     iterations: int = 40,
@@ -68,7 +68,7 @@ def make_exact(
 
 
 def _in_the_end(
-    problem: Problem, trajectory: Trajectory, cancelled: Callable[[], bool]
+    problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
     """Return a long true motion made exact by its last part alone, or None."""
     if not is_long(problem, trajectory) or not is_motion(problem, trajectory):
@@ -77,7 +77,7 @@ def _in_the_end(
 
 
 def connect_to_goal(
-    problem: Problem, motion: Trajectory, cancelled: Callable[[], bool] = never_cancelled
+    problem: PlanningTask, motion: Trajectory, cancelled: Callable[[], bool] = never_cancelled
 ) -> Trajectory | None:
     """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
 

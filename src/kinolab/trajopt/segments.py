@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal import AttitudeTarget, Goal
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
@@ -42,7 +42,9 @@ class Segments:
         space: Of the states.
     """
 
-    def __init__(self, problem: Problem, clearance: float, cancelled: Callable[[], bool]) -> None:
+    def __init__(
+        self, problem: PlanningTask, clearance: float, cancelled: Callable[[], bool]
+    ) -> None:
         self.problem, self.space, self.cancelled = problem, problem.space, cancelled
         self.task = TrajectoryProblem(
             problem, clearance, fraction=SHORT.segment_limit_fraction, near=SHORT.near_gaps
@@ -180,7 +182,7 @@ class Segments:
         return max(1, math.ceil(h / self.problem.step - 1e-9))
 
 
-def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
+def segment_problem(problem: PlanningTask, begin: Array, end: Array) -> PlanningTask:
     """Return the problem of moving from one state to another, among the same obstacles.
 
     Args:
@@ -201,7 +203,7 @@ def segment_problem(problem: Problem, begin: Array, end: Array) -> Problem:
     return replace(problem, start=begin, goal=goal)
 
 
-def straight(problem: Problem, begin: Array, end: Array) -> Array:
+def straight(problem: PlanningTask, begin: Array, end: Array) -> Array:
     """Return the straight way between two states, shape (2, nx), by the shorter way round."""
     near = problem.space.nearest(begin, end)
     return np.stack([begin, np.where(cyclic_coordinates(problem), begin, near)])
@@ -240,7 +242,7 @@ class SlidingWindow:
         return len(t) - 1 if t[-1] - t[end] < SHORT.min_remainder * length else end
 
 
-def is_long(problem: Problem, trajectory: Trajectory) -> bool:
+def is_long(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Say whether a motion has so many steps that pieces of it are better looked at one by one.
 
     Discrete ones have steps of one length, so that pieces cannot take a little less time.

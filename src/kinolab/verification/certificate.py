@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import Check, CheckContext
@@ -49,7 +49,7 @@ class Certificate:
         return tuple(check for check in self.checks if not check.passed)
 
 
-def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
+def verify(problem: PlanningTask, trajectory: Trajectory) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions."""
     context = CheckContext(problem, trajectory)
     checks = tuple(_checked(context, CHECKS))
@@ -57,12 +57,12 @@ def verify(problem: Problem, trajectory: Trajectory) -> Certificate:
     return Certificate(checks, least_clearance(context.dense_motion) if free else None)
 
 
-def dynamics_checks(problem: Problem, trajectory: Trajectory) -> tuple[Check, ...]:
+def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:
     """Check start, time, defects, constraints, inputs, requirements and the growth of errors."""
     return tuple(_checked(CheckContext(problem, trajectory), PRECONDITIONS | DYNAMICS))
 
 
-def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
+def collision_check(problem: PlanningTask, trajectory: Trajectory) -> Check:
     """Check that the re-simulated motion touches nothing."""
     context = CheckContext(problem, trajectory)
     for check in _checked(context, PRECONDITIONS):
@@ -75,7 +75,7 @@ def collision_check(problem: Problem, trajectory: Trajectory) -> Check:
 
 
 def conduct_checks(
-    problem: Problem, trajectory: Trajectory, motion: ReferenceMotion
+    problem: PlanningTask, trajectory: Trajectory, motion: ReferenceMotion
 ) -> tuple[Check, ...]:
     """Check what a motion does on its way, whatever made it: all but whether it is true.
 

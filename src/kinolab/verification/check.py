@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import (
     DivergedError,
     ReferenceMotion,
@@ -84,7 +84,7 @@ class CheckContext:
         known_motion: What to judge instead of the true motion, such as a planner's own.
     """
 
-    problem: Problem
+    problem: PlanningTask
     stored: Trajectory
     known_motion: ReferenceMotion | None = None
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.verification.dense_motion import DenseMotion
 from kinolab.world import CollisionChecker
 
@@ -62,7 +62,7 @@ class ClearanceMargin:
         return f"smallest clearance {1000 * self.clearance:.3g} mm at t = {self.time:.6g} s{beside}"
 
 
-def state_clearance(problem: Problem, x: Array, checker: CollisionChecker) -> StateClearance:
+def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) -> StateClearance:
     """Return the clearance at a state (nx,); 0 where it collides."""
     place = problem.placement(x)
     clearance = checker.clearance(*place)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import ReferenceMotion
 from kinolab.trajectory import Trajectory
 
@@ -61,7 +61,7 @@ class DenseMotion:
         motion: Under them.
     """
 
-    problem: Problem
+    problem: PlanningTask
     trajectory: Trajectory
     motion: ReferenceMotion
 

@@ -15,9 +15,9 @@ import kinolab
 from kinolab import cli, planners
 from kinolab.analyze.diagnose import diagnosis
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from tests.analyze.diagnose.scenarios import PENDULUM, door, ring
 from tests.cli.test_cli import interrupted, started
 from tests.conftest import Solved
@@ -99,12 +99,12 @@ def test_motions_that_break_in_truth_are_not_said_to_miss_the_goal(short: Solved
     assert "step" not in sentence
 
 
-def refusal_of(problem: Problem, t: Array, u: Array) -> str:
+def refusal_of(problem: PlanningTask, t: Array, u: Array) -> str:
     """Return what is said of a motion under given inputs that the verifier refuses."""
     motion = resimulate(problem, t, u)
     certificate = kinolab.verify(problem, motion)
     assert not certificate.passed
-    found = Plan("verification_failed", motion, certificate, "rrt", 1, 10, 0.0)
+    found = PlanResult("verification_failed", motion, certificate, "rrt", 1, 10, 0.0)
     [sentence] = verification_sentences(problem, found)
     return sentence
 

@@ -15,7 +15,7 @@ from kinolab.analyze.diagnose.relaxation_trials import (
     relaxation_trials,
     trial_sentences,
 )
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.simulation import Propagator
 from tests.analyze.diagnose.scenarios import PENDULUM, ring
@@ -31,7 +31,7 @@ class Shove(AbstractPlanner):
     name: ClassVar[str] = "shove"
     max_steps: int = setting(100, 1)
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:  # noqa: ARG002
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:  # noqa: ARG002
         """Roll straight ahead."""
         propagator, x, held = Propagator(problem), problem.start.tolist(), list[list[float]]()
         while len(held) < self.max_steps and problem.goal_excess(np.array(x)) > 1.0:
@@ -54,7 +54,7 @@ def shove(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planners, "get", lambda name: Shove if name == "shove" else known(name))
 
 
-def worked(problem: Problem, planner: str, most: int) -> set[str]:
+def worked(problem: PlanningTask, planner: str, most: int) -> set[str]:
     plan = problem.solve(planner=planner, seed=1, max_iterations=most, time_limit=PLENTY)
     assert plan.status in {"approximate", "not_found"}
     return {retry.change for retry in relaxation_trials(problem, plan, {}, PLENTY) if retry.solved}

@@ -27,9 +27,9 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import write_run
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.world import box_obstacle
 from tests.feedback_machines import cart_pole
@@ -55,7 +55,7 @@ step = 0.02
 
 
 @pytest.fixture(scope="module")
-def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def problem(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     folder = tmp_path_factory.mktemp("cart")
     (folder / "machine.json").write_text(machine_to_json(cart_pole()))
     (folder / "cart.toml").write_text(CART)
@@ -63,20 +63,20 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
 
 
 @pytest.fixture(scope="module")
-def plan(problem: Problem) -> Plan:
+def plan(problem: PlanningTask) -> PlanResult:
     found = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
     assert found.status == "solved"
     return found
 
 
 @pytest.fixture
-def trajectory(plan: Plan) -> Trajectory:
+def trajectory(plan: PlanResult) -> Trajectory:
     assert plan.trajectory is not None
     return plan.trajectory
 
 
 def test_bounds_hold_references_to_less_than_the_machine_can_do(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     assert problem.model.control_bounds.tolist() == [[-1.0, 1.0]]
     assert problem.whole is not None
@@ -88,7 +88,7 @@ def test_bounds_hold_references_to_less_than_the_machine_can_do(
 
 
 def test_the_machine_that_was_planned_for_follows_its_plan(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     """Both are the differential equation's motion, to the errors of the two integrators."""
     (one,) = execute(problem, trajectory, Conditions(), runs=1).runs
@@ -97,7 +97,7 @@ def test_the_machine_that_was_planned_for_follows_its_plan(
 
 
 def test_feedback_along_the_plan_makes_up_for_wrong_parameters(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     wrong = Conditions(parameters=0.05)
     closed = execute(problem, trajectory, wrong, runs=20)
@@ -109,7 +109,7 @@ def test_feedback_along_the_plan_makes_up_for_wrong_parameters(
 
 
 def test_the_same_seed_carries_it_out_in_the_same_way(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     conditions = Conditions(parameters=0.05, noise=0.01, disturbance=0.02)
     first, again, other = (
@@ -120,7 +120,9 @@ def test_the_same_seed_carries_it_out_in_the_same_way(
     assert not np.array_equal(first.runs[0].x[:50], other.runs[0].x[:50])
 
 
-def test_parameters_are_drawn_within_their_share(problem: Problem, trajectory: Trajectory) -> None:
+def test_parameters_are_drawn_within_their_share(
+    problem: PlanningTask, trajectory: Trajectory
+) -> None:
     runs = execute(problem, trajectory, Conditions(parameters=0.1), runs=40).runs
     nominal = problem.system.parameter_values
     shares = np.array([[run.parameters[n] / v - 1.0 for n, v in nominal.items()] for run in runs])
@@ -128,7 +130,7 @@ def test_parameters_are_drawn_within_their_share(problem: Problem, trajectory: T
     assert (np.ptp(shares, axis=0) > 0.1).all()  # each of them
 
 
-def test_what_stands_in_the_way_is_run_into(problem: Problem, trajectory: Trajectory) -> None:
+def test_what_stands_in_the_way_is_run_into(problem: PlanningTask, trajectory: Trajectory) -> None:
     wall = box_obstacle("wall", (0.1, 1.0, 2.0), (1.5, 0.0, 1.0))
     blocked = replace(problem, world=replace(problem.world, obstacles=(wall,)))
     (one,) = execute(blocked, trajectory, Conditions(), runs=1).runs
@@ -137,7 +139,9 @@ def test_what_stands_in_the_way_is_run_into(problem: Problem, trajectory: Trajec
     assert len(one.x) < len(trajectory.x)
 
 
-def test_a_goal_that_is_not_reached_is_missed(problem: Problem, trajectory: Trajectory) -> None:
+def test_a_goal_that_is_not_reached_is_missed(
+    problem: PlanningTask, trajectory: Trajectory
+) -> None:
     short = replace(
         trajectory,
         t=trajectory.t[:10],
@@ -174,7 +178,7 @@ step = 0.1
 
 
 @pytest.fixture
-def carriage(tmp_path: Path) -> tuple[Problem, Trajectory]:
+def carriage(tmp_path: Path) -> tuple[PlanningTask, Trajectory]:
     """1 kg, pushed for a second and braked for one, in closed form; drag is not known to it."""
     x, c = length("x", speed=2.0), parameter("c", 0.0, "N s/m")
     frame = move(x, 0, 0.3)
@@ -192,7 +196,7 @@ def carriage(tmp_path: Path) -> tuple[Problem, Trajectory]:
 
 
 def test_what_ends_at_rest_stays_there_though_it_was_braked_to_the_end(
-    carriage: tuple[Problem, Trajectory],
+    carriage: tuple[PlanningTask, Trajectory],
 ) -> None:
     (one,) = execute(*carriage, Conditions(built={"m": 1.1}), runs=1).runs
     assert one.outcome == "missed"  # the goal is elsewhere, so that it goes on
@@ -201,7 +205,7 @@ def test_what_ends_at_rest_stays_there_though_it_was_braked_to_the_end(
 
 
 def test_what_the_plan_did_not_know_shows_without_feedback(
-    carriage: tuple[Problem, Trajectory],
+    carriage: tuple[PlanningTask, Trajectory],
 ) -> None:
     """Pushed alike, with drag: v' = u - c v in closed form."""
     c, plan = 0.4, carriage[1]
@@ -213,7 +217,7 @@ def test_what_the_plan_did_not_know_shows_without_feedback(
 
 
 def test_a_parameter_that_does_not_exist_is_refused(
-    carriage: tuple[Problem, Trajectory],
+    carriage: tuple[PlanningTask, Trajectory],
 ) -> None:
     with pytest.raises(InputError, match="drag"):
         execute(*carriage, Conditions(built={"drag": 1.0}))
@@ -231,7 +235,7 @@ def test_machines_that_nobody_can_build_are_drawn_again() -> None:
 
 
 def test_a_plan_without_steps_cannot_be_carried_out(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     still = replace(
         trajectory,
@@ -245,7 +249,7 @@ def test_a_plan_without_steps_cannot_be_carried_out(
 
 
 def test_plan_execute_counts_and_draws(
-    problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    problem: PlanningTask, plan: PlanResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_run(tmp_path, problem, plan)
     arguments = ["execute", str(tmp_path), "--parameters", "0.05", "--runs", "10", "--json"]
@@ -262,7 +266,7 @@ def test_plan_execute_counts_and_draws(
     assert "there is no '=' in it" in capsys.readouterr().err
 
 
-def test_leaving_the_workspace_is_no_success(problem: Problem, trajectory: Trajectory) -> None:
+def test_leaving_the_workspace_is_no_success(problem: PlanningTask, trajectory: Trajectory) -> None:
     fenced = replace(problem, world=replace(problem.world, bounds={"x": (-1.0, 1.5)}))
     (one,) = execute(fenced, trajectory, Conditions(), runs=1).runs
     assert one.outcome == "strayed"
@@ -289,7 +293,7 @@ def test_a_perfect_machine_repeats_its_plan_at_whatever_step_it_was_searched(
 
 
 def test_drag_that_the_step_of_the_search_cannot_follow_is_followed(
-    carriage: tuple[Problem, Trajectory],
+    carriage: tuple[PlanningTask, Trajectory],
 ) -> None:
     """v' = u - c v with c h = 10, where the step of the search runs away: v = u / c in the end."""
     c, (problem, plan) = 100.0, carriage
@@ -300,7 +304,7 @@ def test_drag_that_the_step_of_the_search_cannot_follow_is_followed(
 
 
 def test_a_problem_of_discrete_steps_is_carried_out_in_them(
-    carriage: tuple[Problem, Trajectory],
+    carriage: tuple[PlanningTask, Trajectory],
 ) -> None:
     """Euler's map of v' = u, x' = v: x lags behind by half a step of speed."""
     problem, plan = carriage

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
 from kinolab.steering.stop_maneuver import StopManeuver
@@ -20,7 +20,7 @@ robots:
 """
 
 
-def plain(folder: Path) -> Problem:
+def plain(folder: Path) -> PlanningTask:
     return kinolab.load(written(folder, PLAIN))
 
 

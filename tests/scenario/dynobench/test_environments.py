@@ -12,7 +12,7 @@ import kinolab
 from kinolab import systems
 from kinolab.errors import InputError
 from kinolab.loading import find_machine, find_scenario
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario.dynobench import MACHINES, read_environment
 from tests.scenario.dynobench.wheel import ENVIRONMENTS, ask, environment, needs_wheel
 
@@ -127,7 +127,7 @@ def test_the_goal_is_within_the_benchmarks(name: str) -> None:
 SHARP = 5e-3  # the benchmark takes turns with 1 - |q.q'| < 1e-5 for none: 0.5 acos(1 - 1e-5)
 
 
-def centre(problem: Problem) -> Array:
+def centre(problem: PlanningTask) -> Array:
     """Return the state in the middle of the goal."""
     x = problem.start.copy()
     x[list(problem.goal.indices)] = problem.goal.targets

@@ -13,7 +13,7 @@ from ompl import util as ou
 
 import kinolab
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.ompl import AbstractTreePlanner
 from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
@@ -24,7 +24,7 @@ GUIDED = ("est", "kpiece", "syclop_est", "syclop_rrt")
 STEPS = 15
 
 
-def grown(name: str, problem: Problem, seconds: float) -> tuple[Any, Any]:
+def grown(name: str, problem: PlanningTask, seconds: float) -> tuple[Any, Any]:
     """A bridge whose problem OMPL's planner has searched, and the planner."""
     settings = planners.get(name)()
     assert isinstance(settings, AbstractTreePlanner)
@@ -41,7 +41,9 @@ def states_of(bridge: Any) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", GUIDED)
-def test_the_inputs_that_ompl_keeps_are_those_that_were_held(name: str, table: Problem) -> None:
+def test_the_inputs_that_ompl_keeps_are_those_that_were_held(
+    name: str, table: PlanningTask
+) -> None:
     """The coin's motion in closed form; Runge-Kutta's steps of 0.05 s err by some 1e-6."""
     bridge, _planner = grown(name, table, 5.0)
     path, states = bridge.problem_definition.getSolutionPath(), states_of(bridge)
@@ -56,7 +58,7 @@ def test_the_inputs_that_ompl_keeps_are_those_that_were_held(name: str, table: P
 
 
 @pytest.mark.parametrize("name", GUIDED)
-def test_a_motion_ends_where_it_enters_the_goal(name: str, table: Problem) -> None:
+def test_a_motion_ends_where_it_enters_the_goal(name: str, table: PlanningTask) -> None:
     found = table.solve(planner=name, seed=3, max_iterations=20_000)
     assert found.status == "solved"
     assert found.trajectory is not None
@@ -65,7 +67,7 @@ def test_a_motion_ends_where_it_enters_the_goal(name: str, table: Problem) -> No
     assert min(excess[:-1]) > 0.99  # OMPL's goal is 0.999 of the tolerance
 
 
-def guide(problem: Problem, **guidance: Any) -> ControlGuide:
+def guide(problem: PlanningTask, **guidance: Any) -> ControlGuide:
     return ControlGuide(
         problem,
         GoalSamples(problem),
@@ -77,7 +79,7 @@ def guide(problem: Problem, **guidance: Any) -> ControlGuide:
     )
 
 
-def led(problem: Problem, x: np.ndarray, u: list[float]) -> np.ndarray:
+def led(problem: PlanningTask, x: np.ndarray, u: list[float]) -> np.ndarray:
     """The states that the machine comes to while it holds an input."""
     states = [x]
     for _ in range(STEPS):
@@ -85,7 +87,7 @@ def led(problem: Problem, x: np.ndarray, u: list[float]) -> np.ndarray:
     return np.array(states[1:])
 
 
-def lasts(problem: Problem, states: np.ndarray) -> int:
+def lasts(problem: PlanningTask, states: np.ndarray) -> int:
     """How many steps keep all limits of the state."""
     low, high = problem.bounds.T
     kept = ((states >= low) & (states <= high)).all(axis=1)
@@ -155,6 +157,6 @@ def test_what_was_stopped_counts_where_its_motion_began(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", GUIDED)
-def test_a_single_input_is_a_choice_too(name: str, table: Problem) -> None:
+def test_a_single_input_is_a_choice_too(name: str, table: PlanningTask) -> None:
     found = table.solve(planner=name, seed=1, max_iterations=20_000, control_samples=1)
     assert found.status == "solved"

@@ -11,7 +11,7 @@ import pytest
 from ompl import base as ob
 from ompl import control as oc
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplSetup
 from tests.support import coin_after
 
@@ -76,7 +76,7 @@ class RandomTree(ob.Planner):  # type: ignore[misc]
         return path
 
 
-def test_a_planner_that_kinolab_does_not_know_solves_a_problem(table: Problem) -> None:
+def test_a_planner_that_kinolab_does_not_know_solves_a_problem(table: PlanningTask) -> None:
     """What it found is the coin's motion in closed form, and ends in the goal."""
     bridge = table.to_ompl()
     planner = RandomTree(bridge)
@@ -98,7 +98,7 @@ def test_a_planner_that_kinolab_does_not_know_solves_a_problem(table: Problem) -
     assert np.abs(states[-1, :2]).max() <= 0.5
 
 
-def test_the_planner_that_kinolab_does_not_know_can_be_ended(table: Problem) -> None:
+def test_the_planner_that_kinolab_does_not_know_can_be_ended(table: PlanningTask) -> None:
     bridge = table.to_ompl()
     planner = RandomTree(bridge)
     planner.setProblemDefinition(bridge.problem_definition)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.steering import Steering
@@ -18,11 +18,11 @@ from tests.scenes import WALL, scene
 from tests.support import ROOT, environment
 
 
-def configurations(problem: Problem, margin: float = 0.02) -> ConfigurationSpace:
+def configurations(problem: PlanningTask, margin: float = 0.02) -> ConfigurationSpace:
     return ConfigurationSpace(problem, Steering(problem), goal_of(problem), margin)
 
 
-def goal_of(problem: Problem) -> np.ndarray:
+def goal_of(problem: PlanningTask) -> np.ndarray:
     x = problem.model.rest()
     x[list(problem.goal.indices)] = problem.goal.targets
     return x
@@ -61,7 +61,7 @@ def test_what_rest_leaves_free_tells_configurations_apart(
         assert problem.model.f(read, held(problem)) == pytest.approx(0.0, abs=1e-6)
 
 
-def held(problem: Problem) -> np.ndarray:
+def held(problem: PlanningTask) -> np.ndarray:
     """The inputs at rest: the weight of the crane's load, or none."""
     return (
         np.array([0, 0, 9810.0]) if problem.system.name == "crane" else np.zeros(problem.model.nu)

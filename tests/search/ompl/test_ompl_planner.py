@@ -7,7 +7,7 @@ import pytest
 from ompl import base as ob
 
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplPlanner
 from tests.support import coin_after
 
@@ -15,7 +15,7 @@ OWN = [name for name in ("potential_field", "prm", "prm_geometric") if name in p
 
 
 @pytest.mark.parametrize("name", OWN)
-def test_ompl_runs_a_planner_of_kinolab(name: str, table: Problem) -> None:
+def test_ompl_runs_a_planner_of_kinolab(name: str, table: PlanningTask) -> None:
     """The path that OMPL holds is the coin's motion in closed form, and ends in the goal."""
     bridge = table.to_ompl()
     planner = OmplPlanner(bridge, planners.get(name)(), seed=1)
@@ -37,7 +37,7 @@ def test_ompl_runs_a_planner_of_kinolab(name: str, table: Problem) -> None:
 
 
 @pytest.mark.parametrize("name", OWN)
-def test_ompl_can_end_the_search(name: str, table: Problem) -> None:
+def test_ompl_can_end_the_search(name: str, table: PlanningTask) -> None:
     bridge = table.to_ompl()
     planner = OmplPlanner(bridge, planners.get(name)(), seed=1)
     status = planner.solve(ob.PlannerTerminationCondition(lambda: True))

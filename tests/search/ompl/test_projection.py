@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.projection import CellDivision, CellProjection, projected_coordinates
 
 ZOOM = 8.0
 
 
 def cells(
-    problem: Problem, states: np.ndarray, grid: CellDivision, zoom: float
+    problem: PlanningTask, states: np.ndarray, grid: CellDivision, zoom: float
 ) -> list[tuple[int, ...]]:
     """The cells that states lie in, each of edge 1."""
     bridge = problem.to_ompl()
@@ -29,7 +29,7 @@ def cells(
     return found
 
 
-def names(problem: Problem, **wanted: Any) -> list[str]:
+def names(problem: PlanningTask, **wanted: Any) -> list[str]:
     return [problem.model.state_names[i] for i in projected_coordinates(problem, **wanted)]
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplSetup
 from kinolab.simulation import CompiledStep, ContinuousCollisionCheck
 from kinolab.simulation.propagator import SAFETY_FACTOR
@@ -106,18 +106,18 @@ x = 0.5
 """
 
 
-def made(folder: Path, name: str, *overrides: str, text: str = "") -> Problem:
+def made(folder: Path, name: str, *overrides: str, text: str = "") -> PlanningTask:
     """A problem with one of the machines above."""
     folder.joinpath("machines.py").write_text(MACHINES, encoding="utf-8")
     return problem_of(folder, MADE.format(name) + text, *overrides)
 
 
 @pytest.fixture(scope="module")
-def submarine(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def submarine(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return problem_of(tmp_path_factory.mktemp("submarine"), SUBMARINE)
 
 
-def states(problem: Problem, count: int) -> Iterator[Array]:
+def states(problem: PlanningTask, count: int) -> Iterator[Array]:
     """Random states within the limits, attitudes uniform."""
     generator = np.random.default_rng(1900)
     lower, upper = problem.sampling_bounds.T
@@ -130,7 +130,9 @@ def states(problem: Problem, count: int) -> Iterator[Array]:
 # --- attitudes in OMPL's spaces ---
 
 
-def test_attitudes_are_written_and_read_in_their_places(submarine: Problem, tmp_path: Path) -> None:
+def test_attitudes_are_written_and_read_in_their_places(
+    submarine: PlanningTask, tmp_path: Path
+) -> None:
     twins = made(tmp_path, "twins", "world.ground='none'")
     assert sorted(twins.model.attitudes.values()) in ([0, 4], [0, 5], [1, 5])
     for problem in (submarine, twins):
@@ -142,14 +144,16 @@ def test_attitudes_are_written_and_read_in_their_places(submarine: Problem, tmp_
             assert np.array(bridge.read(state))[~angles] == pytest.approx(x[~angles], abs=1e-15)
 
 
-def test_a_quaternion_of_another_length_is_written_as_a_unit_one(submarine: Problem) -> None:
+def test_a_quaternion_of_another_length_is_written_as_a_unit_one(submarine: PlanningTask) -> None:
     bridge = submarine.to_ompl()
     state = bridge.space.allocState()
     bridge.write(state, [0, 0, 0, 0, 0, -3.0, 4.0, 0, 0, 0, 0, 0, 0])
     assert bridge.read(state)[3:7] == pytest.approx([0, 0, -0.6, 0.8], abs=1e-15)
 
 
-def test_the_distance_of_two_attitudes_is_their_angle_times_its_weight(submarine: Problem) -> None:
+def test_the_distance_of_two_attitudes_is_their_angle_times_its_weight(
+    submarine: PlanningTask,
+) -> None:
     """OMPL takes the arc cosine of a product near 1, which loses half of the digits."""
     bridge = submarine.to_ompl()
     a, b = bridge.space.allocState(), bridge.space.allocState()
@@ -164,7 +168,7 @@ def test_the_distance_of_two_attitudes_is_their_angle_times_its_weight(submarine
             assert bridge.space.distance(a, b) == pytest.approx(0.7 * angle, abs=1e-8)
 
 
-def test_the_other_entries_add_to_the_distance_of_attitudes(submarine: Problem) -> None:
+def test_the_other_entries_add_to_the_distance_of_attitudes(submarine: PlanningTask) -> None:
     """Half a turn weighs 0.7 pi; 2 m weigh 2; a metre per second weighs one over the limit."""
     bridge = submarine.to_ompl()
     a, b = bridge.space.allocState(), bridge.space.allocState()
@@ -194,7 +198,7 @@ def test_a_state_that_is_reached_has_a_unit_quaternion(method: str, tmp_path: Pa
 
 @pytest.mark.parametrize("zoom", [1.0, 3.0, 1e6])
 def test_samples_of_the_goal_reach_as_far_as_the_goal_region_scale(
-    zoom: float, submarine: Problem
+    zoom: float, submarine: PlanningTask
 ) -> None:
     bridge = OmplSetup(submarine, goal_region_scale=zoom)
     region, state = bridge.problem_definition.getGoal(), bridge.space.allocState()
@@ -218,7 +222,7 @@ def test_samples_of_the_goal_reach_as_far_as_the_goal_region_scale(
 class Looks:
     """Asks a sweep about single steps."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         self._calls = CompiledStep(problem)
         self._sweep = ContinuousCollisionCheck(problem, self._calls)
 
@@ -229,7 +233,7 @@ class Looks:
         return self._sweep.free_within(duration, SAFETY_FACTOR * calls.fastest())
 
 
-def along(problem: Problem, x: Array, u: Array, duration: float) -> Array:
+def along(problem: PlanningTask, x: Array, u: Array, duration: float) -> Array:
     """The states of a step so often that no point moves more than SPACING in between."""
     ends = np.array([x, problem.model.step(x, u, duration)])
     speed = 1.5 * float(problem.model.point_speed(ends, np.tile(u, (2, 1))).max())
@@ -239,7 +243,7 @@ def along(problem: Problem, x: Array, u: Array, duration: float) -> Array:
     return np.array([problem.model.step(x, u, t) for t in times])
 
 
-def free(problem: Problem, checker: CollisionChecker, x: Array) -> bool:
+def free(problem: PlanningTask, checker: CollisionChecker, x: Array) -> bool:
     """Whether all states touch nothing and keep the origins of bodies within the workspace."""
     table = problem.frames(x)  # (states, bodies, 12)
     for axis, (lower, upper) in problem.world.bounds.items():
@@ -249,7 +253,7 @@ def free(problem: Problem, checker: CollisionChecker, x: Array) -> bool:
     return not any(checker.collides(poses) for poses in table)
 
 
-def judge_against_small_steps(problem: Problem, steps: list[tuple[Array, Array]]) -> None:
+def judge_against_small_steps(problem: PlanningTask, steps: list[tuple[Array, Array]]) -> None:
     """Compare a sweep with looks SPACING apart: at the machine itself, and at a larger one.
 
     What is accepted touches nothing; what is rejected comes within RESOLUTION of something.
@@ -267,7 +271,9 @@ def judge_against_small_steps(problem: Problem, steps: list[tuple[Array, Array]]
     assert min(outcomes.count(True), outcomes.count(False)) > len(steps) / 10
 
 
-def steps_near_something(problem: Problem, count: int, reach: float) -> list[tuple[Array, Array]]:
+def steps_near_something(
+    problem: PlanningTask, count: int, reach: float
+) -> list[tuple[Array, Array]]:
     """Random states that are free and have less room than ``reach`` in [m], and random inputs."""
     generator, checker, found = np.random.default_rng(7), problem.checker(), []
     for x in states(problem, 200 * count):
@@ -385,7 +391,7 @@ def test_a_snakeboard_in_the_open_is_never_rejected_for_the_ground(tmp_path: Pat
 # --- limits within a step ---
 
 
-def pendulum(folder: Path, text: str) -> Problem:
+def pendulum(folder: Path, text: str) -> PlanningTask:
     """A pendulum whose rod leads along (cos theta, sin theta)."""
     head = 'schema = 1\ntitle = "A pendulum"\n[system]\nname = "pendulum"\n'
     return problem_of(folder, f"{head}[goal]\ntheta = 3.14\n{text}")
@@ -398,7 +404,7 @@ def swings(count: int) -> list[Array]:
     return list(np.column_stack([-np.pi / 2 - turned, rates]))
 
 
-def accepted(problem: Problem, start: list[Array]) -> Iterator[Array]:
+def accepted(problem: PlanningTask, start: list[Array]) -> Iterator[Array]:
     """The ways, states (n, 2), of the steps from given states that planners may use."""
     bridge = problem.to_ompl()
     information = bridge.space_information
@@ -453,7 +459,7 @@ position = [7.0, 9.0, 2.5]
 
 
 @pytest.fixture(scope="module")
-def crowded(tmp_path_factory: pytest.TempPathFactory) -> list[Problem]:
+def crowded(tmp_path_factory: pytest.TempPathFactory) -> list[PlanningTask]:
     """Meshes and solids around a coin, and around a crane with its rope."""
     crane = problem_of(tmp_path_factory.mktemp("crane"), CRANE)
     return [kinolab.load("rolling_disk_maze"), crane]
@@ -462,7 +468,7 @@ def crowded(tmp_path_factory: pytest.TempPathFactory) -> list[Problem]:
 @pytest.mark.parametrize("ground", [True, False])
 @pytest.mark.parametrize("margin", [0.0, 0.005, 0.3])
 def test_an_inflated_checker_judges_like_a_new_one(
-    margin: float, ground: bool, crowded: list[Problem]
+    margin: float, ground: bool, crowded: list[PlanningTask]
 ) -> None:
     for problem in crowded:
         twin = problem.checker(margin=0.1).inflated(margin, ground=ground)
@@ -477,7 +483,7 @@ def test_an_inflated_checker_judges_like_a_new_one(
 
 
 def test_a_checker_and_its_inflated_twin_do_not_disturb_each_other(
-    crowded: list[Problem],
+    crowded: list[PlanningTask],
 ) -> None:
     for problem in crowded:
         checker, alone = (problem.checker(margin=0.1) for _ in range(2))

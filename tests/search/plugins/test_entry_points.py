@@ -9,7 +9,7 @@ import pytest
 
 from kinolab import cli, planners
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from tests.search.plugins.authors import PLANNER, Installer, install
 from tests.support import OPEN
 
@@ -45,7 +45,7 @@ def listed(capsys: Capture) -> list[dict[str, object]]:
 
 
 def test_it_is_known_by_its_name_everywhere(
-    home: Path, install: Installer, table: Problem, capsys: Capture
+    home: Path, install: Installer, table: PlanningTask, capsys: Capture
 ) -> None:
     install("push-planner", PLANNER, pusher="push_planner:Pusher")
     assert set(planners.names()) == {*planners.built_in(), "pusher"}
@@ -61,7 +61,7 @@ def test_it_is_known_by_its_name_everywhere(
     assert (entry["source"], entry["origin"]) == ("Newton, Principia, 1687.", NAME)
 
 
-def test_its_settings_are_checked_as_all_are(install: Installer, table: Problem) -> None:
+def test_its_settings_are_checked_as_all_are(install: Installer, table: PlanningTask) -> None:
     install("push-planner", PLANNER, pusher="push_planner:Pusher")
     with pytest.raises(InputError, match="share: 2 is out of range"):
         table.solve(planner="pusher", share=2)
@@ -69,7 +69,7 @@ def test_its_settings_are_checked_as_all_are(install: Installer, table: Problem)
         table.solve(planner="pushr")
 
 
-def test_nothing_of_it_is_imported_unasked(install: Installer, table: Problem) -> None:
+def test_nothing_of_it_is_imported_unasked(install: Installer, table: PlanningTask) -> None:
     install("push-planner", "raise SystemExit('imported')\n", pusher="push_planner:Pusher")
     assert "pusher" in planners.names()
     assert table.solve(planner="rrt", seed=1).status == "solved"
@@ -149,7 +149,7 @@ def test_a_broken_package_disturbs_no_other_planner_and_no_list(
 
 @pytest.mark.usefixtures("home")
 def test_a_planner_of_kinolabs_keeps_its_name(
-    install: Installer, table: Problem, capsys: Capture
+    install: Installer, table: PlanningTask, capsys: Capture
 ) -> None:
     before = planners.get("rrt")
     install("push-planner", PLANNER.replace('"pusher"', '"rrt"'), rrt="push_planner:Pusher")
@@ -176,7 +176,7 @@ def test_two_packages_with_one_name_are_both_told(install: Installer) -> None:
     assert "rrt" in planners.names()
 
 
-def test_a_search_that_fails_is_told_by_its_line(install: Installer, table: Problem) -> None:
+def test_a_search_that_fails_is_told_by_its_line(install: Installer, table: PlanningTask) -> None:
     code = PLANNER.replace("        u = self", "        1 / 0\n        u = self")
     install("push-planner", code, pusher="push_planner:Pusher")
     line = code[: code.index("1 / 0")].count("\n") + 1

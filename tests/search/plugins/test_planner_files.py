@@ -11,7 +11,7 @@ import pytest
 import kinolab
 from kinolab import cli, planners
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario import load_scenario
 from tests.search.plugins.authors import PLANNER
 from tests.support import OPEN, plan, problem_of
@@ -39,7 +39,7 @@ def named(reference: str, *settings: str) -> str:
     return OPEN.replace('name = "rrt"', f'name = "{reference}"\n{own}')
 
 
-def refusal(problem: Problem, reference: str, **settings: object) -> str:
+def refusal(problem: PlanningTask, reference: str, **settings: object) -> str:
     with pytest.raises(InputError) as caught:
         problem.solve(planner=reference, **settings)
     return str(caught.value)
@@ -113,7 +113,7 @@ def test_a_file_without_a_class_is_refused(home: Path, reference: str) -> None:
 
 
 @pytest.mark.usefixtures("home")
-def test_a_file_without_a_class_is_refused_in_python(table: Problem) -> None:
+def test_a_file_without_a_class_is_refused_in_python(table: PlanningTask) -> None:
     assert refusal(table, "pusher.py") == (
         "[planner] name: 'pusher.py' does not name a class in a file. "
         'Write "my_planner.py:Class".'
@@ -226,7 +226,7 @@ def test_a_run_keeps_the_text_that_ran(home: Path) -> None:
 # --- the file is code ---
 
 
-def test_a_file_is_run_once_until_it_changes(home: Path, table: Problem) -> None:
+def test_a_file_is_run_once_until_it_changes(home: Path, table: PlanningTask) -> None:
     count = "with open('count', 'a') as file:\n    file.write('x')\n"
     (home / "pusher.py").write_text(count + PLANNER)
     for _ in range(2):
@@ -427,7 +427,7 @@ def test_a_search_that_fails_is_told_by_its_line_and_writes_nothing(
     assert not (home / "runs").exists()
 
 
-def test_settings_that_the_class_itself_refuses_are_told(home: Path, table: Problem) -> None:
+def test_settings_that_the_class_itself_refuses_are_told(home: Path, table: PlanningTask) -> None:
     check = (
         "    def __post_init__(self):\n        if self.share > 0.7:\n"
         '            raise ValueError("too strong")\n\n    def solve'

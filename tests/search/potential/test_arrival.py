@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, ZeroOrderHold
 from kinolab.steering.goal_connection import GoalConnection
 from tests.support import OPEN, WALL, problem_of
@@ -17,12 +17,12 @@ from tests.support import OPEN, WALL, problem_of
 Array = NDArray[np.float64]
 
 
-def arrival(problem: Problem) -> GoalConnection:
+def arrival(problem: PlanningTask) -> GoalConnection:
     steps = round(2.0 / problem.step)
     return GoalConnection(problem, steps, Propagator(problem), lambda: False)
 
 
-def in_goal(problem: Problem) -> Array:
+def in_goal(problem: PlanningTask) -> Array:
     return problem.model.project(problem.sample_goal(np.random.default_rng(0), spread=0.0))
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.potential.field import Field, Repulsion, StraightLinePotential
 from kinolab.search.potential.field_setup import navigation_field, plain_field
 from kinolab.search.potential.pullback import generalised_force, point_jacobians, velocity_columns
@@ -35,7 +35,7 @@ def pulled_back(field: Field, x: Array) -> Array:
     return generalised_force(jacobians, forces)
 
 
-def around(problem: Problem, x: Array, seed: int, spread: float) -> Array:
+def around(problem: PlanningTask, x: Array, seed: int, spread: float) -> Array:
     generator = np.random.default_rng(seed)
     moved = x.copy()
     lengths = [i for i, name in enumerate(problem.model.state_names) if name in "xyzl"]

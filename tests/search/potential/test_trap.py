@@ -10,30 +10,30 @@ import pytest
 
 import kinolab
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from tests.support import OPEN, plan, problem_of
 
 PLAIN: dict[str, Any] = {"navigation": False, "random_walk_escapes": 0}
 
 
 @pytest.fixture(scope="module")
-def trap() -> Problem:
+def trap() -> PlanningTask:
     return kinolab.load("diffdrive_trap", overrides=["planner.improve=0"])
 
 
 @pytest.fixture(scope="module")
-def stuck(trap: Problem) -> Plan:
+def stuck(trap: PlanningTask) -> PlanResult:
     return trap.solve(seed=1, time_limit=600.0, **PLAIN)
 
 
-def bits(found: Plan) -> bytes:
+def bits(found: PlanResult) -> bytes:
     assert found.trajectory is not None
     return found.trajectory.x.tobytes() + found.trajectory.u.tobytes()
 
 
-def test_the_plain_field_is_stuck_and_says_so(stuck: Plan) -> None:
+def test_the_plain_field_is_stuck_and_says_so(stuck: PlanResult) -> None:
     assert (stuck.status, stuck.exit_code) == ("local_minimum", 4)
     assert stuck.message.startswith("Stuck in a local minimum of the potential;")
     assert "Raise [planner] random_walk_escapes or set navigation = true." in stuck.message
@@ -41,7 +41,7 @@ def test_the_plain_field_is_stuck_and_says_so(stuck: Plan) -> None:
     assert {check.name for check in stuck.certificate.failures} == {"goal"}
 
 
-def test_the_minimum_is_named_and_lies_in_the_dead_end(stuck: Plan) -> None:
+def test_the_minimum_is_named_and_lies_in_the_dead_end(stuck: PlanResult) -> None:
     """The dead end reaches from x = 3.3 to 4.5 and from y = 2.1 to 3.9."""
     where = {name: stuck.statistics[f"minimum_{name}"] for name in ("x", "y", "psi")}
     assert 3.5 < where["x"] < 4.5
@@ -51,7 +51,7 @@ def test_the_minimum_is_named_and_lies_in_the_dead_end(stuck: Plan) -> None:
 
 
 @pytest.mark.parametrize("seed", range(1, 4))
-def test_a_navigation_function_leads_around_it(seed: int, trap: Problem) -> None:
+def test_a_navigation_function_leads_around_it(seed: int, trap: PlanningTask) -> None:
     found = trap.solve(seed=seed, random_walk_escapes=0)
     assert found.status == "solved"
     assert found.trajectory is not None
@@ -61,13 +61,13 @@ def test_a_navigation_function_leads_around_it(seed: int, trap: Problem) -> None
 
 
 @pytest.mark.parametrize("seed", range(1, 3))
-def test_escapes_lead_out_of_it(seed: int, trap: Problem) -> None:
+def test_escapes_lead_out_of_it(seed: int, trap: PlanningTask) -> None:
     found = trap.solve(seed=seed, navigation=False, time_limit=600.0)
     assert found.status == "solved"
     assert found.statistics["escapes"] >= 1.0
 
 
-def test_the_same_seed_escapes_the_same_way_and_another_one_does_not(trap: Problem) -> None:
+def test_the_same_seed_escapes_the_same_way_and_another_one_does_not(trap: PlanningTask) -> None:
     one, again, other = (
         trap.solve(seed=seed, navigation=False, time_limit=600.0, max_iterations=600)
         for seed in (7, 7, 8)
@@ -77,14 +77,14 @@ def test_the_same_seed_escapes_the_same_way_and_another_one_does_not(trap: Probl
     assert bits(one) != bits(other)
 
 
-def test_a_search_with_escapes_ends_at_its_iterations_while_it_wanders(trap: Problem) -> None:
+def test_a_search_with_escapes_ends_at_its_iterations_while_it_wanders(trap: PlanningTask) -> None:
     for most in (250, 331):
         found = trap.solve(seed=1, navigation=False, max_iterations=most)
         assert found.iterations == most
         assert found.status == "approximate"
 
 
-def test_escapes_are_counted_and_then_the_search_ends(trap: Problem) -> None:
+def test_escapes_are_counted_and_then_the_search_ends(trap: PlanningTask) -> None:
     found = trap.solve(seed=1, navigation=False, random_walk_escapes=1, time_limit=600.0)
     assert found.status in {"local_minimum", "solved"}
     assert found.statistics["escapes"] <= 1.0
@@ -109,7 +109,7 @@ def test_the_command_line_says_where_it_is_stuck(tmp_path: Path) -> None:
     assert '"minimum_x": 4.' in done.stdout
 
 
-def test_an_interrupt_while_the_field_is_built_ends_the_search(trap: Problem) -> None:
+def test_an_interrupt_while_the_field_is_built_ends_the_search(trap: PlanningTask) -> None:
     def stop(budget: Budget) -> None:
         budget.interrupted = True
 
@@ -127,7 +127,7 @@ def test_an_interrupt_while_the_field_is_built_ends_the_search(trap: Problem) ->
     ],
 )
 def test_a_setting_that_does_not_fit_is_told_with_what_would_work(
-    setting: str, value: object, told: str, trap: Problem
+    setting: str, value: object, told: str, trap: PlanningTask
 ) -> None:
     with pytest.raises(InputError) as caught:
         trap.solve(**{setting: value})

@@ -9,7 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
 from kinolab.search.potential.field import Repulsion
 from kinolab.search.potential.field_setup import navigation_field
@@ -21,7 +21,7 @@ from kinolab.world import BodyGeometry
 from tests.support import OPEN, WALL, problem_of
 
 
-def names(problem: Problem) -> list[str]:
+def names(problem: PlanningTask) -> list[str]:
     return [point.name for point in control_points(problem)]
 
 
@@ -78,7 +78,7 @@ def test_a_crane_s_load_is_carried_by_three_lengths() -> None:
 # --- where a point can be ---
 
 
-def coin(tmp_path: Path, *overrides: str) -> tuple[Problem, ControlPoint]:
+def coin(tmp_path: Path, *overrides: str) -> tuple[PlanningTask, ControlPoint]:
     problem = problem_of(tmp_path, OPEN + WALL, *overrides)
     return problem, control_points(problem)[0]
 

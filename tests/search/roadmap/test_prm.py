@@ -10,26 +10,26 @@ import numpy as np
 import pytest
 
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.roadmap import load_roadmap
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from tests.scenes import ROOM, WALL, scene
 
 
 @pytest.fixture(scope="module")
-def yard(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Problem]:
+def yard(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., PlanningTask]:
     folder = tmp_path_factory.mktemp("yard")
     return lambda *overrides: scene(folder, "drive", *overrides, text=WALL)
 
 
-def bits(found: Plan) -> bytes:
+def bits(found: PlanResult) -> bytes:
     assert found.trajectory is not None
     return found.trajectory.x.tobytes() + found.trajectory.u.tobytes()
 
 
 def test_a_roadmap_in_a_file_answers_other_questions_without_growing(
-    yard: Callable[..., Problem], tmp_path: Path
+    yard: Callable[..., PlanningTask], tmp_path: Path
 ) -> None:
     path = tmp_path / "yard.npz"
     settings: dict[str, Any] = {"planner": "prm", "roadmap": str(path), "milestones": 12}
@@ -62,7 +62,7 @@ def test_a_roadmap_that_is_too_small_grows_and_is_written_again(tmp_path: Path) 
 
 
 def test_a_file_in_no_folder_is_refused_before_the_search(
-    yard: Callable[..., Problem], tmp_path: Path
+    yard: Callable[..., PlanningTask], tmp_path: Path
 ) -> None:
     path = tmp_path / "nowhere" / "roadmap.npz"
     with pytest.raises(InputError) as caught:
@@ -74,7 +74,7 @@ def test_a_file_in_no_folder_is_refused_before_the_search(
 
 
 def test_the_wall_is_passed_and_equal_seeds_give_equal_bits(
-    yard: Callable[..., Problem],
+    yard: Callable[..., PlanningTask],
 ) -> None:
     found, same = (
         yard().solve(planner="prm", seed=3, neighbours=2, max_iterations=400, time_limit=120.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.roadmap import RoadmapBuilder
 from kinolab.simulation.reference import reference_motion
@@ -18,11 +18,11 @@ Array = np.ndarray
 
 
 @pytest.fixture(scope="module")
-def wall(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def wall(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return scene(tmp_path_factory.mktemp("wall"), "drive", text=WALL)
 
 
-def grown(problem: Problem, count: int, seed: int = 1) -> RoadmapBuilder:
+def grown(problem: PlanningTask, count: int, seed: int = 1) -> RoadmapBuilder:
     explorer = RoadmapBuilder(problem, neighbours=4, seed=seed)
     for _ in range(count):
         assert explorer.grow(Budget(60.0)) is not None
@@ -30,11 +30,11 @@ def grown(problem: Problem, count: int, seed: int = 1) -> RoadmapBuilder:
 
 
 @pytest.fixture(scope="module")
-def explored(wall: Problem) -> RoadmapBuilder:
+def explored(wall: PlanningTask) -> RoadmapBuilder:
     return grown(wall, 25)
 
 
-def test_milestones_are_free_rest_and_differ(wall: Problem, explored: RoadmapBuilder) -> None:
+def test_milestones_are_free_rest_and_differ(wall: PlanningTask, explored: RoadmapBuilder) -> None:
     milestones = np.array(explored.roadmap.milestones)
     assert len(np.unique(milestones.round(9), axis=0)) == 25
     assert (milestones[:, wall.model.nq :] == 0).all()
@@ -44,7 +44,7 @@ def test_milestones_are_free_rest_and_differ(wall: Problem, explored: RoadmapBui
 
 
 def test_motions_lead_from_milestone_to_milestone_and_touch_nothing(
-    wall: Problem, explored: RoadmapBuilder
+    wall: PlanningTask, explored: RoadmapBuilder
 ) -> None:
     """By DOP853, looked at in the middle of every step too."""
     matters, checker = ~cyclic_coordinates(wall), wall.checker()
@@ -68,7 +68,7 @@ def test_motions_join_the_nearest_milestones_only(explored: RoadmapBuilder) -> N
 
 
 def test_an_answer_leads_to_the_goal_and_leaves_the_roadmap_as_it_is(
-    wall: Problem, explored: RoadmapBuilder
+    wall: PlanningTask, explored: RoadmapBuilder
 ) -> None:
     size, motions = len(explored.roadmap.milestones), dict(explored.roadmap.motions)
     goals = explored.goals(3)
@@ -80,18 +80,20 @@ def test_an_answer_leads_to_the_goal_and_leaves_the_roadmap_as_it_is(
     assert explored.roadmap.motions == motions
 
 
-def test_an_answer_takes_no_longer_than_the_budget(wall: Problem, explored: RoadmapBuilder) -> None:
+def test_an_answer_takes_no_longer_than_the_budget(
+    wall: PlanningTask, explored: RoadmapBuilder
+) -> None:
     goals = explored.goals(1)
     assert explored.query(wall.start, goals, Budget(60.0, max_iterations=0)) is None
     assert explored.query(wall.start, [], Budget(60.0)) is None
 
 
-def test_the_middle_of_the_goal_comes_first(explored: RoadmapBuilder, wall: Problem) -> None:
+def test_the_middle_of_the_goal_comes_first(explored: RoadmapBuilder, wall: PlanningTask) -> None:
     first = explored.goals(1)[0]
     assert wall.goal_distance(first) < 1e-6
 
 
-def test_the_same_seed_draws_the_same_roadmap_and_another_one_another(wall: Problem) -> None:
+def test_the_same_seed_draws_the_same_roadmap_and_another_one_another(wall: PlanningTask) -> None:
     one, same, other = (grown(wall, 4, seed).roadmap for seed in (5, 5, 6))
     assert np.array(one.milestones).tobytes() == np.array(same.milestones).tobytes()
     assert list(one.motions) == list(same.motions)
@@ -101,7 +103,7 @@ def test_the_same_seed_draws_the_same_roadmap_and_another_one_another(wall: Prob
 
 
 def test_a_roadmap_that_grows_again_with_the_same_seed_draws_new_milestones(
-    wall: Problem,
+    wall: PlanningTask,
 ) -> None:
     roadmap = grown(wall, 4, seed=5).roadmap
     again = RoadmapBuilder(wall, neighbours=4, seed=5, roadmap=roadmap)

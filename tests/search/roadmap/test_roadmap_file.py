@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.roadmap import Roadmap, load_roadmap, save_roadmap
 from tests.conftest import POST
 from tests.scenes import scene
@@ -37,7 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def problem(folder: Path) -> Problem:
+def problem(folder: Path) -> PlanningTask:
     return scene(folder, "drive", text=MESH)
 
 
@@ -51,13 +51,13 @@ def example() -> Roadmap:
 
 
 @pytest.fixture
-def saved(folder: Path, problem: Problem) -> Path:
+def saved(folder: Path, problem: PlanningTask) -> Path:
     path = folder / "kept.npz"
     save_roadmap(path, example(), problem)
     return path
 
 
-def refused(path: Path, problem: Problem) -> str:
+def refused(path: Path, problem: PlanningTask) -> str:
     with pytest.raises(InputError) as caught:
         load_roadmap(path, problem)
     assert len(caught.value.mistakes) == 1
@@ -67,7 +67,7 @@ def refused(path: Path, problem: Problem) -> str:
 
 @pytest.mark.parametrize("made", [example(), Roadmap(), Roadmap([np.zeros(7)])])
 def test_what_is_read_is_bit_for_bit_what_was_written(
-    made: Roadmap, problem: Problem, tmp_path: Path
+    made: Roadmap, problem: PlanningTask, tmp_path: Path
 ) -> None:
     path = tmp_path / "roadmap.npz"
     save_roadmap(path, made, problem)
@@ -82,7 +82,7 @@ def test_what_is_read_is_bit_for_bit_what_was_written(
 
 
 def test_writing_leaves_one_file_and_replaces_what_was_there(
-    problem: Problem, tmp_path: Path
+    problem: PlanningTask, tmp_path: Path
 ) -> None:
     path = tmp_path / "roadmap.npz"
     path.write_bytes(b"something else")
@@ -90,7 +90,7 @@ def test_writing_leaves_one_file_and_replaces_what_was_there(
     assert [entry.name for entry in tmp_path.iterdir()] == ["roadmap.npz"]
 
 
-def test_a_folder_that_does_not_exist_is_told(problem: Problem, tmp_path: Path) -> None:
+def test_a_folder_that_does_not_exist_is_told(problem: PlanningTask, tmp_path: Path) -> None:
     path = tmp_path / "nowhere" / "roadmap.npz"
     with pytest.raises(InputError, match=r"roadmap cannot be written .*Name another file\."):
         save_roadmap(path, example(), problem)
@@ -219,7 +219,7 @@ def altered(path: Path, **tables: Any) -> Path:
     ids=str,
 )
 def test_tables_that_do_not_fit_are_refused(
-    tables: dict[str, Any], saved: Path, problem: Problem
+    tables: dict[str, Any], saved: Path, problem: PlanningTask
 ) -> None:
     told = refused(altered(saved, **tables), problem)
     assert told.startswith("it is no roadmap (ValueError: its ")
@@ -227,7 +227,7 @@ def test_tables_that_do_not_fit_are_refused(
 
 
 @pytest.mark.parametrize("missing", ["milestones", "pairs", "steps", "inputs", "of_world"])
-def test_a_missing_table_is_refused(missing: str, saved: Path, problem: Problem) -> None:
+def test_a_missing_table_is_refused(missing: str, saved: Path, problem: PlanningTask) -> None:
     tables = contents(saved)
     del tables[missing]
     copy = saved.with_name("missing.npz")
@@ -246,7 +246,9 @@ class Bomb:
         return (Path.touch, (self.at,))
 
 
-def test_a_pickle_is_refused_and_never_run(saved: Path, problem: Problem, tmp_path: Path) -> None:
+def test_a_pickle_is_refused_and_never_run(
+    saved: Path, problem: PlanningTask, tmp_path: Path
+) -> None:
     mark = tmp_path / "executed"
     plain, inside = tmp_path / "plain.npz", tmp_path / "inside.npz"
     plain.write_bytes(pickle.dumps(Bomb(mark)))
@@ -297,14 +299,16 @@ def alien(kind: str, saved: Path, path: Path) -> None:
         "nothing",
     ],
 )
-def test_an_alien_file_is_refused(kind: str, saved: Path, problem: Problem, tmp_path: Path) -> None:
+def test_an_alien_file_is_refused(
+    kind: str, saved: Path, problem: PlanningTask, tmp_path: Path
+) -> None:
     path = tmp_path / "alien.npz"
     alien(kind, saved, path)
     assert refused(path, problem).startswith("it is no roadmap (")
 
 
 def test_a_damaged_file_is_refused_wherever_it_is_cut_or_changed(
-    saved: Path, problem: Problem, tmp_path: Path
+    saved: Path, problem: PlanningTask, tmp_path: Path
 ) -> None:
     """Cut short: never read. A byte changed: refused, or where it does not count, as it was."""
     whole, path = saved.read_bytes(), tmp_path / "damaged.npz"

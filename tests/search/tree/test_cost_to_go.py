@@ -9,7 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.tree import search_state
 from kinolab.search.tree.cost_to_go import (
     MAX_CELLS_PER_AXIS,
@@ -20,7 +20,7 @@ from kinolab.search.tree.cost_to_go import (
 from tests.support import OPEN, problem_of
 
 
-def steps_to_goal(problem: Problem, *states: tuple[float, ...]) -> list[float]:
+def steps_to_goal(problem: PlanningTask, *states: tuple[float, ...]) -> list[float]:
     """Return how many cells each of some states is from the goal."""
     search, cells = search_state(problem, 1.0, 1), cost_to_go_grid(problem)
     compute_cost_to_go(Record(search), Record(cells), np.zeros(problem.model.nx))

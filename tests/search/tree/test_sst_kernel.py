@@ -11,7 +11,7 @@ import kinolab
 from kinolab import planners
 from kinolab.numerics.kd_forest import add, cheapest_within, kd_forest
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.tree import search_state
 from kinolab.search.tree.problem_arrays import metric_periods
 from kinolab.search.tree.witnesses import select
@@ -22,7 +22,7 @@ SELECTION, PRUNING = 1.0, 0.4
 ROUNDING = 1e-5  # of points in single precision, relative
 
 
-def growth_of(problem: Problem, **settings: Any) -> Any:
+def growth_of(problem: PlanningTask, **settings: Any) -> Any:
     radii = {"selection_radius": SELECTION, "pruning_radius": PRUNING}
     planner = planners.make("sst", radii | settings)
     growth = planner.extension(problem, search_state(problem, 1.0, 1))  # type: ignore[attr-defined]
@@ -60,12 +60,12 @@ def witnesses_of(growth: Any) -> tuple[Array, Array, Array]:
 
 
 @pytest.fixture(scope="module", params=["rolling_disk_maze", "vehicle_parking"])
-def scene(request: pytest.FixtureRequest) -> Problem:
+def scene(request: pytest.FixtureRequest) -> PlanningTask:
     return kinolab.load(request.param)
 
 
 @pytest.fixture(scope="module")
-def grown(scene: Problem) -> Any:
+def grown(scene: PlanningTask) -> Any:
     growth = growth_of(scene)
     growth.grow(4000)
     return growth
@@ -125,7 +125,7 @@ def test_the_cheapest_around_a_sample_is_grown_from_or_else_the_nearest(
     assert 20 < near_any < 290
 
 
-def test_the_cost_of_a_witness_never_grows(scene: Problem) -> None:
+def test_the_cost_of_a_witness_never_grows(scene: PlanningTask) -> None:
     growth = growth_of(scene)
     growth.grow(200)
     lowered = 0
@@ -138,7 +138,7 @@ def test_the_cost_of_a_witness_never_grows(scene: Problem) -> None:
     assert lowered > 0
 
 
-def test_what_is_forgotten_leads_nowhere_and_what_stays_is_unchanged(scene: Problem) -> None:
+def test_what_is_forgotten_leads_nowhere_and_what_stays_is_unchanged(scene: PlanningTask) -> None:
     growth = growth_of(scene)
     growth.grow(4000)
     points, nodes, costs = (held.copy() for held in witnesses_of(growth))
@@ -162,7 +162,7 @@ def test_what_is_forgotten_leads_nowhere_and_what_stays_is_unchanged(scene: Prob
     assert witnesses_of(growth)[2].max() + 1 < most
 
 
-def test_a_full_tree_forgets_what_is_of_no_use_and_goes_on(scene: Problem) -> None:
+def test_a_full_tree_forgets_what_is_of_no_use_and_goes_on(scene: PlanningTask) -> None:
     """So that as many nodes are enough for far more iterations than would fill them."""
     all_kept = growth_of(scene)
     all_kept.grow(4000)

@@ -10,7 +10,7 @@ import pytest
 
 import kinolab
 from kinolab import planners
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from tests.support import OPEN, problem_of
@@ -21,7 +21,7 @@ MOTIONS = 100  # of a tree that are looked at
 LOOKS = 50  # per step
 
 
-def grown(name: str, problem: Problem, iterations: int) -> Any:
+def grown(name: str, problem: PlanningTask, iterations: int) -> Any:
     settings = planners.get(name)()
     assert isinstance(settings, AbstractCompiledPlanner)
     growth = settings.extension(problem, search_state(problem, settings.goal_region_scale, 1))
@@ -52,7 +52,7 @@ def test_no_motion_of_a_tree_touches_anything_on_its_way(name: str, scene: str) 
 
 
 @pytest.mark.parametrize("name", COMPILED)
-def test_a_full_tree_makes_room_for_a_new_one(name: str, table: Problem) -> None:
+def test_a_full_tree_makes_room_for_a_new_one(name: str, table: PlanningTask) -> None:
     found = (
         table.solve(planner=name, seed=1, max_iterations=3000, max_nodes=64, goal_bias=0.0)
         if name == "rrt_fast"
@@ -86,7 +86,7 @@ def test_rates_that_are_no_states_keep_their_limits(name: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("name", COMPILED)
-def test_no_state_passes_a_limit_between_two_steps(name: str, table: Problem) -> None:
+def test_no_state_passes_a_limit_between_two_steps(name: str, table: PlanningTask) -> None:
     tree, model = grown(name, table, 2000), table.model
     lower, upper = table.bounds.T
     for node in range(1, int(tree.size[0])):

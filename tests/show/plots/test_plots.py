@@ -15,29 +15,29 @@ from kinolab import systems
 from kinolab.cli import run
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import InputError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import write_run
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots import plots
 from kinolab.show.plots.configuration_plane import configuration_plane
 from kinolab.show.plots.phase_portrait import phase_portraits
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
 
 @pytest.fixture(scope="module")
-def problem() -> Problem:
+def problem() -> PlanningTask:
     return kinolab.load("rolling_disk_maze")
 
 
 @pytest.fixture(scope="module")
-def plan(problem: Problem) -> Plan:
+def plan(problem: PlanningTask) -> PlanResult:
     return problem.solve(planner="rrt_fast", seed=1, max_iterations=30_000, optimize=False)
 
 
 @pytest.fixture
-def trajectory(plan: Plan) -> Trajectory:
+def trajectory(plan: PlanResult) -> Trajectory:
     assert plan.trajectory is not None
     return plan.trajectory
 
@@ -60,13 +60,13 @@ def test_states_have_the_units_of_their_coordinates() -> None:
     assert control_units(systems.get("motorcycle").model().plant) == ("N m", "rad/s^2")
 
 
-def test_every_state_is_drawn_over_time(problem: Problem, trajectory: Trajectory) -> None:
+def test_every_state_is_drawn_over_time(problem: PlanningTask, trajectory: Trajectory) -> None:
     drawn = curves(states_over_time(problem, trajectory, ""))
     for name, column in zip(trajectory.state_names, trajectory.x.T, strict=True):
         assert np.array_equal(drawn[name], np.stack([trajectory.t, column], axis=1))
 
 
-def test_inputs_are_drawn_as_they_are_held(problem: Problem, trajectory: Trajectory) -> None:
+def test_inputs_are_drawn_as_they_are_held(problem: PlanningTask, trajectory: Trajectory) -> None:
     figure = inputs_over_time(problem, trajectory, "")
     assert figure is not None
     steps = [patch.get_data() for axes in figure.axes for patch in axes.patches]  # type: ignore[attr-defined]
@@ -76,7 +76,7 @@ def test_inputs_are_drawn_as_they_are_held(problem: Problem, trajectory: Traject
 
 
 def test_a_phase_portrait_is_drawn_for_each_rate_that_is_a_state(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     figure = phase_portraits(problem, trajectory, "")
     assert figure is not None
@@ -87,7 +87,7 @@ def test_a_phase_portrait_is_drawn_for_each_rate_that_is_a_state(
 
 
 def test_the_configuration_plane_is_dark_where_walls_are(
-    problem: Problem, plan: Plan, trajectory: Trajectory
+    problem: PlanningTask, plan: PlanResult, trajectory: Trajectory
 ) -> None:
     """Asked of the mesh itself: points well inside a wall, and the plan's own places."""
     figure = configuration_plane(problem, trajectory, plan.graph, "")
@@ -113,7 +113,7 @@ def test_the_configuration_plane_is_dark_where_walls_are(
 
 
 def test_an_angle_goes_around_and_its_line_is_broken_there(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     figure = configuration_plane(problem, trajectory, None, "", ("x", "psi"))
     assert figure is not None
@@ -140,7 +140,7 @@ def test_a_machine_of_one_coordinate_has_no_plane() -> None:
 
 
 def test_plan_plot_writes_files_that_go_with_the_plan(
-    problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    problem: PlanningTask, plan: PlanResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_run(tmp_path, problem, plan)
     assert run(["plot", str(tmp_path), "--quiet"]) == 0
@@ -164,7 +164,11 @@ def test_plan_plot_writes_files_that_go_with_the_plan(
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-1e+308"])
 def test_a_table_with_what_is_no_number_is_refused_by_line_and_column(
-    value: str, problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    value: str,
+    problem: PlanningTask,
+    plan: PlanResult,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     write_run(tmp_path, problem, plan)
     table = tmp_path / "trajectory.csv"
@@ -176,7 +180,7 @@ def test_a_table_with_what_is_no_number_is_refused_by_line_and_column(
 
 
 def test_a_search_with_a_state_that_is_not_finite_is_refused_by_row_and_column(
-    problem: Problem, plan: Plan, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    problem: PlanningTask, plan: PlanResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_run(tmp_path, problem, plan)
     assert plan.graph is not None

@@ -14,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.problem import Problem
-from kinolab.solve import Plan
+from kinolab.problem import PlanningTask
+from kinolab.solve import PlanResult
 from tests.conftest import Solved
 from tests.show.view.browsing import Opener, needs_chromium
 from tests.support import OPEN, problem_of
@@ -29,7 +29,7 @@ SAME = 1e-6  # of a state's entry, or of 1
 SLALOM = OPEN.replace("rolling_disk", "falling_disk").replace("x = -1.0", "x = -1.0\nphi_dot = 3.0")
 
 
-def page_of(problem: Problem, plan: Plan | None, path: Path) -> Path:
+def page_of(problem: PlanningTask, plan: PlanResult | None, path: Path) -> Path:
     return kinolab.save_page(problem, plan, path / "scene.html")
 
 
@@ -68,7 +68,7 @@ def reach(page: Any, time: float) -> None:
     raise TimeoutError(f"the machine did not come to t = {time} s")
 
 
-def done_again(problem: Problem, page: Any) -> Array:
+def done_again(problem: PlanningTask, page: Any) -> Array:
     """The state to which the compiled model comes under the logged inputs and parameters."""
     model, settings = problem.model, problem.scenario.integration
     x, dt = np.array(page.evaluate("kinolab.drive.begin")), page.evaluate("kinolab.drive.dt")

@@ -12,7 +12,7 @@ import pytest
 import kinolab
 from kinolab.analyze.simulate import simulate
 from kinolab.dynamics import Model
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show import page as page_package
 from kinolab.show.page.bundle import bundle
 from kinolab.show.view.driving import driven_step, driving_of
@@ -128,7 +128,7 @@ def test_a_push_goes_from_the_idle_input_toward_its_limits(parts: Parts) -> None
 
 def test_the_same_inputs_at_the_same_steps_lead_to_the_same_states(parts: Parts) -> None:
     """Whatever the pictures' rate: seconds are owed until they make a whole step."""
-    problem: Problem = kinolab.load("rolling_disk_maze")
+    problem: PlanningTask = kinolab.load("rolling_disk_maze")
     parts.simulator(problem.model, problem.start, 0.02)
     ends = parts.run(
         """return [[0.1], [0.013, 0.007], [0.019, 0.0011]].map(rhythm => {

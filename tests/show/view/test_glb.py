@@ -15,19 +15,19 @@ from scipy.spatial.transform import Rotation
 import kinolab
 from kinolab.analyze.simulate import simulate
 from kinolab.loading import build_problem, find_scenario
-from kinolab.problem import Problem
-from kinolab.solve import Plan
+from kinolab.problem import PlanningTask
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
 NEAR = 1e-6  # of frames at keys, for scenes of a few metres: single precision
 
 
-def moved(trajectory: Trajectory) -> Plan:
-    return Plan("simulated", trajectory, None, "none", 0, 0, 0.0)
+def moved(trajectory: Trajectory) -> PlanResult:
+    return PlanResult("simulated", trajectory, None, "none", 0, 0, 0.0)
 
 
 @pytest.fixture(scope="module")
-def crane(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Trajectory, Path]:
+def crane(tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanningTask, Trajectory, Path]:
     """A swinging crane of bodies and one cable, in a world with a box."""
     scenario = find_scenario("crane", overrides=["start.theta_x=0.5", "start.theta_y=-0.2"])
     problem = build_problem(scenario, planning=False)
@@ -61,7 +61,7 @@ def numbers(file: Any, index: int) -> np.ndarray:
 
 
 def test_the_nodes_of_bodies_have_their_frames_at_every_knot(
-    crane: tuple[Problem, Trajectory, Path],
+    crane: tuple[PlanningTask, Trajectory, Path],
 ) -> None:
     problem, trajectory, path = crane
     channels = animated(path)
@@ -78,7 +78,7 @@ def test_the_nodes_of_bodies_have_their_frames_at_every_knot(
                 assert pytest.approx(g[:, b, :, :3], abs=NEAR) == R
 
 
-def test_a_cable_is_a_rod_between_its_ends(crane: tuple[Problem, Trajectory, Path]) -> None:
+def test_a_cable_is_a_rod_between_its_ends(crane: tuple[PlanningTask, Trajectory, Path]) -> None:
     problem, trajectory, path = crane
     channels, ends = animated(path), problem.model.cables(trajectory.x)[:, 0]
     place, turn, scale = (

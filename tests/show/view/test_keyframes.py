@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from kinolab.analyze.simulate import simulate
 from kinolab.dynamics import Model
 from kinolab.loading import build_problem, find_scenario
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show.page.curves import evaluated
 from kinolab.show.view.keyframes import key_poses
 from kinolab.simulation.reference import reference_motion
@@ -22,11 +22,11 @@ from tests.support import OPEN, problem_of
 PROMISED = 1e-4  # [m], and of the entries of rotations
 
 
-def problem_at(name: str, *overrides: str) -> Problem:
+def problem_at(name: str, *overrides: str) -> PlanningTask:
     return build_problem(find_scenario(name, overrides=overrides), planning=False)
 
 
-def farthest(problem: Problem, trajectory: Trajectory) -> float:
+def farthest(problem: PlanningTask, trajectory: Trajectory) -> float:
     """The largest difference of any frame, between the curves and DOP853, within the steps."""
     keys = key_poses(problem, trajectory)
     motion = reference_motion(problem, trajectory.x[0], trajectory.t, trajectory.inputs)

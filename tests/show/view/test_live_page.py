@@ -15,7 +15,7 @@ import pytest
 
 import kinolab
 from kinolab.cli import run
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.graph import SearchGraph
 from kinolab.show.view.live_page import LivePage
@@ -27,12 +27,12 @@ EVENT = re.compile(rb"event: (\w+)\ndata: (.*)\n\n")
 
 
 @pytest.fixture(scope="module")
-def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def problem(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return problem_of(tmp_path_factory.mktemp("live"), OPEN + WALL)
 
 
 @pytest.fixture
-def live(problem: Problem) -> Iterator[LivePage]:
+def live(problem: PlanningTask) -> Iterator[LivePage]:
     page = LivePage(problem, "it begins")
     with page.served():
         yield page
@@ -44,14 +44,16 @@ def ask(live: LivePage, path: str, **headers: str) -> http.client.HTTPResponse:
     return connection.getresponse()
 
 
-def cross(problem: Problem) -> SearchGraph:
+def cross(problem: PlanningTask) -> SearchGraph:
     """Four states about the first one, which is where the start is."""
     x = np.repeat(problem.start[None], 5, axis=0)
     x[1:, :2] += [[0.5, 0.0], [0.0, 0.5], [-0.5, 0.0], [0.0, -0.5]]
     return SearchGraph(x, np.array([[0, 1], [0, 2], [0, 3], [0, 4]]))
 
 
-def test_everybody_hears_the_newest_of_all_that_was_told(live: LivePage, problem: Problem) -> None:
+def test_everybody_hears_the_newest_of_all_that_was_told(
+    live: LivePage, problem: PlanningTask
+) -> None:
     """The first body of the coin is at the state's own x and y."""
     live.say("one")
     live.say("two\nlines")
@@ -93,7 +95,7 @@ def test_planners_show_trees_that_begin_at_the_start_and_grow(tmp_path: Path, pl
 
 @needs_chromium
 def test_the_page_shows_the_tree_and_then_the_finished_plan(
-    live: LivePage, problem: Problem, browse: Opener, tmp_path: Path
+    live: LivePage, problem: PlanningTask, browse: Opener, tmp_path: Path
 ) -> None:
     page = browse(live.address)
     shown = page.locator("#view")

@@ -10,11 +10,11 @@ import pytest
 
 import kinolab
 from kinolab import systems
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 
 @pytest.fixture(scope="module")
-def problem() -> Problem:
+def problem() -> PlanningTask:
     return kinolab.load("pendulum_swingup")
 
 
@@ -26,7 +26,7 @@ def page_in(frame: str) -> str:
     return html.unescape(found[1])
 
 
-def test_a_plan_shows_itself_in_the_world_it_was_made_for(problem: Problem) -> None:
+def test_a_plan_shows_itself_in_the_world_it_was_made_for(problem: PlanningTask) -> None:
     plan = problem.solve(planner="rrt_fast", seed=1, max_iterations=5000, optimize=False)
     shown = plan._repr_html_()
     assert shown is not None
@@ -37,7 +37,7 @@ def test_a_plan_shows_itself_in_the_world_it_was_made_for(problem: Problem) -> N
     assert "problem=" not in repr(plan)
 
 
-def test_a_problem_shows_its_world_before_planning(problem: Problem) -> None:
+def test_a_problem_shows_its_world_before_planning(problem: PlanningTask) -> None:
     assert '"status": "ready"' in page_in(problem._repr_html_())
 
 

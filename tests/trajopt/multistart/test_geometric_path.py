@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from kinolab.cancel import CancelledError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from tests.support import problem_of
@@ -60,7 +60,7 @@ position = [0, 0, 1]
 """
 
 
-def hall(folder: Path, *doors: str) -> Problem:
+def hall(folder: Path, *doors: str) -> PlanningTask:
     """Return the hall whose wall is open at some doors only."""
     edges = [0.0, *(y for door in doors for y in DOORS[door]), 6.0]
     walls = "".join(
@@ -71,7 +71,7 @@ def hall(folder: Path, *doors: str) -> Problem:
     return problem_of(folder, HALL + walls)
 
 
-def goal_of(problem: Problem) -> Array:
+def goal_of(problem: PlanningTask) -> Array:
     end = problem.start.copy()
     end[list(problem.goal.indices)] = problem.goal.targets
     for attitude in problem.goal.attitudes:
@@ -83,7 +83,9 @@ def anything(way: Array) -> bool:
     return len(way) > 0
 
 
-def found(problem: Problem, seed: int, within: Callable[[Array], bool] = anything) -> Array | None:
+def found(
+    problem: PlanningTask, seed: int, within: Callable[[Array], bool] = anything
+) -> Array | None:
     ways = GeometricPaths(problem, np.random.default_rng(seed))
     return ways.find(problem.start, goal_of(problem), within=within)
 

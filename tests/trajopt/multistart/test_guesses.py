@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajopt.multistart.guesses import Guesses
 from tests.support import problem_of
 
@@ -60,12 +60,12 @@ tolerance = 0.1
 """
 
 
-def guesses(problem: Problem, seed: int = 1) -> Guesses:
+def guesses(problem: PlanningTask, seed: int = 1) -> Guesses:
     return Guesses(problem, np.random.default_rng(seed))
 
 
 @pytest.fixture
-def drive(tmp_path: Path) -> Problem:
+def drive(tmp_path: Path) -> PlanningTask:
     return problem_of(tmp_path, DRIVE)
 
 
@@ -74,7 +74,7 @@ def drive(tmp_path: Path) -> Problem:
 
 @pytest.mark.parametrize("distance", [0.5, 2.0])
 def test_a_straight_drive_is_about_as_quick_as_the_limit_of_speed_allows(
-    distance: float, drive: Problem
+    distance: float, drive: PlanningTask
 ) -> None:
     way = np.array([[0.0, 0.0, 0.0], [distance, 0.0, 0.0]])
     shortest = distance / FASTEST
@@ -82,7 +82,7 @@ def test_a_straight_drive_is_about_as_quick_as_the_limit_of_speed_allows(
     assert shortest * (1 - ROUNDING) <= quickest <= shortest / (1 - SEEN)
 
 
-def test_the_slowest_coordinate_decides_and_legs_add_up(drive: Problem) -> None:
+def test_the_slowest_coordinate_decides_and_legs_add_up(drive: PlanningTask) -> None:
     """Turning by 2 rad takes longer than driving half a metre."""
     way = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 2.0], [1.5, 0.0, 2.0]])
     shortest = 2.0 / FASTEST + 1.0 / FASTEST
@@ -90,14 +90,14 @@ def test_the_slowest_coordinate_decides_and_legs_add_up(drive: Problem) -> None:
     assert shortest * (1 - ROUNDING) <= quickest <= shortest / (1 - SEEN)
 
 
-def test_standing_still_takes_no_time(drive: Problem) -> None:
+def test_standing_still_takes_no_time(drive: PlanningTask) -> None:
     assert guesses(drive).quickest(np.zeros((2, 3))) == 0.0
 
 
 # --- where to ---
 
 
-def test_straight_ways_take_the_shorter_turn(drive: Problem) -> None:
+def test_straight_ways_take_the_shorter_turn(drive: PlanningTask) -> None:
     """From 3 rad to -3 rad it is 0.28 rad over the seam, not 6 rad back."""
     begin, end = guesses(drive).straight()
     assert np.array_equal(begin, drive.start)
@@ -106,7 +106,7 @@ def test_straight_ways_take_the_shorter_turn(drive: Problem) -> None:
 
 
 @pytest.mark.parametrize("turns", [-2, -1, 1, 3])
-def test_further_turns_come_on_top_of_the_shortest(turns: int, drive: Problem) -> None:
+def test_further_turns_come_on_top_of_the_shortest(turns: int, drive: PlanningTask) -> None:
     begin, end = guesses(drive).straight([turns])
     assert end[2] - begin[2] == pytest.approx(2 * np.pi * (turns + 1) - 6.0, abs=ROUNDING)
 

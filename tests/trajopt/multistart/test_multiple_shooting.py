@@ -9,7 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.cancel import CancelledError, never_cancelled
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import shorten
@@ -21,14 +21,14 @@ from tests.trajopt.test_trajopt import DRIVE, EXACT, PATIENCE, repaired
 KNOTS, GUESSES = 80, 60
 
 
-def shot(problem: Problem, seed: int = 2) -> Trajectory:
+def shot(problem: PlanningTask, seed: int = 2) -> Trajectory:
     """Return the first motion that comes of a guess."""
     shots = Multistart(problem, KNOTS, seed, never_cancelled)
     motions = (shots.next().motion for _ in range(GUESSES))
     return next(motion for motion in motions if motion is not None)
 
 
-def passes(problem: Problem, motion: Trajectory) -> bool:
+def passes(problem: PlanningTask, motion: Trajectory) -> bool:
     certificate = kinolab.verify(problem, motion)
     assert certificate.passed, [str(check) for check in certificate.failures]
     return True
@@ -37,14 +37,14 @@ def passes(problem: Problem, motion: Trajectory) -> bool:
 @pytest.fixture(scope="module", params=DISCRETE, ids=["fly", "swing up"])
 def shown(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Problem, Trajectory]:
+) -> tuple[PlanningTask, Trajectory]:
     """A machine that flies or swings, and a motion of it."""
     problem = problem_of(tmp_path_factory.mktemp("discrete"), request.param)
     return problem, shot(problem)
 
 
 def test_what_swings_and_flies_ends_in_the_middle_of_the_goal(
-    shown: tuple[Problem, Trajectory],
+    shown: tuple[PlanningTask, Trajectory],
 ) -> None:
     problem, motion = shown
     assert np.array_equal(motion.x[0], problem.start)
@@ -52,12 +52,12 @@ def test_what_swings_and_flies_ends_in_the_middle_of_the_goal(
     assert passes(problem, motion)
 
 
-def test_steps_are_those_of_the_problem(shown: tuple[Problem, Trajectory]) -> None:
+def test_steps_are_those_of_the_problem(shown: tuple[PlanningTask, Trajectory]) -> None:
     problem, motion = shown
     assert np.allclose(np.diff(motion.t), problem.step, rtol=0, atol=1e-12)
 
 
-def test_equal_seeds_give_the_same_bits(shown: tuple[Problem, Trajectory]) -> None:
+def test_equal_seeds_give_the_same_bits(shown: tuple[PlanningTask, Trajectory]) -> None:
     problem, motion = shown
     again = shot(problem)
     assert again.x.tobytes() == motion.x.tobytes()

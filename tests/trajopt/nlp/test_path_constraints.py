@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics import Body, Drive, System, length, move, rate, require
 from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
@@ -94,7 +94,7 @@ CASES: dict[str, tuple[str, Callable[[Array, Array], Array]]] = {
 @pytest.fixture(scope="module", params=CASES)
 def case(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Problem, Callable[[Array, Array], Array], Samples]:
+) -> tuple[PlanningTask, Callable[[Array, Array], Array], Samples]:
     text, margins = CASES[request.param]
     problem = problem_of(tmp_path_factory.mktemp(request.param), text)
     random = np.random.default_rng(5)
@@ -104,7 +104,7 @@ def case(
     return problem, margins, Samples(np.arange(40), np.zeros(40), x, u)
 
 
-Case = tuple[Problem, Callable[[Array, Array], Array], Samples]
+Case = tuple[PlanningTask, Callable[[Array, Array], Array], Samples]
 
 
 def test_margins_are_those_of_closed_forms(case: Case) -> None:
@@ -185,7 +185,7 @@ step = 1.0
 """
 
 
-def slide(folder: Path, most: float) -> Problem:
+def slide(folder: Path, most: float) -> PlanningTask:
     """Return a slide whose speed in [m/s], less 0.2 s times its acceleration, is limited."""
     x = length("x", -4, 4, speed=2.0)
     push = Drive("push", on=x, limit=2.0)

@@ -9,7 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.cancel import never_cancelled
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.options import SHORT
@@ -22,11 +22,11 @@ SPEED, TURN = 0.25, 0.25  # [m/s], [rad/s^2]
 CIRCLE = round(4 * np.sqrt(np.pi / 2 / TURN) / STEP) // 4 * 4  # steps for a whole turn, about
 
 
-def segments_of(problem: Problem) -> Segments:
+def segments_of(problem: PlanningTask) -> Segments:
     return Segments(problem, SHORT.segment_clearances[0], never_cancelled)
 
 
-def looped(problem: Problem) -> Trajectory:
+def looped(problem: PlanningTask) -> Trajectory:
     """Drive straight on with a full circle in the middle, and stop."""
     faster = round(SPEED / 0.25 / STEP)
     turn = 2 * np.pi / (CIRCLE * STEP / 2) ** 2  # so that it is a full one

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
@@ -60,7 +60,7 @@ def turned(sign: float) -> list[float]:
     return [push] * half + [-push] * half
 
 
-def detour(problem: Problem) -> Trajectory:
+def detour(problem: PlanningTask) -> Trajectory:
     """Drive along three sides of a rectangle, and stop to turn at each corner."""
     rows: list[tuple[float, float]] = []
     for turn, way in ((1, ASIDE), (-1, FAR), (-1, ASIDE), (1, 0.0)):
@@ -70,12 +70,12 @@ def detour(problem: Problem) -> Trajectory:
     return resimulate(problem, STEP * np.arange(len(u) + 1.0), u)
 
 
-def problem_with(folder: Path, *, heading: float = 0.0, wall: bool = False) -> Problem:
+def problem_with(folder: Path, *, heading: float = 0.0, wall: bool = False) -> PlanningTask:
     text = DRIVE.format(heading=heading)
     return problem_of(folder, text.replace("[goal]", WALL + "[goal]") if wall else text)
 
 
-def verified(problem: Problem, motion: Trajectory) -> None:
+def verified(problem: PlanningTask, motion: Trajectory) -> None:
     certificate = kinolab.verify(problem, motion)
     assert certificate.passed, [str(check) for check in certificate.failures]
     assert problem.goal_distance(motion.x[-1]) < EXACT

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import make_exact, shorten
 from tests.oracles.vehicles import Pose, dubins_length, path_length, reeds_shepp_length
@@ -45,7 +45,7 @@ def driven(folder: Path, machine: str, goal: dict[str, float], steps: int) -> Tr
     return short
 
 
-def verified(problem: Problem, trajectory: Trajectory) -> bool:
+def verified(problem: PlanningTask, trajectory: Trajectory) -> bool:
     certificate = kinolab.verify(problem, trajectory)
     assert certificate.passed, [str(check) for check in certificate.failures]
     return True

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import states_under
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
@@ -17,7 +17,7 @@ from tests.scenario.dynobench.wheel import environment, needs_wheel
 EXACT = 1e-6  # sum of all that is missing, in scales
 
 
-def straight(problem: Problem, steps: int) -> Knots:
+def straight(problem: PlanningTask, steps: int) -> Knots:
     """Return states on the line to the goal, under inputs in the middle of their ranges."""
     end = problem.start.copy()
     end[list(problem.goal.indices)] = problem.goal.targets

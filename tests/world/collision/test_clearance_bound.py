@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
 
 SCENARIOS = (
@@ -19,7 +19,7 @@ SCENARIOS = (
 POSES = 3000
 
 
-def room_of(problem: Problem) -> ClearanceBound:
+def room_of(problem: PlanningTask) -> ClearanceBound:
     return ClearanceBound(
         collision_scene(
             problem.bodies,
@@ -30,7 +30,7 @@ def room_of(problem: Problem) -> ClearanceBound:
     )
 
 
-def states(problem: Problem) -> np.ndarray:
+def states(problem: PlanningTask) -> np.ndarray:
     random = np.random.default_rng(1)
     x = random.uniform(*problem.sampling_bounds.T, (POSES, problem.model.nx))
     for first in problem.model.attitudes.values():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.trajopt.nlp.path_constraints import Samples
 from tests.support import OPEN, WALL, problem_of
@@ -15,7 +15,7 @@ RADIUS, HALF = 0.25, 0.025  # [m] of the coin: radius, half thickness
 FACE = 3.0 - 0.05  # [m] where the wall's face towards the coin is
 
 
-def at(problem: Problem, *states: list[float]) -> Samples:
+def at(problem: PlanningTask, *states: list[float]) -> Samples:
     x = np.array(states, dtype=float)
     count = len(x)
     u = np.zeros((count, problem.model.nu))
@@ -23,20 +23,20 @@ def at(problem: Problem, *states: list[float]) -> Samples:
 
 
 @pytest.fixture(scope="module")
-def walled(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def walled(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
     return problem_of(tmp_path_factory.mktemp("walled"), OPEN + WALL, "world.ground=none")
 
 
 @pytest.mark.parametrize("x", [2.4, 2.69, 2.75, 2.9])
 def test_the_gap_to_a_wall_is_the_distance_to_its_face_negative_inside(
-    walled: Problem, x: float
+    walled: PlanningTask, x: float
 ) -> None:
     rows = CollisionConstraints(walled, 0.0).rows(at(walled, [x, 0, 0, 0, 0, 0]), 1.0)
     assert rows.value == pytest.approx([FACE - x - RADIUS], abs=1e-8)
     assert rows.dx[0, :2] == pytest.approx([-1.0, 0.0], abs=1e-8)
 
 
-def test_a_gap_follows_the_turn_of_a_coin_as_its_outline_does(walled: Problem) -> None:
+def test_a_gap_follows_the_turn_of_a_coin_as_its_outline_does(walled: PlanningTask) -> None:
     """From above the coin is a rectangle: R |cos psi| + b |sin psi| towards the wall."""
     psi = 0.4
     rows = CollisionConstraints(walled, 0.0).rows(at(walled, [2.5, 0, psi, 0.3, 0, 0]), 1.0)

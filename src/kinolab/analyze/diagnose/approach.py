@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 
 MAX_NAMED = 3  # entries that a sentence names
@@ -28,7 +28,7 @@ def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator
     yield f"{approach} misses {', '.join(map(str, missed[:MAX_NAMED]))}{more}{kept}."
 
 
-def unmet_sentences(problem: Problem, nearest: Array) -> Iterator[str]:
+def unmet_sentences(problem: PlanningTask, nearest: Array) -> Iterator[str]:
     """Say that no state meets the goal, and what the nearest one, shape (nx,), misses."""
     missed = [entry for entry in goal_entries(problem, nearest) if not entry.reached]
     if missed:

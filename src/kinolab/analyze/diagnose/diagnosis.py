@@ -27,10 +27,10 @@ from kinolab.analyze.diagnose.static_holding import (
 )
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.simulation import Stiffness, stiffness
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class Diagnosis:
 
 
 def diagnose(
-    problem: Problem, plan: Plan, *, progress: Say | None = None, **settings: Any
+    problem: PlanningTask, plan: PlanResult, *, progress: Say | None = None, **settings: Any
 ) -> Diagnosis:
     """Find out why a search did not find a plan; it takes about 15 s at most.
 
@@ -133,7 +133,7 @@ def diagnose(
     return replace(found, sentences=sentences, seconds=time.monotonic() - begun)
 
 
-def _described(problem: Problem, plan: Plan, goals: GoalStates) -> Diagnosis:
+def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Diagnosis:
     """Return what takes no search."""
     checker = problem.checker()
     end = problem.start if plan.trajectory is None else plan.trajectory.x[-1]
@@ -153,14 +153,14 @@ def _described(problem: Problem, plan: Plan, goals: GoalStates) -> Diagnosis:
     )
 
 
-def _visited(problem: Problem, plan: Plan) -> Array:
+def _visited(problem: PlanningTask, plan: PlanResult) -> Array:
     """Return the states that a search came to, as far as they were kept."""
     kept = [plan.graph.x] if plan.graph is not None else []
     kept += [plan.trajectory.x] if plan.trajectory is not None else []
     return np.concatenate([np.empty((0, problem.model.nx)), *kept])
 
 
-def _passage(problem: Problem, goals: GoalStates, say: Say) -> Passage | None:
+def _passage(problem: PlanningTask, goals: GoalStates, say: Say) -> Passage | None:
     """Look for a way of the machine's shape, where OMPL is there to do so."""
     try:
         from kinolab.analyze.diagnose.narrow_passage.passage import find_passage, is_applicable
@@ -171,7 +171,9 @@ def _passage(problem: Problem, goals: GoalStates, say: Say) -> Passage | None:
     return find_passage(problem, goals.inside, PASSAGE_SECONDS, say)
 
 
-def _sentences(problem: Problem, plan: Plan, goals: GoalStates, found: Diagnosis) -> Iterator[str]:
+def _sentences(
+    problem: PlanningTask, plan: PlanResult, goals: GoalStates, found: Diagnosis
+) -> Iterator[str]:
     """Word the findings, the most useful ones first."""
     if plan.status == "solved":
         yield "The plan was found and verified: nothing stopped it."

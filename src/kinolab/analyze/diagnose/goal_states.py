@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 MAX_SAMPLES = 40
 # evaluations of one search for a configuration whose points are at their targets
@@ -29,7 +29,7 @@ class GoalStates:
     nearest: Array
 
 
-def goal_states(problem: Problem) -> GoalStates:
+def goal_states(problem: PlanningTask) -> GoalStates:
     """Draw states in the goal region; velocities that the goal leaves free are zero.
 
     Where the goal is about points and directions of bodies, or the machine has loops,
@@ -44,7 +44,7 @@ def goal_states(problem: Problem) -> GoalStates:
     return GoalStates(inside, states[int(np.argmin(excesses))])
 
 
-def _guesses(problem: Problem, generator: np.random.Generator) -> list[Array]:
+def _guesses(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:
     """Return the start moved to the targets' centre, then random states of the goal's box."""
     center = problem.start.copy()
     center[list(problem.goal.indices)] = problem.goal.targets
@@ -53,7 +53,7 @@ def _guesses(problem: Problem, generator: np.random.Generator) -> list[Array]:
     return [center, *(problem.sample_goal(generator) for _ in range(MAX_SAMPLES))]
 
 
-def _at_rest(problem: Problem, x: Array) -> Array:
+def _at_rest(problem: PlanningTask, x: Array) -> Array:
     """Return a state without the velocities that the goal leaves free, on the constraints."""
     model, still = problem.model, x.copy()
     for i in range(model.nq, model.nx):
@@ -62,7 +62,7 @@ def _at_rest(problem: Problem, x: Array) -> Array:
     return model.project(np.clip(still, *problem.bounds.T))
 
 
-def _reached(problem: Problem, guess: Array) -> Array:
+def _reached(problem: PlanningTask, guess: Array) -> Array:
     """Move a configuration, its loops being closed, to where the goal wants it."""
     nq = problem.model.nq
     lower, upper = problem.bounds[:nq].T
@@ -83,6 +83,6 @@ def _reached(problem: Problem, guess: Array) -> Array:
     return state(found.x)
 
 
-def has_loops(problem: Problem) -> bool:
+def has_loops(problem: PlanningTask) -> bool:
     """Whether some function of the machine's position must stay zero."""
     return any(isinstance(entry, PositionConstraint) for entry in problem.system.constraints)

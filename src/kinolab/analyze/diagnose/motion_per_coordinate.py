@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.world import feature_points
 
 RANDOM_STATES = 12  # drawn at random, besides those that are given
@@ -16,7 +16,7 @@ ROUNDING = 1e-7  # [m] per unit: rounding
 MIN_GOAL_MOTION = 0.01  # [m] per unit, of what only the goal depends on
 
 
-def motion_per_coordinate(problem: Problem, states: Sequence[Array]) -> Array:
+def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Array:
     """Return how far each coordinate moves a point of the machine, per m or rad, shape (nx,).
 
     It is 0 for what neither the shapes' places nor the goal depend on, such as how far a wheel has
@@ -40,13 +40,13 @@ def motion_per_coordinate(problem: Problem, states: Sequence[Array]) -> Array:
     return far
 
 
-def _drawn(problem: Problem) -> Iterator[Array]:
+def _drawn(problem: PlanningTask) -> Iterator[Array]:
     generator = np.random.default_rng(0)
     for _ in range(RANDOM_STATES):
         yield problem.sample(generator)
 
 
-def _moved(problem: Problem, x: Array, i: int) -> float:
+def _moved(problem: PlanningTask, x: Array, i: int) -> float:
     """Return how far the farthest point moves per unit of one coordinate."""
     nudged = x.copy()
     nudged[i] += FD_STEP
@@ -55,7 +55,7 @@ def _moved(problem: Problem, x: Array, i: int) -> float:
     return float(np.nan_to_num(moved).max(initial=0.0)) / FD_STEP
 
 
-def _points(problem: Problem, x: Array) -> Array:
+def _points(problem: PlanningTask, x: Array) -> Array:
     """Return points of the world that tell where the machine and what its goal is about are."""
     poses, ends = problem.placement(x)
     places = [

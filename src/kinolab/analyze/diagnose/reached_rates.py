@@ -12,7 +12,7 @@ import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 RANDOM_STATES = 12  # drawn at random; a direction that none of them reaches is never reached
 RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones count as zero
@@ -22,7 +22,7 @@ SINGLE_VELOCITY_COMPONENT = 0.999
 MIN_COMPONENT = 1e-3  # component below which a velocity is no part of a direction
 
 
-def unreached_directions(problem: Problem) -> tuple[dict[str, float], ...]:
+def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     """Return the directions of velocity that no input changes, as components by name.
 
     A direction counts where it is out of reach of the linearisation at every one of several
@@ -54,7 +54,7 @@ def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]
         yield f"No input ever changes {name}."
 
 
-def _drawn(problem: Problem) -> Iterator[tuple[Array, Array]]:
+def _drawn(problem: PlanningTask) -> Iterator[tuple[Array, Array]]:
     """Yield states within the limits and inputs within theirs."""
     generator, model = np.random.default_rng(0), problem.model
     for _ in range(RANDOM_STATES):
@@ -63,7 +63,7 @@ def _drawn(problem: Problem) -> Iterator[tuple[Array, Array]]:
         yield model.project(x), u
 
 
-def _reached(problem: Problem, x: Array, u: Array) -> Array:
+def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:
     """Return a basis of what the linearisation at a state reaches, shape (nx, rank)."""
     model, scales = problem.model, problem.scales
     try:

@@ -10,10 +10,10 @@ from typing import Any
 from kinolab import planners
 from kinolab.analyze.diagnose.relaxations import Relaxation, relaxations
 from kinolab.errors import KinolabError
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome
 from kinolab.simulation.reference import resimulate
-from kinolab.solve import Plan, make_planner
+from kinolab.solve import PlanResult, make_planner
 
 TRIAL_SECONDS = 2.0  # of one search
 MIN_SECONDS = 0.2  # [s] that a search needs to be worth beginning
@@ -37,8 +37,8 @@ class RelaxationTrial:
 
 
 def relaxation_trials(
-    problem: Problem,
-    plan: Plan,
+    problem: PlanningTask,
+    plan: PlanResult,
     settings: Mapping[str, Any],
     seconds: float,
     say: Callable[[str], None] = lambda _: None,

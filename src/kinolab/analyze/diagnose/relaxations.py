@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics import Model
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
 from kinolab.search import AbstractPlanner
 from kinolab.simulation import stiffness
@@ -34,11 +34,11 @@ class Relaxation:
 
     name: str
     words: str
-    problem: Problem
+    problem: PlanningTask
     settings: Mapping[str, Any]
 
 
-def relaxations(problem: Problem, planner: AbstractPlanner) -> Iterator[Relaxation]:
+def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Relaxation]:
     """Yield every change that applies to a problem and to the planner that failed on it.
 
     Where steps are unstable, whatever else is changed proves nothing.
@@ -68,7 +68,7 @@ def relaxations(problem: Problem, planner: AbstractPlanner) -> Iterator[Relaxati
         yield _finer_steps(problem, planner)
 
 
-def _implicit(problem: Problem) -> Relaxation:
+def _implicit(problem: PlanningTask) -> Relaxation:
     """Return the problem with the method for stiff machines."""
     words = 'with [integration] method = "rosenbrock"'
     return Relaxation("method", words, _integrated(problem, method="rosenbrock"), {})
@@ -95,7 +95,7 @@ def _stronger_inputs(model: Model) -> Model:
     return strong
 
 
-def _finer_steps(problem: Problem, planner: AbstractPlanner) -> Relaxation:
+def _finer_steps(problem: PlanningTask, planner: AbstractPlanner) -> Relaxation:
     """Return the problem with shorter steps, inputs being held as long as before."""
     step = problem.step / STEP_DIVISOR
     known = {field.name for field in fields(planner)}
@@ -108,7 +108,7 @@ def _finer_steps(problem: Problem, planner: AbstractPlanner) -> Relaxation:
     return Relaxation("step", words, _integrated(problem, step=step), settings)
 
 
-def _integrated(problem: Problem, **update: Any) -> Problem:
+def _integrated(problem: PlanningTask, **update: Any) -> PlanningTask:
     """Return the problem with other settings of [integration]."""
     scenario = problem.scenario
     integration = scenario.integration.model_copy(update=update)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
 
@@ -15,7 +15,7 @@ TIGHT_CLEARANCE = 0.05  # [m] that are worth a sentence
 
 
 def largest_clearance(
-    problem: Problem, states: Sequence[Array], checker: CollisionChecker
+    problem: PlanningTask, states: Sequence[Array], checker: CollisionChecker
 ) -> StateClearance | None:
     """Return the largest clearance of states (nx,); None where there are none."""
     if not states:

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: slower counts as held
 MAX_ITERATIONS = 100
@@ -37,7 +37,7 @@ class StaticHolding:
     needed: dict[str, float]
 
 
-def static_holding(problem: Problem, x: Array) -> StaticHolding | None:
+def static_holding(problem: PlanningTask, x: Array) -> StaticHolding | None:
     """Look for inputs that hold the machine; None where its equations have no result there.
 
     Further states, such as currents, are chosen with the inputs.
@@ -73,7 +73,7 @@ def static_holding(problem: Problem, x: Array) -> StaticHolding | None:
     )
 
 
-def best_static_holding(problem: Problem, states: Sequence[Array]) -> StaticHolding | None:
+def best_static_holding(problem: PlanningTask, states: Sequence[Array]) -> StaticHolding | None:
     """Return the holding that needs least, of several states (nx,); one that holds comes first."""
     found = [held for x in states if (held := static_holding(problem, x)) is not None]
     return min(found, key=_effort, default=None)
@@ -84,7 +84,7 @@ def _effort(held: StaticHolding) -> tuple[bool, float]:
 
 
 def holding_sentences(
-    problem: Problem, start: StaticHolding | None, goal: StaticHolding | None
+    problem: PlanningTask, start: StaticHolding | None, goal: StaticHolding | None
 ) -> Iterator[str]:
     """Say where the machine cannot rest, and what it would take."""
     if goal is not None and not goal.holds and _wants_rest(problem):
@@ -93,7 +93,7 @@ def holding_sentences(
         yield f"The machine cannot rest at the start: {_why(problem, start)}."
 
 
-def _why(problem: Problem, held: StaticHolding) -> str:
+def _why(problem: PlanningTask, held: StaticHolding) -> str:
     name, drift = next(iter(held.drifts.items()))
     if not held.needed:
         return f"no inputs keep {name} from changing"
@@ -109,7 +109,7 @@ def _why(problem: Problem, held: StaticHolding) -> str:
     return f"{name} changes by {abs(drift):.3g} per second; to hold it takes {', '.join(wanted)}"
 
 
-def _wants_rest(problem: Problem) -> bool:
+def _wants_rest(problem: PlanningTask) -> bool:
     """Whether the goal asks all velocities that are states to be zero."""
     model = problem.model
     wanted = dict(zip(problem.goal.indices, problem.goal.targets, strict=True))
@@ -117,14 +117,14 @@ def _wants_rest(problem: Problem) -> bool:
     return bool(rates) and all(wanted.get(i, math.inf) == 0.0 for i in rates)
 
 
-def _share(problem: Problem, u: Array) -> float:
+def _share(problem: PlanningTask, u: Array) -> float:
     """Return the largest share of an input's limit, on the side where it is used."""
     limits = np.where(u < 0, *problem.model.control_bounds.T)
     used = np.abs(u) > 1e-12  # what is not used needs no limit
     return float(np.max(np.abs(u[used] / limits[used]), initial=0.0))
 
 
-def _worst_first(problem: Problem, drift: Array) -> dict[str, float]:
+def _worst_first(problem: PlanningTask, drift: Array) -> dict[str, float]:
     """Name the rates of change in SI units whose share of the states' scales is not small."""
     order = np.argsort(-np.abs(drift))
     names, scales = problem.model.state_names, problem.scales
@@ -138,7 +138,7 @@ def _worst_first(problem: Problem, drift: Array) -> dict[str, float]:
 class _Balance:
     """The rates of change as a function of inputs and further states, at one configuration."""
 
-    def __init__(self, problem: Problem, x: Array) -> None:
+    def __init__(self, problem: PlanningTask, x: Array) -> None:
         model = problem.model
         self._model, self._scales = model, problem.scales
         rates = [i for i, name in enumerate(model.state_names) if name in model.rate_names]

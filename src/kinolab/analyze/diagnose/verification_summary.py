@@ -9,15 +9,15 @@ import numpy as np
 from kinolab.dynamics.units import state_units
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import ReferenceMotion, trajectory_under
 from kinolab.simulation.resimulated_goal import BROKEN, MISSED
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification.certificate import conduct_checks
 
 
-def verification_sentences(problem: Problem, plan: Plan) -> Iterator[str]:
+def verification_sentences(problem: PlanningTask, plan: PlanResult) -> Iterator[str]:
     """Say where the planner's steps and the true motion disagreed."""
     if plan.status == "verification_failed":
         yield _refusal(problem, plan)
@@ -39,7 +39,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _refusal(problem: Problem, plan: Plan) -> str:
+def _refusal(problem: PlanningTask, plan: PlanResult) -> str:
     """Say which checks a motion did not pass, and whether the planner's own steps would have."""
     if plan.certificate is None or plan.trajectory is None:
         return f"Verification refused the motion found: {plan.message}"
@@ -60,7 +60,7 @@ def _refusal(problem: Problem, plan: Plan) -> str:
 
 
 def own_motion(
-    problem: Problem, trajectory: Trajectory
+    problem: PlanningTask, trajectory: Trajectory
 ) -> tuple[Trajectory, ReferenceMotion] | None:
     """Return the motion that a planner's steps make of a trajectory's inputs.
 
@@ -88,7 +88,7 @@ class _SubsteppedMap:
         ts: Times of its ends, in [s].
     """
 
-    def __init__(self, problem: Problem, begin: float, end: float, x: Array, u: Array) -> None:
+    def __init__(self, problem: PlanningTask, begin: float, end: float, x: Array, u: Array) -> None:
         self._problem, self._x, self._u, self.ts = problem, x, u, np.array([begin, end])
 
     def __call__(self, times: Array) -> Array:
@@ -101,7 +101,7 @@ class _SubsteppedMap:
         return np.asarray(states.T)
 
 
-def _apart(problem: Problem, own: Array, true: Array) -> str:
+def _apart(problem: PlanningTask, own: Array, true: Array) -> str:
     """Word the largest difference of two motions' knots, by what counts as large."""
     errors = np.abs(problem.space.difference(true, own) / problem.scales)
     i = int(np.unravel_index(int(errors.argmax()), errors.shape)[1])

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal, TypeAlias
 
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 Fault: TypeAlias = Literal["collided", "strayed"]
 
@@ -21,12 +21,12 @@ class CollisionMonitor:
         problem: Of the plan.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         world = replace(problem.world, clearance=0.0)
         cones = tuple(cone.forbidden for cone in problem.keep_outs)
         self._problem = replace(problem, world=world, keep_outs=cones)
 
-    def first_fault(self, x: Array, built: System) -> tuple[int, Fault] | None:
+    def first_fault(self, x: Array, built: Mechanism) -> tuple[int, Fault] | None:
         """Return the first state in which something is wrong, and what; None for a sound motion.
 
         Args:
@@ -48,7 +48,7 @@ class CollisionMonitor:
         goal, model = self._problem.goal, self._problem.model
         return goal.excess(x, model.frames(x, **parameters) if goal.needs_frames else None)
 
-    def _as_built(self, system: System) -> Problem:
+    def _as_built(self, system: Mechanism) -> PlanningTask:
         """Return the problem of a machine whose shapes follow its parameters: larger wheels, say.
 
         Where they do not, it is the same one, whose search trees of meshes are there.

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinolab.dynamics import Model
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 MAX_FRACTION = 1.0  # share: beyond it a mass could be negative
 SHARES = ("parameters", "noise", "disturbance")
@@ -51,7 +51,7 @@ class Conditions:
         if mistakes:
             raise InputError(mistakes)
 
-    def machine(self, system: System, generator: np.random.Generator) -> System:
+    def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:
         """Return the machine as somebody built it.
 
         Raises:
@@ -66,7 +66,7 @@ class Conditions:
                 continue  # nobody could build that one
         return self._drawn(meant, generator)
 
-    def _drawn(self, meant: System, generator: np.random.Generator) -> System:
+    def _drawn(self, meant: Mechanism, generator: np.random.Generator) -> Mechanism:
         values = meant.parameter_values
         shares = generator.uniform(-self.parameters, self.parameters, len(values))
         drawn = zip(values.items(), shares, strict=True)
@@ -74,7 +74,7 @@ class Conditions:
             **{name: float(value * (1.0 + fraction)) for (name, value), fraction in drawn}
         )
 
-    def measured(self, problem: Problem, x: Array, generator: np.random.Generator) -> Array:
+    def measured(self, problem: PlanningTask, x: Array, generator: np.random.Generator) -> Array:
         """Return what sensors say of a state, shape (nx,)."""
         if not self.noise:
             return x

@@ -15,7 +15,7 @@ from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation import ReferenceStep
 from kinolab.trajectory import Trajectory
@@ -78,7 +78,7 @@ class Execution:
 
 
 def execute(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     conditions: Conditions,
     *,
@@ -125,7 +125,7 @@ class _Run:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         trajectory: Trajectory,
         tracker: Tracker,
         surveillance: CollisionMonitor,

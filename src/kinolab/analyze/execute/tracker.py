@@ -11,7 +11,7 @@ import numpy as np
 
 from kinolab.dynamics import Model, tvlqr
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 
@@ -33,7 +33,7 @@ class Tracker:
         limits: Of the inputs, shape (nu, 2): all that the machine can do, [bounds] apart.
     """
 
-    problem: Problem
+    problem: PlanningTask
     x: Array
     u: Array
     gains: Array
@@ -41,7 +41,7 @@ class Tracker:
 
     @classmethod
     def along(
-        cls, problem: Problem, trajectory: Trajectory, *, large: float = LARGE_DEVIATION
+        cls, problem: PlanningTask, trajectory: Trajectory, *, large: float = LARGE_DEVIATION
     ) -> Tracker:
         """Design gains along a plan.
 

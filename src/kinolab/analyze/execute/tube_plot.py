@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.analyze.execute.execution import Execution
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ TUBE_STYLE = (5.0, 95.0)  # percentiles
 MAX_FACES = 20_000  # of a mesh that are drawn
 
 
-def tube_png(problem: Problem, plan: Trajectory, execution: Execution, title: str) -> bytes:
+def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, title: str) -> bytes:
     """Return a picture as PNG: paths from above or from the side, and deviations over time.
 
     Args:
@@ -60,7 +60,7 @@ def _said(execution: Execution) -> str:
     )
 
 
-def _paths(axes: Axes, problem: Problem, plan: Trajectory, execution: Execution) -> None:
+def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execution) -> None:
     """Draw where the machine's main body went, along the two axes in which it went farthest."""
     planned = _places(problem, plan.x)
     across, up = sorted(np.argsort(np.ptp(planned, axis=0), kind="stable")[-2:].tolist())
@@ -78,7 +78,7 @@ def _paths(axes: Axes, problem: Problem, plan: Trajectory, execution: Execution)
     axes.legend(loc="best", fontsize=8)
 
 
-def _places(problem: Problem, x: Array, parameters: dict[str, float] | None = None) -> Array:
+def _places(problem: PlanningTask, x: Array, parameters: dict[str, float] | None = None) -> Array:
     """Return where the heaviest body's origin is at states (N, nx), shape (N, 3)."""
     masses = [problem.system.number(body.mass) for body in problem.system.bodies]
     frames = problem.model.frames(x, **(parameters or {})).reshape(len(x), -1, 3, 4)
@@ -86,7 +86,7 @@ def _places(problem: Problem, x: Array, parameters: dict[str, float] | None = No
     return places
 
 
-def _outlines(problem: Problem, across: int, up: int) -> list[Array]:
+def _outlines(problem: PlanningTask, across: int, up: int) -> list[Array]:
     """Return what obstacles look like along the third axis, as polygons (m, 2)."""
     outlines = []
     for obstacle in problem.world.obstacles:

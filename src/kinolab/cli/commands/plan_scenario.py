@@ -26,10 +26,10 @@ from kinolab.cli.progress import Progress
 from kinolab.errors import InputError, Mistake
 
 if TYPE_CHECKING:
-    from kinolab.problem import Problem
+    from kinolab.problem import PlanningTask
     from kinolab.search import Budget
     from kinolab.show.view.live_page import LivePage
-    from kinolab.solve import Plan
+    from kinolab.solve import PlanResult
 
 
 @click.command("scenario", hidden=True)
@@ -120,7 +120,7 @@ def command(
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
-def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> Problem:
+def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> PlanningTask:
     """Load a scenario; mistakes in options are reported as the options that were typed."""
     from kinolab.api import load
     from kinolab.scenario import override_place, scenario_path
@@ -147,7 +147,7 @@ def _option_of(key: str) -> str:
 
 
 def _search(
-    problem: Problem,
+    problem: PlanningTask,
     folder: Path,
     progress: Progress,
     page: LivePage | None,
@@ -155,7 +155,7 @@ def _search(
     jobs: int,
     anytime: bool,
     optimize: bool,
-) -> tuple[Plan, dict[str, Any]]:
+) -> tuple[PlanResult, dict[str, Any]]:
     """Search, and write what was found before it is drawn; return it with its report."""
     from kinolab.runs import write_run
     from kinolab.solve import solve
@@ -167,7 +167,7 @@ def _search(
         spent = f"{elapsed:.1f} of {section.time_limit:g} s"
         progress(f"{section.name}: {iterations} iterations, {spent}", passing=True)
 
-    def write(found: Plan) -> dict[str, Any]:
+    def write(found: PlanResult) -> dict[str, Any]:
         with INTERRUPTS.writing():
             return write_run(folder, problem, found)
 
@@ -176,7 +176,7 @@ def _search(
         if page:
             budget.viewer = page.explored
 
-    def improved(found: Plan) -> None:
+    def improved(found: PlanResult) -> None:
         if page and found.trajectory is not None:
             page.found(found.trajectory)
         if anytime or optimising:
@@ -207,7 +207,11 @@ def _search(
 
 
 def _diagnose(
-    problem: Problem, found: Plan, folder: Path, report: dict[str, Any], progress: Progress
+    problem: PlanningTask,
+    found: PlanResult,
+    folder: Path,
+    report: dict[str, Any],
+    progress: Progress,
 ) -> dict[str, Any]:
     """Look for why no plan was found, and return the report with what was found out."""
     from kinolab.analyze.diagnose import diagnose

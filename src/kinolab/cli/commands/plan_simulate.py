@@ -34,7 +34,7 @@ def command(
     from kinolab.analyze.simulate import simulate
     from kinolab.loading import build_problem, find_scenario
     from kinolab.runs import write_run
-    from kinolab.solve import Plan
+    from kinolab.solve import PlanResult
 
     progress = Progress(quiet)
     progress("deriving and compiling the machine")
@@ -42,7 +42,9 @@ def command(
     problem = build_problem(find_scenario(what, overrides=given), planning=False)
     trajectory = simulate(problem, duration, inputs)
     distance = problem.goal_distance(trajectory.x[-1])
-    moved = Plan("simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself.")
+    moved = PlanResult(
+        "simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself."
+    )
     folder = out or Path("runs") / f"{problem.name}_simulated"
     with INTERRUPTS.writing():
         report = write_run(folder, problem, moved)

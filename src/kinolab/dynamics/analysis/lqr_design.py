@@ -19,13 +19,13 @@ from kinolab.dynamics.language.json.machine_file import (
     feedback_to_tree,
     machine_to_json,
 )
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.riccati import lqr
 
-AnySystem = TypeVar("AnySystem", bound=System)
+AnySystem = TypeVar("AnySystem", bound=Mechanism)
 
 FD_STEP = 1e-6  # of a state's scale, for the derivative of a derivative
 ROUNDING = 1e-12  # share of a polynomial's values below which a coefficient is left out

@@ -20,7 +20,7 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, Mistake
 
 PREFIX = "closed_"
@@ -43,7 +43,7 @@ def functions_of(feedback: Feedback | None) -> tuple[str, ...]:
     )
 
 
-def emit_closed_loop(derivation: Derivation, system: System, feedback: Feedback) -> str:
+def emit_closed_loop(derivation: Derivation, system: Mechanism, feedback: Feedback) -> str:
     """Return the IR text of what a law adds to a machine's functions.
 
     Raises:
@@ -70,7 +70,7 @@ def emit_closed_loop(derivation: Derivation, system: System, feedback: Feedback)
     )
 
 
-def law_of(derivation: Derivation, system: System, feedback: Feedback) -> Function:
+def law_of(derivation: Derivation, system: Mechanism, feedback: Feedback) -> Function:
     """Return the inputs as a function of state and references, cut at their limits.
 
     Raises:

@@ -37,7 +37,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.inputs import Drive, Rate
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
@@ -102,7 +102,7 @@ class Derivation:
     chart_guards: tuple[Node, ...]
 
 
-def derive(system: System) -> Derivation:
+def derive(system: Mechanism) -> Derivation:
     """Derive a machine's equations of motion.
 
     Raises:
@@ -116,7 +116,7 @@ def derive(system: System) -> Derivation:
         raise InputError([Mistake(where, f"it is singular everywhere: {error}.")]) from error
 
 
-def is_kinematic(system: System) -> bool:
+def is_kinematic(system: Mechanism) -> bool:
     """Whether velocities are inputs or states of their own and nothing has mass to accelerate."""
     return has_imposed_velocities(system) and all(
         is_zero(value)
@@ -125,7 +125,7 @@ def is_kinematic(system: System) -> bool:
     )
 
 
-def has_imposed_velocities(system: System) -> bool:
+def has_imposed_velocities(system: Mechanism) -> bool:
     """Whether something moves as an input or a further state says, whatever force that takes."""
     return any(isinstance(entry, Rate) for entry in system.inputs) or any(
         entry.velocity is not None for entry in system.states
@@ -135,7 +135,7 @@ def has_imposed_velocities(system: System) -> bool:
 class _Derivation:
     """The steps of one derivation, which share a tape."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Mechanism) -> None:
         self.system = system
         self.binding = SymbolTable.of(system)
         self.tape = self.binding.tape

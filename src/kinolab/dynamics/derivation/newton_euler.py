@@ -15,14 +15,14 @@ from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Buoyancy, Coulomb, Potential, Spring, Viscous, Wrench
 from kinolab.dynamics.language.frames import Frame
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Input, Pull, Rate, Torque
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
 class NewtonEuler:
     """A machine's bodies and loads seen along the motions of its kinematics."""
 
-    system: System
+    system: Mechanism
     binding: SymbolTable
     kinematics: Kinematics
 

@@ -11,7 +11,7 @@ import sympy
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.frames import motion_of
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
 
@@ -43,7 +43,7 @@ class SymbolTable:
     parameters: tuple[Node, ...]
 
     @classmethod
-    def of(cls, system: System) -> SymbolTable:
+    def of(cls, system: Mechanism) -> SymbolTable:
         """Make a tape with a variable per symbol."""
         tape = ExpressionGraph()
         q, v = configuration_symbols(system), tangent_symbols(system)
@@ -77,7 +77,7 @@ class SymbolTable:
         return dict(zip(self.tangent, velocities, strict=True))
 
 
-def sampled_values(system: System, count: int = RANDOM_STATES) -> Iterator[dict[str, float]]:
+def sampled_values(system: Mechanism, count: int = RANDOM_STATES) -> Iterator[dict[str, float]]:
     """Yield values of all symbols by name: first the rest position, then any within the limits.
 
     They are for decisions that are taken once and must not depend on luck: the same machine

@@ -22,7 +22,7 @@ from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
@@ -85,7 +85,7 @@ def velocity_of(constraint: Constraint) -> sympy.Expr:
     return constraint.velocity
 
 
-def constraint_rows(system: System, binding: SymbolTable) -> list[ConstraintRow]:
+def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintRow]:
     """Return the rows of all constraints, redundant ones included.
 
     Raises:
@@ -98,7 +98,7 @@ def constraint_rows(system: System, binding: SymbolTable) -> list[ConstraintRow]
 
 
 def velocity_coordinates(
-    system: System, binding: SymbolTable, guards: Guards
+    system: Mechanism, binding: SymbolTable, guards: Guards
 ) -> VelocityCoordinates:
     """Choose the independent velocities and express all others by them."""
     rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
@@ -117,7 +117,7 @@ def velocity_coordinates(
     return _solve(system, binding, guards, rows, redundant, dependent, independent)
 
 
-def condition_number(system: System, values: Mapping[str, float]) -> float:
+def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
     """Return how badly the constraints determine the dependent velocities at a state.
 
     Args:
@@ -179,7 +179,7 @@ def _slopes(binding: SymbolTable, velocity: sympy.Expr) -> tuple[Node, tuple[Nod
 
 
 def independent_rows(
-    system: System, binding: SymbolTable, rows: list[ConstraintRow]
+    system: Mechanism, binding: SymbolTable, rows: list[ConstraintRow]
 ) -> tuple[list[ConstraintRow], tuple[str, ...]]:
     """Leave out constraints that follow from those before them at every sampled state."""
     kept: list[ConstraintRow] = []
@@ -198,7 +198,7 @@ def independent_rows(
     return kept, tuple(redundant)
 
 
-def _samples(system: System, binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
+def _samples(system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
     """Evaluate the covectors at random states; shape (samples, rows, velocities)."""
     flat = [entry for row in rows for entry in row.covector]
     shape = (len(rows), len(binding.tangent))
@@ -214,7 +214,7 @@ def _samples(system: System, binding: SymbolTable, rows: Sequence[ConstraintRow]
     return np.array(found)
 
 
-def feasible_values(system: System, binding: SymbolTable) -> Iterator[dict[str, float]]:
+def feasible_values(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, float]]:
     """Yield sampled values of all symbols, moved onto the constraints of position."""
     gaps = [
         binding.lower(c.position) for c in system.constraints if isinstance(c, PositionConstraint)
@@ -255,7 +255,7 @@ def _close(
     return False
 
 
-def _choose(system: System, binding: SymbolTable, rows: list[ConstraintRow]) -> tuple[int, ...]:
+def _choose(system: Mechanism, binding: SymbolTable, rows: list[ConstraintRow]) -> tuple[int, ...]:
     """Choose the velocities that the rows determine best at the worst sampled state.
 
     Among equals those made first are determined, so that later ones remain as states.
@@ -286,7 +286,7 @@ def _choose(system: System, binding: SymbolTable, rows: list[ConstraintRow]) -> 
 
 
 def _candidates(
-    system: System, samples: np.ndarray, named: list[int] | None
+    system: Mechanism, samples: np.ndarray, named: list[int] | None
 ) -> list[tuple[int, ...]]:
     count, size = samples.shape[1], samples.shape[2]
     if named is not None:
@@ -303,7 +303,7 @@ def _candidates(
     return [_greedy(samples[k][:, free], free, count) for k in range(len(samples))]
 
 
-def _named(system: System) -> list[int] | None:
+def _named(system: Mechanism) -> list[int] | None:
     """Return the velocities that the author chose, an attitude counting as three."""
     if system.velocities is None or isinstance(system.velocities, str):
         return None
@@ -326,7 +326,7 @@ def _greedy(matrix: np.ndarray, free: Sequence[int], count: int) -> tuple[int, .
     return tuple(sorted(free[k] for k in order[:count]))
 
 
-def _driven(system: System) -> dict[int, Drive]:
+def _driven(system: Mechanism) -> dict[int, Drive]:
     symbols = [symbol.name for symbol in tangent_symbols(system)]
     return {
         symbols.index(f"{entry.on.name}_dot"): entry
@@ -348,7 +348,7 @@ def _margins(blocks: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 def _solve(
-    system: System,
+    system: Mechanism,
     binding: SymbolTable,
     guards: Guards,
     rows: Sequence[ConstraintRow],

@@ -10,7 +10,7 @@ from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.shapes import Shape
 
 
@@ -28,7 +28,7 @@ class BodySizes:
     function: Function
 
 
-def body_sizes(system: System, binding: SymbolTable) -> BodySizes:
+def body_sizes(system: Mechanism, binding: SymbolTable) -> BodySizes:
     """Return the shapes of all bodies with their sizes as nodes."""
     outputs = list[Node]()
     facts = [[_fact(shape, binding, outputs) for shape in body.shapes] for body in system.bodies]

@@ -27,7 +27,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     feasible_values,
     unconstrained_coordinates,
 )
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.numerics.arrays import Array
 
 RESIDUAL_TOLERANCE = 1e-8  # share of a covector that may be left over
@@ -51,7 +51,7 @@ class ConstraintForces:
     functions: tuple[Function, ...]
 
 
-def constraint_forces(system: System, derivation: Derivation) -> ConstraintForces:
+def constraint_forces(system: Mechanism, derivation: Derivation) -> ConstraintForces:
     """Find the bodies that constraints hold; no constraint is held where nothing has mass."""
     binding = derivation.binding
     rows = _rows(system, derivation)
@@ -79,7 +79,7 @@ def constraint_forces(system: System, derivation: Derivation) -> ConstraintForce
     )
 
 
-def _rows(system: System, derivation: Derivation) -> list[ConstraintRow]:
+def _rows(system: Mechanism, derivation: Derivation) -> list[ConstraintRow]:
     """Return the rows of the constraints whose forces a model gives first, in that order."""
     if not derivation.constraint_forces:
         return []
@@ -89,7 +89,7 @@ def _rows(system: System, derivation: Derivation) -> list[ConstraintRow]:
     return [row for row in rows if row.name not in derivation.redundant]
 
 
-def _states(system: System, binding: SymbolTable) -> list[FrameState]:
+def _states(system: Mechanism, binding: SymbolTable) -> list[FrameState]:
     chart = unconstrained_coordinates(binding)
     motions = Motions(chart.velocities, chart.accelerations, chart.directions)
     kinematics = Kinematics(binding, motions)
@@ -110,7 +110,7 @@ def _twist(binding: SymbolTable, state: FrameState) -> list[Node]:
 
 
 def _held(
-    system: System,
+    system: Mechanism,
     binding: SymbolTable,
     rows: Sequence[ConstraintRow],
     states: Sequence[FrameState],

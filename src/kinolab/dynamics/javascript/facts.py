@@ -9,7 +9,7 @@ from typing import Any
 
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.model import Model
 
@@ -57,7 +57,7 @@ def _units(model: Model) -> Iterator[str]:
     yield from (entry.unit for entry in model.system.states)
 
 
-def _parameter(system: System, name: str, unit: str) -> dict[str, Any]:
+def _parameter(system: Mechanism, name: str, unit: str) -> dict[str, Any]:
     value = system.parameter_values[name]
     ends = sorted((value / SLIDER_FACTOR, value * SLIDER_FACTOR)) if value else (-1.0, 1.0)
     return {"name": name, "unit": unit, "value": value, "lower": ends[0], "upper": ends[1]}

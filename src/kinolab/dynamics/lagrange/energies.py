@@ -19,17 +19,17 @@ from kinolab.dynamics.language.frames import (
     velocity,
 )
 from kinolab.dynamics.language.inputs import Force, Pull, Torque
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 
 ZERO = sympy.Integer(0)
 
 
-def kinetic_energy(system: System) -> sympy.Expr:
+def kinetic_energy(system: Mechanism) -> sympy.Expr:
     """Return T in [J]."""
     return sum((_kinetic(body) for body in system.bodies), ZERO)
 
 
-def potential_energy(system: System) -> sympy.Expr:
+def potential_energy(system: Mechanism) -> sympy.Expr:
     """Return V in [J]: height, springs, buoyancy and whatever else has a potential."""
     total = ZERO
     for body in system.bodies:
@@ -47,7 +47,7 @@ def potential_energy(system: System) -> sympy.Expr:
     return total
 
 
-def loads(system: System) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     """Yield (strength, velocity) of everything that is not conservative.
 
     A load's generalised force is the strength times the velocity's slope in each rate.
@@ -113,12 +113,12 @@ def _spin(body: Body, carrier: Frame) -> sympy.Matrix:
     return spin
 
 
-def _gravity(system: System) -> sympy.Matrix:
+def _gravity(system: Mechanism) -> sympy.Matrix:
     """Return the field in the world, in [m/s^2]."""
     return system.gravity.strength * -_up(system) if system.gravity else sympy.zeros(3, 1)
 
 
-def _up(system: System) -> sympy.Matrix:
+def _up(system: Mechanism) -> sympy.Matrix:
     down = system.gravity.down if system.gravity else (0.0, 0.0, -1.0)
     return -sympy.Matrix([sympy.nsimplify(component) for component in down])
 

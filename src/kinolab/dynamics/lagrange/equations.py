@@ -24,7 +24,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
 
@@ -76,7 +76,7 @@ class Equations(Sequence[sympy.Eq]):
         return self.latex()
 
 
-def equations_of(system: System) -> Equations:
+def equations_of(system: Mechanism) -> Equations:
     """Derive a machine's equations of motion from its energies."""
     return _LagrangeDerivation(system).result()
 
@@ -84,7 +84,7 @@ def equations_of(system: System) -> Equations:
 class _LagrangeDerivation:
     """The steps of one derivation, which share symbols and a time budget."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Mechanism) -> None:
         self.system = system
         self.deadline = time.thread_time() + SIMPLIFICATION_SECONDS
         self.velocities = tangent_symbols(system)

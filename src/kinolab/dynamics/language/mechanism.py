@@ -28,7 +28,7 @@ from kinolab.errors import InputError
 
 @checked
 @dataclass(frozen=True, init=False)
-class System(MechanismParts):
+class Mechanism(MechanismParts):
     """A mechanical system, frozen; several separate mechanisms may be in one.
 
     Args:
@@ -108,7 +108,7 @@ class System(MechanismParts):
             raise InputError(mistakes)
 
     @classmethod
-    def of(cls, other: System) -> Self:
+    def of(cls, other: Mechanism) -> Self:
         """Return a machine as one of this class."""
         return cls(**other._content())
 

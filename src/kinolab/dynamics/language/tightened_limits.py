@@ -8,11 +8,13 @@ from typing import Any
 
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, Mistake
 
 
-def with_tightened_limits(system: System, limits: Mapping[str, tuple[float, float]]) -> System:
+def with_tightened_limits(
+    system: Mechanism, limits: Mapping[str, tuple[float, float]]
+) -> Mechanism:
     """Return a machine with narrower limits of inputs, or of references of its law.
 
     Args:

@@ -12,7 +12,7 @@ from ompl import base as ob
 from kinolab.cancel import CancellationToken, CancelledError, never_cancelled, raise_if_cancelled
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import placement, sizes
@@ -47,7 +47,7 @@ class ConfigurationSpace:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         steering: Steering,
         goal: Array,
         margin: float,
@@ -160,14 +160,14 @@ class PathValidator(ob.MotionValidator):  # type: ignore[misc]
             return False
 
 
-def _base(problem: Problem, steering: Steering) -> Array:
+def _base(problem: PlanningTask, steering: Steering) -> Array:
     """Return the state near the start in which the machine can stay, ignoring what may be."""
     x = np.where(cyclic_coordinates(problem), 0.0, steering.ways.straightened(problem.start))
     settled = nearest_equilibrium(problem, x)
     return x if settled is None else settled[0]
 
 
-def _free(problem: Problem, steering: Steering, base: Array) -> list[int]:
+def _free(problem: PlanningTask, steering: Steering, base: Array) -> list[int]:
     """Return the coordinates that rest leaves free: not a rope's sway, not a wheel's rotation."""
     found = []
     for i in np.flatnonzero(~cyclic_coordinates(problem))[: problem.model.nq].tolist():
@@ -182,7 +182,7 @@ def _free(problem: Problem, steering: Steering, base: Array) -> list[int]:
     return found
 
 
-def _line(problem: Problem, i: int) -> Any:
+def _line(problem: PlanningTask, i: int) -> Any:
     if problem.circular[i]:
         return ob.SO2StateSpace()
     bounds, space = ob.RealVectorBounds(1), ob.RealVectorStateSpace(1)
@@ -192,7 +192,7 @@ def _line(problem: Problem, i: int) -> Any:
     return space
 
 
-def _room(problem: Problem, x: Array) -> float:
+def _room(problem: PlanningTask, x: Array) -> float:
     """Return how far every point may move from a state before anything touches, in [m]."""
     return problem.checker().clearance(*problem.placement(x))
 

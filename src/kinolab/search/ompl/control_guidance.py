@@ -17,7 +17,7 @@ import numpy as np
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turn_between
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION, GoalSamples
 from kinolab.simulation import CandidateRollouts
@@ -57,7 +57,7 @@ class ControlGuide:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         samples: GoalSamples,
         guidance: Guidance,
         *,

@@ -12,7 +12,7 @@ import numpy as np
 from ompl import base as ob
 from ompl import util as ou
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import Budget, Outcome, SearchResult
@@ -175,7 +175,7 @@ def _with_last_step(path: _Path, setup: OmplSetup) -> _Path:
     return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
 
 
-def _rows(problem: Problem, path: _Path) -> tuple[Any, Any]:
+def _rows(problem: PlanningTask, path: _Path) -> tuple[Any, Any]:
     """Return times and inputs with one row per propagation step."""
     held: list[list[float]] = []
     for duration, values in zip(path.durations, path.controls, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 
 class GoalErrors:
@@ -18,7 +18,7 @@ class GoalErrors:
         reach: The largest share of interest, 1 for the goal region itself.
     """
 
-    def __init__(self, problem: Problem, reach: float) -> None:
+    def __init__(self, problem: PlanningTask, reach: float) -> None:
         self._problem, self._reach, goal = problem, reach, problem.goal
         rows = zip(
             goal.indices,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from ompl import base as ob
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.spaces import StateCodec
 from kinolab.steering.goal_connection import SteeredGoalConnection
 
@@ -21,7 +21,9 @@ class GoalSamples:
     where the region shrinks with the tree's distance (RRT-GoalZoom).
     """
 
-    def __init__(self, problem: Problem, goal_region_scale: float = 1.0, seed: int = 0) -> None:
+    def __init__(
+        self, problem: PlanningTask, goal_region_scale: float = 1.0, seed: int = 0
+    ) -> None:
         self._problem, self._zoom = problem, goal_region_scale
         self._generator = np.random.default_rng(seed)
 
@@ -44,7 +46,7 @@ class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         states: StateCodec,
         space_information: Any,
         samples: GoalSamples,

@@ -8,7 +8,7 @@ from typing import Any
 
 from ompl import base as ob
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
 from kinolab.search.ompl.control_guidance import ControlGuide
 from kinolab.search.ompl.goal_errors import GoalErrors
@@ -40,7 +40,7 @@ class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         space: Any,
         grid: CellDivision,
         goal_region_scale: float = 1.0,

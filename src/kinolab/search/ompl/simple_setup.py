@@ -10,7 +10,7 @@ from ompl import base as ob
 from ompl import control as oc
 from ompl import util as ou
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
 from kinolab.search.ompl.goal_region import GoalRegion, GoalSamples
 from kinolab.search.ompl.projection import CellDivision, CellProjection
@@ -51,7 +51,7 @@ class OmplSetup:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         *,
         min_steps: int = 1,
         max_steps: int = 20,

@@ -13,7 +13,7 @@ from ompl import base as ob
 from ompl import control as oc
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 
 class SpaceKind(Enum):
@@ -41,7 +41,7 @@ class Layout:
             All of them when left out.
     """
 
-    def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
+    def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
         self._start = problem.start.tolist()
         self._parts = _parts(problem, range(problem.model.nx) if entries is None else entries)
 
@@ -68,7 +68,7 @@ class StateCodec(Layout):
             of one weight.
     """
 
-    def __init__(self, problem: Problem, entries: Sequence[int] | None = None) -> None:
+    def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
         super().__init__(problem, entries)
         self._order = [entry for part in self._parts for entry in part.entries]
         self._circles = [p.entries[0] for p in self._parts if p.kind is SpaceKind.CIRCLE]
@@ -94,7 +94,7 @@ class StateCodec(Layout):
         self.space.copyFromReals(state, [whole[entry] for entry in self._order])
 
 
-def control_space(problem: Problem, states: StateCodec) -> Any:
+def control_space(problem: PlanningTask, states: StateCodec) -> Any:
     """Return the box of inputs within their limits."""
     bounds = ob.RealVectorBounds(problem.model.nu)
     for i, (lower, upper) in enumerate(problem.model.control_bounds):
@@ -105,7 +105,7 @@ def control_space(problem: Problem, states: StateCodec) -> Any:
     return space
 
 
-def _parts(problem: Problem, chosen: Sequence[int]) -> list[Part]:
+def _parts(problem: PlanningTask, chosen: Sequence[int]) -> list[Part]:
     """Group neighbouring entries of the state: circles alone, lines by equal weight."""
     owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
 
@@ -122,7 +122,7 @@ def _parts(problem: Problem, chosen: Sequence[int]) -> list[Part]:
     return [Part(kind, tuple(entries)) for (kind, _), entries in groups]
 
 
-def _weight(problem: Problem, part: Part) -> float:
+def _weight(problem: PlanningTask, part: Part) -> float:
     """Return what OMPL multiplies distances in a subspace by.
 
     OMPL's distance of two attitudes is half of the angle between them.
@@ -131,7 +131,7 @@ def _weight(problem: Problem, part: Part) -> float:
     return 2 * weight if part.kind is SpaceKind.ATTITUDE else weight
 
 
-def _subspace(problem: Problem, part: Part) -> Any:
+def _subspace(problem: PlanningTask, part: Part) -> Any:
     if part.kind is SpaceKind.CIRCLE:
         return ob.SO2StateSpace()
     if part.kind is SpaceKind.ATTITUDE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.control_guidance import ControlGuide
 from kinolab.search.ompl.spaces import StateCodec
 from kinolab.simulation import Propagator
@@ -26,7 +26,7 @@ class StatePropagator:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         states: StateCodec,
         guide: ControlGuide | None,
         given_up: Callable[[], bool],

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.control_guidance import Guidance
 from kinolab.search.ompl.control_search import search
 from kinolab.search.ompl.projection import CellDivision
@@ -23,7 +23,7 @@ class AbstractTreePlanner(AbstractTreeSearch):
     def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
 
-    def ompl_setup(self, problem: Problem, seed: int, budget: Budget) -> OmplSetup:  # noqa: ARG002
+    def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:  # noqa: ARG002
         """Return the problem in OMPL's terms; the seed is for what OMPL does not draw."""
         return OmplSetup(
             problem,
@@ -45,7 +45,7 @@ class AbstractTreePlanner(AbstractTreeSearch):
         planner.clear()
         return planner
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region."""
         setup = self.ompl_setup(problem, seed, budget)
         return search(setup, self.begin, self.again, seed, budget, self.restart_after)
@@ -75,7 +75,7 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
         meaning="From how many states one is steered into the goal; 0 for none.",
     )
 
-    def ompl_setup(self, problem: Problem, seed: int, budget: Budget) -> OmplSetup:
+    def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:
         """Return the problem in OMPL's terms, with guided motions."""
         return OmplSetup(
             problem,
@@ -89,7 +89,7 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
             given_up=lambda: budget.interrupted,
         )
 
-    def _last_step(self, problem: Problem, budget: Budget) -> SteeredGoalConnection | None:
+    def _last_step(self, problem: PlanningTask, budget: Budget) -> SteeredGoalConnection | None:
         every = self.goal_connection_period
         return (
             SteeredGoalConnection(problem, every, self.goal_region_scale, lambda: budget.over)

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario.user_code import blamed
 from kinolab.search.planner import (
     AbstractPlanner,
@@ -39,7 +39,9 @@ def answerable(planner: type[AbstractPlanner]) -> Iterator[None]:
         yield
 
 
-def search(planner: AbstractPlanner, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+def search(
+    planner: AbstractPlanner, problem: PlanningTask, seed: int, budget: Budget
+) -> SearchResult:
     """Search with any planner.
 
     Raises:
@@ -72,7 +74,7 @@ def _is_kinolabs(planner: type[AbstractPlanner]) -> bool:
     return planner.__module__.partition(".")[0] == "kinolab"
 
 
-def _checked(result: Any, what: str, problem: Problem) -> SearchResult:
+def _checked(result: Any, what: str, problem: PlanningTask) -> SearchResult:
     """Return a result in the types that it promises, for files and reports to rely on.
 
     Whether it is true is not asked here: every motion is simulated again and verified.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.potential.leading_bodies import LeadingBody, leading_bodies, sample_states
 
 SLENDERNESS = 1.2  # length over width from which a body's two ends are led apart
@@ -38,7 +38,7 @@ class ControlPoint:
     name: str
 
 
-def control_points(problem: Problem) -> list[ControlPoint]:
+def control_points(problem: PlanningTask) -> list[ControlPoint]:
     """Return the points whose place in the goal is known; none where the goal names no place.
 
     A slender body that is free to turn is led by both its ends, and so to the goal's attitude;
@@ -63,7 +63,7 @@ def place(at: Array, poses: Array) -> Array:
     return where
 
 
-def _of_point(problem: Problem, leaders: list[LeadingBody], k: int) -> ControlPoint:
+def _of_point(problem: PlanningTask, leaders: list[LeadingBody], k: int) -> ControlPoint:
     target = problem.goal.points[k]
     owner = next((c for c in leaders if c.body == target.body), None)
     zero = np.zeros(3)
@@ -72,7 +72,7 @@ def _of_point(problem: Problem, leaders: list[LeadingBody], k: int) -> ControlPo
     return ControlPoint(carrier, np.array(target.at), np.array(target.position), name)
 
 
-def _points_of(problem: Problem, carrier: LeadingBody, goals: Array) -> Iterator[ControlPoint]:
+def _points_of(problem: PlanningTask, carrier: LeadingBody, goals: Array) -> Iterator[ControlPoint]:
     poses = problem.frames(goals)[:, carrier.body]
     name = problem.bodies[carrier.body].name
     ends = _ends(problem, carrier)
@@ -91,7 +91,7 @@ def _known(places: Array) -> bool:
     return bool(np.ptp(places, axis=0).max() < POINT_TOLERANCE)
 
 
-def _ends(problem: Problem, carrier: LeadingBody) -> dict[str, Array]:
+def _ends(problem: PlanningTask, carrier: LeadingBody) -> dict[str, Array]:
     """Return the front and back end of a slender body that is free to turn, in its frame."""
     along = int(carrier.reach.argmax())
     width = float(np.sort(carrier.reach)[1])

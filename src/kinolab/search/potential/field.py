@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
 from kinolab.world.collision.closest_points import Gap, GapFinder
 
@@ -87,7 +87,7 @@ class Field:
     """
 
     def __init__(
-        self, problem: Problem, pulls: Sequence[AttractivePotential], repulsion: Repulsion
+        self, problem: PlanningTask, pulls: Sequence[AttractivePotential], repulsion: Repulsion
     ) -> None:
         self.problem, self.pulls, self.repulsion = problem, tuple(pulls), repulsion
         self._gaps = GapFinder(problem.bodies, problem.world, repulsion.reach)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
 from kinolab.search.potential.eikonal import NavigationFunction, cropped, navigation_function
 from kinolab.search.potential.field import (
@@ -27,7 +27,7 @@ MIN_SHRINKAGE = 0.9  # share of its edge below which a smaller cell may open a g
 MAX_CELLS_PER_SIDE = 200.0  # cells along a workspace, where the user gives no edge
 
 
-def plain_field(problem: Problem, repulsion: Repulsion) -> Field:
+def plain_field(problem: PlanningTask, repulsion: Repulsion) -> Field:
     """Return the field that knows the way to the goal only as the crow flies."""
     points = control_points(problem)
     return Field(
@@ -97,14 +97,14 @@ def _navigation(
     )
 
 
-def _edge(problem: Problem, point: ControlPoint) -> float:
+def _edge(problem: PlanningTask, point: ControlPoint) -> float:
     spans = [high - low for low, high in problem.world.bounds.values()]
     finest = max(spans, default=1.0) / MAX_CELLS_PER_SIDE
     return max(CELL_FRACTION * float(np.sort(point.carrier.reach)[1]), finest, 1e-3)
 
 
 def _weighed(
-    problem: Problem, points: list[ControlPoint], potentials: list[PointPotential]
+    problem: PlanningTask, points: list[ControlPoint], potentials: list[PointPotential]
 ) -> list[AttractivePotential]:
     """Let the end of a body that must go farther lead: the machine then arrives that way round.
 

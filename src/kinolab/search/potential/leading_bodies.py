@@ -9,7 +9,7 @@ import numpy as np
 from kinolab.dynamics import Coordinate
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import random_attitude
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.world import BodyGeometry, triangles
 
 RANDOM_STATES = 24  # configurations at which the machine is looked at
@@ -33,7 +33,7 @@ class LeadingBody:
     reach: Array
 
 
-def leading_bodies(problem: Problem) -> list[LeadingBody]:
+def leading_bodies(problem: PlanningTask) -> list[LeadingBody]:
     """Return the bodies that lead: no other body's lengths contain all of theirs.
 
     A crane's load leads its trolley and its bridge. Of bodies moved by the same lengths the
@@ -53,7 +53,7 @@ def leading_bodies(problem: Problem) -> list[LeadingBody]:
     return kept
 
 
-def sample_states(problem: Problem, count: int) -> Array:
+def sample_states(problem: PlanningTask, count: int) -> Array:
     """Return states whose configurations are drawn from the limits, shape (count, nx)."""
     generator, nq = np.random.default_rng(0), problem.model.nq
     states = np.tile(problem.start, (count, 1))
@@ -64,7 +64,7 @@ def sample_states(problem: Problem, count: int) -> Array:
     return problem.model.project(states)
 
 
-def length_entries(problem: Problem) -> list[int]:
+def length_entries(problem: PlanningTask) -> list[int]:
     """Return the entries of the state that are coordinates in [m]."""
     names = problem.model.state_names
     return [
@@ -74,7 +74,7 @@ def length_entries(problem: Problem) -> list[int]:
     ]
 
 
-def _lengths_of(problem: Problem, body: int, states: Array) -> tuple[int, ...]:
+def _lengths_of(problem: PlanningTask, body: int, states: Array) -> tuple[int, ...]:
     found = []
     for entry in length_entries(problem):
         moved = states.copy()

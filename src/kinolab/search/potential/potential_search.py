@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.search.potential.descent import Descent, Ending, PartialMotion
 from kinolab.search.potential.eikonal import shortest
@@ -43,7 +43,7 @@ class FieldSettings:
 
 
 def solve(
-    problem: Problem, settings: FieldSettings, seed: int, budget: Budget
+    problem: PlanningTask, settings: FieldSettings, seed: int, budget: Budget
 ) -> SearchResult:
     """Search for a motion into the goal down a potential field."""
     propagator = Propagator(problem)
@@ -112,17 +112,17 @@ def _descent(
     )
 
 
-def _steps(duration: float, problem: Problem) -> int:
+def _steps(duration: float, problem: PlanningTask) -> int:
     return max(1, round(min(duration / problem.step, 10_000.0)))
 
 
-def _rows(problem: Problem, trail: PartialMotion) -> tuple[Array, Array]:
+def _rows(problem: PlanningTask, trail: PartialMotion) -> tuple[Array, Array]:
     u = np.array(trail.inputs, dtype=float).reshape(-1, problem.model.nu)
     t: Array = problem.step * np.arange(len(u) + 1.0)
     return t, u
 
 
-def _where(problem: Problem, escapes: RandomWalkEscapes) -> dict[str, float]:
+def _where(problem: PlanningTask, escapes: RandomWalkEscapes) -> dict[str, float]:
     """Return where the lowest minimum is, by the names of the configuration."""
     lowest = min(escapes.minima, key=lambda minimum: minimum.height)
     names = problem.model.state_names[: problem.model.nq]
@@ -131,7 +131,7 @@ def _where(problem: Problem, escapes: RandomWalkEscapes) -> dict[str, float]:
 
 
 def _result(
-    problem: Problem,
+    problem: PlanningTask,
     trail: PartialMotion,
     ending: Ending,
     budget: Budget,

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.planner import Budget
 from kinolab.search.potential.descent import Descent, Ending, PartialMotion
 from kinolab.search.potential.field import Field
@@ -72,7 +72,7 @@ class RandomWalkEscapes:
         self.made = self._since_progress = 0
 
     def search(
-        self, problem: Problem, generator: np.random.Generator, budget: Budget
+        self, problem: PlanningTask, generator: np.random.Generator, budget: Budget
     ) -> tuple[Ending, PartialMotion]:
         """Return how the search ended, and the trail to the goal or to the nearest approach."""
         trail = PartialMotion([problem.start])
@@ -120,7 +120,11 @@ class RandomWalkEscapes:
         return trail.until(int(generator.integers(len(trail.inputs) + 1)))
 
     def _wander(
-        self, problem: Problem, trail: PartialMotion, generator: np.random.Generator, budget: Budget
+        self,
+        problem: PlanningTask,
+        trail: PartialMotion,
+        generator: np.random.Generator,
+        budget: Budget,
     ) -> bool:
         """Add a random motion of random duration to a trail; False where the budget is spent."""
         h, refused = problem.step, 0
@@ -140,7 +144,9 @@ class RandomWalkEscapes:
                 left, refused = left - 1, 0
         return True
 
-    def _drive(self, problem: Problem, generator: np.random.Generator) -> Callable[[Array], Array]:
+    def _drive(
+        self, problem: PlanningTask, generator: np.random.Generator
+    ) -> Callable[[Array], Array]:
         """Draw what moves the machine: inputs, or a push on all control points in one direction.
 
         Inputs held on their own make most machines go round in circles.
@@ -161,7 +167,7 @@ class RandomWalkEscapes:
         return pushed
 
 
-def _nearest(problem: Problem, trail: PartialMotion, best: PartialMotion) -> PartialMotion:
+def _nearest(problem: PlanningTask, trail: PartialMotion, best: PartialMotion) -> PartialMotion:
     """Return the part of a trail that ends nearest to the goal, if that is nearer than the best."""
     distances = [problem.goal_distance(x) for x in trail.states]
     k = int(np.argmin(distances))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import random_attitude
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
 from kinolab.search.potential.eikonal import WorkspaceGrid
 from kinolab.search.potential.inscribed_ball import inscribed_radius
@@ -36,7 +36,7 @@ CELLS_PER_CANCELLATION_CHECK = 16  # cells between two looks at the clock
 
 
 def grid_of(
-    problem: Problem, point: ControlPoint, resolution: float, grid_memory: float
+    problem: PlanningTask, point: ControlPoint, resolution: float, grid_memory: float
 ) -> WorkspaceGrid:
     """Return the cells of a point's workspace; the goal is a corner of some of them.
 
@@ -61,7 +61,7 @@ def grid_of(
     return WorkspaceGrid(axes, goal - size * below, size, tuple(int(n) for n in below + above))
 
 
-def _extent(problem: Problem, point: ControlPoint) -> tuple[Array, Array]:
+def _extent(problem: PlanningTask, point: ControlPoint) -> tuple[Array, Array]:
     """Return the lowest and highest place of a point, shape (3,), as far as samples tell."""
     states = sample_states(problem, RANDOM_STATES)
     for k, entry in enumerate(point.carrier.lengths):
@@ -105,7 +105,7 @@ def open_cells(
     return free
 
 
-def is_open(problem: Problem, point: ControlPoint, grid: WorkspaceGrid, free: Mask) -> bool:
+def is_open(problem: PlanningTask, point: ControlPoint, grid: WorkspaceGrid, free: Mask) -> bool:
     """Say whether the start is in an open cell or beside one."""
     cell = grid.cell_of(_at(problem, point, problem.start))
     around = tuple(slice(max(k - 1, 0), k + 2) for k in cell)
@@ -160,7 +160,7 @@ def _judge(
     return is_free
 
 
-def _attitudes(problem: Problem) -> Array:
+def _attitudes(problem: PlanningTask) -> Array:
     """Return states at rest in several attitudes: the start's, the goal's, and others.
 
     Angles that do not turn all the way round (a sway, a steering) stay where the start has them.
@@ -184,7 +184,7 @@ def _attitudes(problem: Problem) -> Array:
 
 
 def _carried(
-    problem: Problem, point: ControlPoint, grid: WorkspaceGrid, states: Array
+    problem: PlanningTask, point: ControlPoint, grid: WorkspaceGrid, states: Array
 ) -> Array | None:
     """Return how lengths change with the point's place, shape (lengths, axes), if they carry it.
 
@@ -206,7 +206,9 @@ def _carried(
     return np.asarray(np.linalg.pinv(slopes), dtype=float)
 
 
-def _ball(problem: Problem, point: ControlPoint, grid: WorkspaceGrid) -> Callable[[Array], bool]:
+def _ball(
+    problem: PlanningTask, point: ControlPoint, grid: WorkspaceGrid
+) -> Callable[[Array], bool]:
     """Judge the largest ball about the point that fits the body, in place of the machine."""
     body = problem.bodies[point.carrier.body]
     radius = max(inscribed_radius(body, point.at), MIN_RADIUS)
@@ -221,6 +223,6 @@ def _ball(problem: Problem, point: ControlPoint, grid: WorkspaceGrid) -> Callabl
     return is_free
 
 
-def _at(problem: Problem, point: ControlPoint, x: Array) -> Array:
+def _at(problem: PlanningTask, point: ControlPoint, x: Array) -> Array:
     where: Array = place(point.at, problem.frames(x)[point.carrier.body][None])[0]
     return where

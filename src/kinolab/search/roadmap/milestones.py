@@ -6,7 +6,7 @@ import numpy as np
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 
@@ -27,7 +27,7 @@ class Sampler:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         steering: Steering,
         judge: Propagator,
         seed: int | tuple[int, ...],

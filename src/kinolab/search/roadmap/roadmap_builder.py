@@ -8,7 +8,7 @@ import numpy as np
 
 from kinolab.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.planner import Budget
 from kinolab.search.roadmap.milestones import Sampler
 from kinolab.search.roadmap.roadmap import Roadmap
@@ -33,7 +33,7 @@ class RoadmapBuilder:
     """
 
     def __init__(
-        self, problem: Problem, *, neighbours: int, seed: int, roadmap: Roadmap | None = None
+        self, problem: PlanningTask, *, neighbours: int, seed: int, roadmap: Roadmap | None = None
     ) -> None:
         self._problem, self._neighbours = problem, neighbours
         self.roadmap = Roadmap() if roadmap is None else roadmap

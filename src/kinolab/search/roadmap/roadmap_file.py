@@ -12,12 +12,12 @@ import numpy as np
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.steering import cyclic_coordinates
 
 
-def fingerprints(problem: Problem) -> dict[str, str]:
+def fingerprints(problem: PlanningTask) -> dict[str, str]:
     """Return a hash of everything that the motions of a roadmap rest on, by what it is."""
     world, integration = problem.world, problem.scenario.integration
     shapes = [array.tobytes() for o in world.obstacles for array in (o.vertices, o.faces)]
@@ -50,7 +50,7 @@ def _hash(*parts: bytes) -> str:
 VERSION = 1
 
 
-def save_roadmap(path: Path, roadmap: Roadmap, problem: Problem) -> None:
+def save_roadmap(path: Path, roadmap: Roadmap, problem: PlanningTask) -> None:
     """Write a roadmap as a whole file, with what it rests on.
 
     Raises:
@@ -77,7 +77,7 @@ def save_roadmap(path: Path, roadmap: Roadmap, problem: Problem) -> None:
         raise InputError([Mistake(str(path), what, "Name another file.")]) from error
 
 
-def load_roadmap(path: Path, problem: Problem) -> Roadmap:
+def load_roadmap(path: Path, problem: PlanningTask) -> Roadmap:
     """Read a roadmap.
 
     Raises:
@@ -97,7 +97,7 @@ def load_roadmap(path: Path, problem: Problem) -> Roadmap:
         ) from error
 
 
-def _refuse_strangers(path: Path, content: dict[str, np.ndarray], problem: Problem) -> None:
+def _refuse_strangers(path: Path, content: dict[str, np.ndarray], problem: PlanningTask) -> None:
     if content["version"].tolist() != VERSION:
         raise ValueError(f"its version is not {VERSION}")
     wanted = fingerprints(problem)
@@ -109,7 +109,7 @@ def _refuse_strangers(path: Path, content: dict[str, np.ndarray], problem: Probl
         raise InputError([Mistake(str(path), what, remedy)])
 
 
-def _roadmap(content: dict[str, np.ndarray], problem: Problem) -> Roadmap:
+def _roadmap(content: dict[str, np.ndarray], problem: PlanningTask) -> Roadmap:
     milestones, pairs, steps = (content[name] for name in ("milestones", "pairs", "steps"))
     inputs = content["inputs"]
     sound = (

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch, setting, with_default
 from kinolab.search.result import Outcome, SearchResult
@@ -52,14 +52,14 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     )
 
     @abstractmethod
-    def extension(self, problem: Problem, search: SearchState) -> AbstractTreeExtension:
+    def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return what grows a tree."""
 
-    def sub_searches(self, problem: Problem, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
+    def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
         """Return other searches that have their turn now and then while the tree grows."""
         return ()
 
-    def solve(self, problem: Problem, seed: int, budget: Budget) -> SearchResult:
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start until it reaches the goal region, and on while it improves."""
         tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
         tree.begin()

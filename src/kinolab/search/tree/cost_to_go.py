@@ -20,7 +20,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import (
     Integers,
 )
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.problem_arrays import sample_uniform
 from kinolab.simulation.collision_context import clearance_bound, place_machine
@@ -44,7 +44,7 @@ class CostToGoGrid(NamedTuple):
     queue: NDArray[np.int32]  # (cells,) scratch
 
 
-def cost_to_go_grid(problem: Problem) -> CostToGoGrid:
+def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
     """Return cells that know no way yet."""
     entries = projected_coordinates(problem, angles=False)
     lower, upper = problem.sampling_bounds[entries].T

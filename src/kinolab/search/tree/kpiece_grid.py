@@ -23,7 +23,7 @@ from kinolab.numerics.kd_forest import (
     Integers,
 )
 from kinolab.numerics.rng import uniform
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import normalized_error
 from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
 from kinolab.search.tree.problem_arrays import ProblemArrays
@@ -59,7 +59,11 @@ class KpieceGrid(NamedTuple):
 
 
 def kpiece_grid(
-    problem: Problem, arrays: ProblemArrays, capacity: int, goal_region_scale: float, across: int
+    problem: PlanningTask,
+    arrays: ProblemArrays,
+    capacity: int,
+    goal_region_scale: float,
+    across: int,
 ) -> KpieceGrid:
     """Return no cells, with room for as many nodes.
 

@@ -12,7 +12,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import (
     Integers,
 )
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import axis_angle, carried
 from kinolab.simulation.collision_context import place_machine
 from kinolab.simulation.compiled_step import REQUIREMENT_SAMPLES
@@ -40,7 +40,7 @@ class LimitArrays(NamedTuple):
     beside: Array  # (nx,) scratch
 
 
-def limit_arrays(problem: Problem) -> LimitArrays:
+def limit_arrays(problem: PlanningTask) -> LimitArrays:
     """Gather a problem's limits."""
     model, cones = problem.model, problem.keep_outs
     rates = problem.rate_bounds if np.isfinite(problem.rate_bounds).any() else np.zeros((0, 2))

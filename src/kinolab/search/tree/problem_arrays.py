@@ -13,7 +13,7 @@ from kinolab.numerics.kd_forest import (
     Integers,
 )
 from kinolab.numerics.rng import attitude, below, uniform
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import (
     GoalArrays,
     body_violation,
@@ -47,7 +47,7 @@ class ProblemArrays(NamedTuple):
     step: float  # of propagation, in [s]
 
 
-def gather_problem(problem: Problem, goal_region_scale: float, seed: int) -> ProblemArrays:
+def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -> ProblemArrays:
     """Gather what a search needs; goal samples reach ``goal_region_scale`` tolerances."""
     model, random = problem.model, np.random.default_rng(seed)
     entry = np.flatnonzero(problem.weights > 0)

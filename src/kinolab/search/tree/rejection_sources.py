@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.planner import Budget
 from kinolab.search.tree.tree import Tree
 from kinolab.simulation import Propagator
@@ -18,7 +18,7 @@ MAX_SECONDS = 0.02  # [s] that they may take after the search's time
 
 
 def rejection_sources(
-    problem: Problem, nodes: Tree, max_steps: int, budget: Budget
+    problem: PlanningTask, nodes: Tree, max_steps: int, budget: Budget
 ) -> dict[str, dict[str, float]]:
     """Return by cause and culprit the share of what is refused, as ``Rejections.shares``.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.budget import Budget
 from kinolab.search.tree.tree import controls_to
 from kinolab.search.tree.tree_extension import AbstractTreeExtension
@@ -64,7 +64,12 @@ class GoalConnections:
     """
 
     def __init__(
-        self, problem: Problem, period: int, goal_region_scale: float, seed: int, budget: Budget
+        self,
+        problem: PlanningTask,
+        period: int,
+        goal_region_scale: float,
+        seed: int,
+        budget: Budget,
     ) -> None:
         self._problem, self._scale, self._budget = problem, goal_region_scale, budget
         self._period = self.due = period or math.inf

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.rng import State, generator
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.search.tree.problem_arrays import ProblemArrays, gather_problem
 from kinolab.search.tree.tree import Tree
@@ -31,7 +31,7 @@ class SearchState(NamedTuple):
     random: State
 
 
-def search_state(problem: Problem, goal_region_scale: float, seed: int) -> SearchState:
+def search_state(problem: PlanningTask, goal_region_scale: float, seed: int) -> SearchState:
     """Gather everything for one search; searches in threads of their own share nothing written."""
     return SearchState(
         machine_of(problem),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
 from kinolab.show.film.film import Film, make_film
 from kinolab.show.film.gif import gif_parts
@@ -21,13 +21,13 @@ from kinolab.world.geometry import BodyGeometry, triangles
 CONE_LENGTH = 1.25  # of cones, in reaches of the machine
 
 
-def animate(problem: Problem, trajectory: Trajectory) -> bytes:
+def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
     return b"".join(gif_parts(_film(problem, trajectory), problem.scenario.render.size))
 
 
 def video(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     *,
     size: tuple[int, int] | None = None,
@@ -56,7 +56,10 @@ def video(
 
 
 def _film(
-    problem: Problem, trajectory: Trajectory, settings: RenderSection | None = None, **options: Any
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    settings: RenderSection | None = None,
+    **options: Any,
 ) -> Film:
     """Set the scene of a trajectory, as the scenario has it or by other settings."""
     settings = settings or problem.scenario.render
@@ -74,7 +77,7 @@ def _film(
     )
 
 
-def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:
+def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Picture:
     """Return what is drawn around bodies and cables that move.
 
     Args:
@@ -99,7 +102,7 @@ def picture(problem: Problem, poses: np.ndarray, cables: np.ndarray) -> Picture:
     )
 
 
-def _cones(problem: Problem, poses: np.ndarray) -> Iterator[Cone]:
+def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
     """Yield what axes shall and must not point at, seen from where their bodies start."""
     length = CONE_LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
     for target in problem.goal.directions:
@@ -123,7 +126,7 @@ def _place(pose: np.ndarray) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _goal(problem: Problem) -> GoalMarker | Ghost | None:
+def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
     """Return what marks the goal: a point's ball, or the machine where the goal is not free."""
     goal = problem.goal
     if goal.points:

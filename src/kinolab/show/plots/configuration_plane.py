@@ -12,7 +12,7 @@ from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.units import state_units
 from kinolab.errors import InputError, unknown_name
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots.figure import GOAL, PLAN, START, WIDTH, figure_of, label
 from kinolab.trajectory import Trajectory
@@ -29,7 +29,7 @@ MARGIN_FRACTION = 0.15  # of what the plan and the search cover: what is shown a
 
 
 def configuration_plane(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     graph: SearchGraph | None,
     title: str,
@@ -72,7 +72,7 @@ def configuration_plane(
 
 
 def _columns(
-    problem: Problem, trajectory: Trajectory, plane: tuple[str, str] | None
+    problem: PlanningTask, trajectory: Trajectory, plane: tuple[str, str] | None
 ) -> list[int] | None:
     names = problem.model.state_names
     known = [q.name for q in problem.system.coordinates if isinstance(q, Coordinate)]
@@ -92,7 +92,7 @@ def _columns(
 
 
 def _span(
-    problem: Problem, trajectory: Trajectory, graph: SearchGraph | None, column: int
+    problem: PlanningTask, trajectory: Trajectory, graph: SearchGraph | None, column: int
 ) -> tuple[float, float]:
     if problem.circular[column]:
         return -np.pi, np.pi
@@ -105,7 +105,7 @@ def _span(
 
 
 def _occupied(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     columns: list[int],
     spans: list[tuple[float, float]],
@@ -123,7 +123,7 @@ def _occupied(
     return found / len(places)
 
 
-def _collisions(problem: Problem, states: Array) -> NDArray[np.bool_]:
+def _collisions(problem: PlanningTask, states: Array) -> NDArray[np.bool_]:
     model, checker = problem.model, problem.checker()
     frames = model.frames(states)
     ends = model.cables(states) if problem.cables else [()] * len(states)
@@ -136,12 +136,14 @@ def _split(ends: Array) -> Array:
     return np.concatenate([ends, gaps], axis=1).reshape(-1, 2)
 
 
-def _wrapped(problem: Problem, columns: list[int], points: Array) -> Array:
+def _wrapped(problem: PlanningTask, columns: list[int], points: Array) -> Array:
     circular = problem.circular[columns]
     return np.asarray(np.where(circular, wrapped(points), points))
 
 
-def _draw(axes: Axes, problem: Problem, columns: list[int], line: Array, **style: object) -> None:
+def _draw(
+    axes: Axes, problem: PlanningTask, columns: list[int], line: Array, **style: object
+) -> None:
     """Draw a line; where it goes around the circle it is broken."""
     shown = _wrapped(problem, columns, line)
     jumps = (np.abs(np.diff(shown, axis=0)) > np.pi) & problem.circular[columns]
@@ -149,12 +151,12 @@ def _draw(axes: Axes, problem: Problem, columns: list[int], line: Array, **style
     axes.plot(*shown.T, **style)  # type: ignore[arg-type]
 
 
-def _is_map(problem: Problem, columns: list[int]) -> bool:
+def _is_map(problem: PlanningTask, columns: list[int]) -> bool:
     units = state_units(problem.model)
     return all(units[column] == "m" for column in columns)
 
 
-def _height(problem: Problem, columns: list[int], spans: list[tuple[float, float]]) -> float:
+def _height(problem: PlanningTask, columns: list[int], spans: list[tuple[float, float]]) -> float:
     """Return the height of the figure in inches: of a map with one scale, or of a plot."""
     (left, right), (low, high) = spans
     fraction = (high - low) / (right - left) if _is_map(problem, columns) else PLOT
@@ -162,7 +164,7 @@ def _height(problem: Problem, columns: list[int], spans: list[tuple[float, float
 
 
 def _finish(
-    axes: Axes, problem: Problem, columns: list[int], spans: list[tuple[float, float]]
+    axes: Axes, problem: PlanningTask, columns: list[int], spans: list[tuple[float, float]]
 ) -> None:
     names, units = problem.model.state_names, state_units(problem.model)
     across, up = (label(names[column], units[column]) for column in columns)

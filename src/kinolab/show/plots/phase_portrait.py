@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.units import state_units
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show.plots.figure import GOAL, PLAN, START, WIDTH, figure_of, label
 from kinolab.trajectory import Trajectory
 
@@ -18,7 +18,7 @@ PORTRAITS_PER_ROW = 3  # portraits beside each other
 HEIGHT = 2.2  # inches of each
 
 
-def phase_portraits(problem: Problem, trajectory: Trajectory, title: str) -> Figure | None:
+def phase_portraits(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure | None:
     """Draw the rate over the coordinate wherever both are states; None where no rate is one."""
     pairs = _pairs(problem)
     if not pairs:
@@ -38,7 +38,7 @@ def phase_portraits(problem: Problem, trajectory: Trajectory, title: str) -> Fig
     return figure
 
 
-def _pairs(problem: Problem) -> list[tuple[int, int]]:
+def _pairs(problem: PlanningTask) -> list[tuple[int, int]]:
     """Return the columns of each coordinate on a line or a circle, and of its rate."""
     names = problem.model.state_names
     rates = {

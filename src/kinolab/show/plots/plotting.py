@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.errors import InputError, Mistake
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import PLOT_NAMES
 from kinolab.search.graph import SearchGraph
@@ -19,7 +19,7 @@ LARGEST = 1e150  # of what is drawn; the square of a larger number is not finite
 
 
 def plots(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     graph: SearchGraph | None = None,
     *,

@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show.plots.figure import LIMIT, WIDTH, figure_of, label
 from kinolab.trajectory import Trajectory
 
@@ -42,7 +42,7 @@ class Line:
     limits: tuple[float, float]
 
 
-def states_over_time(problem: Problem, trajectory: Trajectory, title: str) -> Figure:
+def states_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure:
     """Draw all states, those of one unit and like size together."""
     units, names = state_units(problem.model), trajectory.state_names
     limits = map(tuple, problem.bounds.tolist())
@@ -50,7 +50,7 @@ def states_over_time(problem: Problem, trajectory: Trajectory, title: str) -> Fi
     return _drawn([Line(*column) for column in columns], trajectory.t, title)
 
 
-def inputs_over_time(problem: Problem, trajectory: Trajectory, title: str) -> Figure | None:
+def inputs_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure | None:
     """Draw what was held from knot to knot; None where nothing was."""
     model, whole = problem.model, problem.whole or problem.model
     lines = list(_held(whole.plant, trajectory.u))

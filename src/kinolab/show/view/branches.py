@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 SUBSTEPS = 8  # of the integrator along a piece, or along part of it
 
@@ -62,7 +62,7 @@ class Branches:
 class BranchPaths:
     """Where a machine is along pieces of its motion, as [integration] understands it."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         self.model, settings = problem.model.plant, problem.scenario.integration
         self._straight = settings.truth == "discrete"  # a map says nothing about between
         self._method = settings.accurate_method

@@ -10,7 +10,7 @@ from kinolab.analyze.diagnose.static_holding import static_holding
 from kinolab.dynamics import Model
 from kinolab.dynamics.javascript import javascript_of
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show.page import Driving
 from kinolab.trajectory import Trajectory
 
@@ -20,7 +20,7 @@ RESPONSE_TIME = 1.5  # [s] in which a key brings the first speed that it moves t
 SETPOINT_FRACTION = 0.5
 
 
-def driving_of(problem: Problem, trajectory: Trajectory) -> Driving:
+def driving_of(problem: PlanningTask, trajectory: Trajectory) -> Driving:
     """Return the machine as JavaScript, and how it is stepped from where.
 
     Args:
@@ -44,7 +44,7 @@ def driving_of(problem: Problem, trajectory: Trajectory) -> Driving:
     )
 
 
-def driven_step(problem: Problem) -> float:
+def driven_step(problem: PlanningTask) -> float:
     """Return how long inputs are held in [s]: the problem's step, or an equal part of it.
 
     A controller and a discrete machine are what they are at the problem's own step.
@@ -55,7 +55,7 @@ def driven_step(problem: Problem) -> float:
     return problem.step / math.ceil(problem.step / MAX_HOLD_TIME - 1e-9)
 
 
-def _idle(problem: Problem) -> Array:
+def _idle(problem: PlanningTask) -> Array:
     """Return inputs while no key is pressed: those that hold the machine at its start, if any."""
     names = problem.model.control_names
     held = static_holding(problem, problem.start)
@@ -69,13 +69,13 @@ def _least(model: Model) -> Array:
     return np.clip(np.zeros(model.nu), *model.control_bounds.T)
 
 
-def _hands(problem: Problem, model: Model, idle: Array | None) -> dict[str, list[float]]:
+def _hands(problem: PlanningTask, model: Model, idle: Array | None) -> dict[str, list[float]]:
     """Return idle inputs, and the share of its way to a limit that a key pushes each of them."""
     least = _least(model) if idle is None else idle
     return {"idle": least.tolist(), "usual": _usual(problem, model, least).tolist()}
 
 
-def _usual(problem: Problem, model: Model, idle: Array) -> Array:
+def _usual(problem: PlanningTask, model: Model, idle: Array) -> Array:
     """Return shares in (0, 1] with which a person can drive; full inputs make toys of machines."""
     shares = np.full(model.nu, SETPOINT_FRACTION)
     if model.plant is not model or not len(model.speeds):

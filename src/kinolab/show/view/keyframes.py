@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.show.page.content import Curve, Keys
 from kinolab.show.page.curves import continued, hermite
 from kinolab.show.view.branches import Branches, BranchPaths
@@ -23,7 +23,7 @@ MAX_HALVINGS = 12  # of halving
 SHARES = (0.25, 0.5)  # of a piece, where curve and motion are compared
 
 
-def key_poses(problem: Problem, trajectory: Trajectory) -> Keys:
+def key_poses(problem: PlanningTask, trajectory: Trajectory) -> Keys:
     """Return every stored knot as a key, and more where a curve between two would leave the motion.
 
     Each body has keys of its own: a flywheel needs many, the satellite around it few.
@@ -65,7 +65,7 @@ def _refined(paths: BranchPaths, pieces: Branches) -> tuple[Branches, Marks]:
     return whole, np.concatenate([marks for _, marks in done])[order]
 
 
-def _at_rest(problem: Problem, x: Array) -> list[Track]:
+def _at_rest(problem: PlanningTask, x: Array) -> list[Track]:
     return tracks(problem.model.plant, x, np.zeros_like(x))
 
 
@@ -110,7 +110,7 @@ def _curves(paths: BranchPaths, pieces: Branches, keys: Marks) -> list[Curve]:
     return curves
 
 
-def _keys(curves: list[Curve], problem: Problem) -> Keys:
+def _keys(curves: list[Curve], problem: PlanningTask) -> Keys:
     n = len(problem.bodies)
     ends = curves[2 * n] if len(curves) > 2 * n else None
     return Keys(curves[:n], [continued(curve) for curve in curves[n : 2 * n]], ends)

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinolab.files import utf_8
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.show.page import page_html
 from kinolab.show.view.scenes import branches, content_of
@@ -40,7 +40,7 @@ class LivePage:
         address: To be opened in a browser on this computer.
     """
 
-    def __init__(self, problem: Problem, words: str) -> None:
+    def __init__(self, problem: PlanningTask, words: str) -> None:
         self._problem, self._news = problem, _News()
         content = content_of(problem, None, {"status": "searching", "message": words}, drive=False)
         self._pages = {"/": utf_8(page_html(replace(content, live=EVENTS)))}

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from kinolab.files import utf_8, write_whole
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.runs import MODEL, PAGE
 from kinolab.search.graph import SearchGraph
 from kinolab.show.gltf.glb_scene import glb_scene
 from kinolab.show.page import Content, page_html
 from kinolab.show.view.scenes import content_of, facts_of, readiness
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
 FRAME_HEIGHT = 600  # pixels, in a notebook
@@ -22,7 +22,7 @@ FRAME_HEIGHT = 600  # pixels, in a notebook
 
 def write_scene(
     folder: Path,
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory,
     facts: Mapping[str, Any],
     graph: SearchGraph | None = None,
@@ -41,7 +41,7 @@ def write_scene(
     write_whole(folder / MODEL, glb_scene(content))
 
 
-def save_page(problem: Problem, plan: Plan | None, path: str | Path) -> Path:
+def save_page(problem: PlanningTask, plan: PlanResult | None, path: str | Path) -> Path:
     """Write the interactive page of a plan; with None that of the problem before planning.
 
     Args:
@@ -57,7 +57,7 @@ def save_page(problem: Problem, plan: Plan | None, path: str | Path) -> Path:
     return target
 
 
-def save_glb(problem: Problem, plan: Plan, path: str | Path) -> Path:
+def save_glb(problem: PlanningTask, plan: PlanResult, path: str | Path) -> Path:
     """Write the scene of a plan with its motion as binary glTF, which Blender opens.
 
     Args:
@@ -73,7 +73,7 @@ def save_glb(problem: Problem, plan: Plan, path: str | Path) -> Path:
     return target
 
 
-def notebook_frame(problem: Problem, plan: Plan | None) -> str:
+def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
     """Return the interactive page as HTML that a notebook shows and keeps.
 
     It runs in a frame of its own, from which neither the notebook nor a network can be reached.
@@ -87,7 +87,7 @@ def notebook_frame(problem: Problem, plan: Plan | None) -> str:
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
 
 
-def _content(problem: Problem, plan: Plan | None) -> Content:
+def _content(problem: PlanningTask, plan: PlanResult | None) -> Content:
     if plan is None:
         return content_of(problem, None, readiness(problem))
     return content_of(problem, plan.trajectory, facts_of(problem, plan), plan.graph)

@@ -13,7 +13,7 @@ from kinolab.dynamics import Model
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import EndpointError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search.graph import SearchGraph
@@ -21,7 +21,7 @@ from kinolab.show.film.animation import picture
 from kinolab.show.page import Content, Series
 from kinolab.show.view.driving import driving_of
 from kinolab.show.view.keyframes import key_poses
-from kinolab.solve import Plan
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
 
@@ -40,7 +40,7 @@ def _held(title: str, model: Model, values: NDArray[np.float64]) -> Series:
 
 
 def content_of(
-    problem: Problem,
+    problem: PlanningTask,
     trajectory: Trajectory | None,
     facts: Mapping[str, Any],
     graph: SearchGraph | None = None,
@@ -76,13 +76,13 @@ def content_of(
     )
 
 
-def branches(problem: Problem, graph: SearchGraph) -> Array:
+def branches(problem: PlanningTask, graph: SearchGraph) -> Array:
     """Return how the machine's first body went from state to state, shape (edges, 2, 3)."""
     places = problem.model.frames(graph.x)[:, 0, 3::4]
     return np.asarray(places[graph.edges])
 
 
-def facts_of(problem: Problem, plan: Plan) -> dict[str, Any]:
+def facts_of(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
     """Return about a plan what its report would tell a page."""
     checks = plan.certificate.checks if plan.certificate else ()
     return {
@@ -100,7 +100,7 @@ def facts_of(problem: Problem, plan: Plan) -> dict[str, Any]:
     }
 
 
-def readiness(problem: Problem) -> dict[str, Any]:
+def readiness(problem: PlanningTask) -> dict[str, Any]:
     """Return whether a problem can be planned for, and what is wrong with its start and goal."""
     try:
         problem.check_endpoints()
@@ -109,7 +109,7 @@ def readiness(problem: Problem) -> dict[str, Any]:
     return {"status": "ready", "message": "Start and goal are possible."}
 
 
-def _standing(problem: Problem) -> Trajectory:
+def _standing(problem: PlanningTask) -> Trajectory:
     """Return the machine at its start, as a motion of a single knot."""
     names = problem.model.plant.control_names
     return Trajectory(

@@ -16,7 +16,7 @@ import numpy as np
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random, unit
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS
 from kinolab.world.geometry import placement, sizes
 
@@ -32,7 +32,7 @@ class GeometricPaths:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         generator: np.random.Generator,
         stop: CancellationToken = never_cancelled,
     ) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.pointing import pointed
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.nlp.decision import Knots, resampled
@@ -29,7 +29,7 @@ class Guesses:
         generator: Of the random numbers.
     """
 
-    def __init__(self, problem: Problem, generator: np.random.Generator) -> None:
+    def __init__(self, problem: PlanningTask, generator: np.random.Generator) -> None:
         self._problem, self._generator = problem, generator
 
     def straight(self, turns: Sequence[int] = ()) -> Array:
@@ -142,7 +142,7 @@ class Guesses:
         return slopes
 
 
-def path_time_scaling(problem: Problem, knots: Knots) -> Knots:
+def path_time_scaling(problem: PlanningTask, knots: Knots) -> Knots:
     """Return knots whose speeds lead from one configuration to the next, as far as possible.
 
     The rates of coordinates are linear in a machine's velocities: those are taken that come
@@ -166,7 +166,7 @@ def path_time_scaling(problem: Problem, knots: Knots) -> Knots:
     return Knots(x, knots.u, knots.h)
 
 
-def _directions(problem: Problem, x: Array, coordinates: NDArray[np.int64]) -> Array:
+def _directions(problem: PlanningTask, x: Array, coordinates: NDArray[np.int64]) -> Array:
     """Return the rates of coordinates for each speed, shape (m, coordinates, speeds)."""
     model, (m, nx) = problem.model, x.shape
     one_by_one = np.vstack([np.zeros(nx), np.eye(nx)[model.nq :]])

@@ -20,7 +20,7 @@ import numpy as np
 
 from kinolab.cancel import never_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
@@ -35,7 +35,7 @@ from kinolab.trajopt.sqp.restoration import restore_feasibility
 
 
 def shoot(
-    problem: Problem,
+    problem: PlanningTask,
     guess: Knots,
     block: int,
     iterations: int,
@@ -129,7 +129,7 @@ class Multistart:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         knots: int,
         seed: int,
         cancelled: Callable[[], bool],

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import call_at
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities, Samples
 from kinolab.world.cable import span
@@ -86,7 +86,7 @@ class CollisionConstraints:
 
     begins = False  # gaps do not jump with the inputs
 
-    def __init__(self, problem: Problem, clearance: float, near: float = 1.0) -> None:
+    def __init__(self, problem: PlanningTask, clearance: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # owns the code
         self._around, touching = collision_arrays(problem)
         self._room, self._near = clearance, near
@@ -148,7 +148,7 @@ class CollisionConstraints:
 
 
 @lru_cache(maxsize=4)
-def collision_arrays(problem: Problem) -> tuple[Record, bool]:
+def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
     """Return the machine and its world for compiled code, and whether bodies may touch each other.
 
     Building the search trees of large meshes takes longer than many a small program.

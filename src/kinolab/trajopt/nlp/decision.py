@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.options import SHORT
 
@@ -106,7 +106,7 @@ def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
     return weights.time * knots.duration + weights.effort * effort
 
 
-def even_knots(problem: Problem, trajectory: Trajectory) -> Knots:
+def even_knots(problem: PlanningTask, trajectory: Trajectory) -> Knots:
     """Return a trajectory as knots with even steps, none longer than the problem's."""
     steps, h = len(trajectory.inputs), problem.step
     spans = np.diff(trajectory.t)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
@@ -23,17 +23,17 @@ from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP, SHORT
 
 
-def is_discrete(problem: Problem) -> bool:
+def is_discrete(problem: PlanningTask) -> bool:
     """Say whether a problem's motions are steps of one length by one map."""
     return problem.scenario.integration.truth == "discrete"
 
 
-def step_map(problem: Problem, knots: Knots) -> StepSensitivities:
+def step_map(problem: PlanningTask, knots: Knots) -> StepSensitivities:
     """Return the map from knot to knot."""
     return StepSensitivities(problem.model, *_steps_of(problem, knots))
 
 
-def derived_map(problem: Problem, knots: Knots, times: int) -> StepSensitivities:
+def derived_map(problem: PlanningTask, knots: Knots, times: int) -> StepSensitivities:
     """Return the map with derivatives that are good enough for a direction."""
     model = problem.model
     acts = 1 if model.plant is model else times
@@ -51,7 +51,7 @@ def derived_map(problem: Problem, knots: Knots, times: int) -> StepSensitivities
     return step(substeps, few)
 
 
-def refined(problem: Problem, knots: Knots, times: int) -> Knots:
+def refined(problem: PlanningTask, knots: Knots, times: int) -> Knots:
     """Return the motion under the same inputs with so many times the steps."""
     short = Knots(knots.x, knots.u, knots.h / times)
     step, parts = step_map(problem, short), [knots.x[:-1]]
@@ -61,7 +61,7 @@ def refined(problem: Problem, knots: Knots, times: int) -> Knots:
     return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, times, axis=0), short.h)
 
 
-def true_trajectory(problem: Problem, knots: Knots) -> Trajectory | None:
+def true_trajectory(problem: PlanningTask, knots: Knots) -> Trajectory | None:
     """Return the true motion under the inputs of knots; None where it cannot be followed."""
     model = problem.model
     u = np.clip(knots.u, *model.control_bounds.T)
@@ -77,7 +77,7 @@ def true_trajectory(problem: Problem, knots: Knots) -> Trajectory | None:
         return None
 
 
-def is_motion(problem: Problem, trajectory: Trajectory) -> bool:
+def is_motion(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Say whether a trajectory begins at the start and every step leads to the next state."""
     largest = float(np.abs((trajectory.x[0] - problem.start) / problem.scales).max(initial=0.0))
     spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
@@ -89,7 +89,7 @@ def is_motion(problem: Problem, trajectory: Trajectory) -> bool:
     return largest <= SHORT.defect_tolerance
 
 
-def repeatable(problem: Problem, trajectory: Trajectory) -> bool:
+def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Say whether errors do not grow too much to follow the motion without feedback."""
     start = perturbed_start(problem, problem.start)
     h = float(np.diff(trajectory.t).max(initial=0.0)) or 1.0
@@ -101,7 +101,7 @@ def repeatable(problem: Problem, trajectory: Trajectory) -> bool:
     return error_amplification(problem, trajectory.x, x) <= MAX_ERROR_AMPLIFICATION
 
 
-def _steps_of(problem: Problem, knots: Knots, acts: int = 1) -> tuple[str, int]:
+def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, int]:
     """Return the method and the number of substeps that are true enough."""
     settings, model = problem.scenario.integration, problem.model
     if is_discrete(problem):
@@ -118,7 +118,7 @@ def _steps_of(problem: Problem, knots: Knots, acts: int = 1) -> tuple[str, int]:
     return settings.accurate_method, substeps  # so stiff that only implicit steps stay bounded
 
 
-def _derivative_error(problem: Problem, coarse: Array, fine: Array) -> float:
+def _derivative_error(problem: PlanningTask, coarse: Array, fine: Array) -> float:
     """Return the largest difference of derivatives, in what counts as large."""
     scales = problem.scales
     large = np.repeat(scales[:, None], coarse.shape[2], axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import SHORT
 
 
@@ -21,7 +21,7 @@ class GoalConstraint:
         guess: Where the trajectory ends so far, shape (nx,).
     """
 
-    def __init__(self, problem: Problem, guess: Array) -> None:
+    def __init__(self, problem: PlanningTask, guess: Array) -> None:
         self._problem, goal = problem, problem.goal
         entries = list(goal.indices)
         turns = whole_turns(guess[entries] - goal.targets)
@@ -54,6 +54,6 @@ class GoalConstraint:
         return np.vstack([own, *(target.in_world(columns).T for target in goal.of_bodies)])
 
 
-def meets_centre(problem: Problem, x: Array) -> bool:
+def meets_centre(problem: PlanningTask, x: Array) -> bool:
     """Say whether a motion that ends in a state, shape (nx,), ends in the goal's centre."""
     return bool(np.abs(GoalConstraint(problem, x).residual(x)).sum() <= SHORT.centre_tolerance)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP
 
@@ -29,7 +29,7 @@ class PathConstraints:
             with them; all else is what it was at the end of the step before, and left out.
     """
 
-    def __init__(self, problem: Problem, clearance: float, *, begins: bool = False) -> None:
+    def __init__(self, problem: PlanningTask, clearance: float, *, begins: bool = False) -> None:
         self._problem, self._room, self.begins = problem, clearance, begins
         self._decided = _decided_by_inputs(problem) if begins else np.zeros(0, dtype=bool)
         self._steps = (problem.scales, _half_ranges(problem))
@@ -93,7 +93,7 @@ class PathConstraints:
             yield problem.pose_margins(model.frames(x))
 
 
-def _decided_by_inputs(problem: Problem) -> NDArray[np.bool_]:
+def _decided_by_inputs(problem: PlanningTask) -> NDArray[np.bool_]:
     """Return which requirements depend on the inputs, as states at random show, shape (m,)."""
     if not problem.system.requirements:
         return np.zeros(0, dtype=bool)
@@ -104,7 +104,7 @@ def _decided_by_inputs(problem: Problem) -> NDArray[np.bool_]:
     return np.asarray((np.abs(one - other) > 0).any(axis=0))
 
 
-def _half_ranges(problem: Problem) -> Array:
+def _half_ranges(problem: PlanningTask) -> Array:
     lower, upper = problem.model.control_bounds.T
     half = (upper - lower) / 2
     return np.where(np.isfinite(half), half, 1.0)

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
@@ -53,7 +53,7 @@ class TrajectoryProblem:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         clearance: float,
         *,
         fraction: float = NLP.limit_fraction,
@@ -68,7 +68,7 @@ class TrajectoryProblem:
         ]
         self._reserve = reserve
 
-    def of(self, problem: Problem) -> TrajectoryProblem:
+    def of(self, problem: PlanningTask) -> TrajectoryProblem:
         """Return the task of another problem of the same machine in the same world.
 
         What is known of the world is shared: building it takes longer than a small problem.
@@ -160,7 +160,7 @@ class MultipleShooting:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: PlanningTask,
         step_map: StepSensitivities,
         end: Array,
         inequalities: Sequence[Inequalities],

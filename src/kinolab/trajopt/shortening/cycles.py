@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots, resampled
@@ -56,7 +56,7 @@ def _without_one(segments: Segments, motion: Trajectory) -> Trajectory | None:
     return None
 
 
-def _closed_gap(problem: Problem, motion: Trajectory, begin: int, end: int) -> Knots:
+def _closed_gap(problem: PlanningTask, motion: Trajectory, begin: int, end: int) -> Knots:
     """Return a motion that leaves a loop out, its gap spread over all that is left."""
     before, after = motion.piece(0, begin), motion.piece(end, len(motion.u))
     times = np.concatenate([before.t, before.t[-1] + after.t[1:]])
@@ -70,7 +70,7 @@ def _closed_gap(problem: Problem, motion: Trajectory, begin: int, end: int) -> K
     return resampled(times, x, u, min(SHORT.cycle_knots, len(u)), problem.space)
 
 
-def _cycles(problem: Problem, motion: Trajectory) -> Iterator[tuple[int, int]]:
+def _cycles(problem: PlanningTask, motion: Trajectory) -> Iterator[tuple[int, int]]:
     """Yield the ends of loops, those that take long and end near where they begin first."""
     t, step, near = motion.t, problem.step, SHORT.same_cycle_samples
     apart = max(SHORT.min_cycle_spacing * step, t[-1] / SHORT.cycle_samples)
@@ -88,7 +88,7 @@ def _cycles(problem: Problem, motion: Trajectory) -> Iterator[tuple[int, int]]:
         worth[max(0, i - near) : i + near + 1, max(0, j - near) : j + near + 1] = 0.0
 
 
-def _gaps(problem: Problem, x: Array) -> Array:
+def _gaps(problem: PlanningTask, x: Array) -> Array:
     """Return the weighted distance of each state from each other one, shape (m, m)."""
     counted = np.where(cyclic_coordinates(problem), 0.0, problem.weights)
     return problem.space.distance(x[:, None], x[None], counted)

@@ -14,7 +14,7 @@ from itertools import combinations, cycle
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import PathMotion
 from kinolab.trajectory import Trajectory
@@ -87,7 +87,7 @@ class ConnectionGuesses:
         problem: That the whole motion solves.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         self._problem = problem
         self._guesses = Guesses(problem, np.random.default_rng(0))
         self._ways = GeometricPaths(problem, np.random.default_rng(0))

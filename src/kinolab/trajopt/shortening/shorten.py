@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 
 from kinolab.cancel import throttled
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
@@ -30,7 +30,7 @@ from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibilit
 
 
 def shorten(
-    problem: Problem, trajectory: Trajectory, seconds: float | Callable[[], float]
+    problem: PlanningTask, trajectory: Trajectory, seconds: float | Callable[[], float]
 ) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
@@ -64,7 +64,10 @@ def shorten(
 
 
 def _shorten_segments(
-    problem: Problem, given: Trajectory, cancelled: Callable[[], bool], over: Callable[[], bool]
+    problem: PlanningTask,
+    given: Trajectory,
+    cancelled: Callable[[], bool],
+    over: Callable[[], bool],
 ) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
@@ -103,7 +106,10 @@ def _shorten_segments(
 
 
 def _shorten_whole(
-    problem: Problem, given: Trajectory, cancelled: Callable[[], bool], over: Callable[[], bool]
+    problem: PlanningTask,
+    given: Trajectory,
+    cancelled: Callable[[], bool],
+    over: Callable[[], bool],
 ) -> Trajectory:
     """Return a shorter motion, or the one that was given.
 
@@ -131,7 +137,7 @@ def _shorten_whole(
 
 
 def _with_few_knots(
-    problem: Problem, trajectory: Trajectory, cancelled: Callable[[], bool]
+    problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Knots | None:
     """Return a fast motion under inputs that are held for several steps each, step by step."""
     task = TrajectoryProblem(problem, SHORT.coarse_clearance)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.verification.check import Check, CheckContext, judged
 from kinolab.verification.dense_motion import MAX_SAMPLES, DenseMotion, TooFastError
 from kinolab.world import NO_ENDS, CollisionChecker, World
@@ -50,7 +50,7 @@ def _first_contact(dense: DenseMotion) -> str:
 
 
 def _clearance_at(
-    problem: Problem, checker: CollisionChecker, time: float, x: Array
+    problem: PlanningTask, checker: CollisionChecker, time: float, x: Array
 ) -> tuple[float, str]:
     """Return how far in [m] every point may move from a state, and what it touches."""
     placement = problem.placement(x)

@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
     DivergedError,
@@ -72,7 +72,7 @@ def drift(context: CheckContext) -> Check:
     )
 
 
-def _errors(problem: Problem, found: Array, wanted: Array) -> Array:
+def _errors(problem: PlanningTask, found: Array, wanted: Array) -> Array:
     """Return how far states (n, nx) are from others, in units of the states' scales."""
     return np.abs(problem.space.difference(wanted, found) / problem.scales)
 
@@ -82,7 +82,7 @@ def _named(context: CheckContext, i: int, found: Array, wanted: Array) -> str:
     return f"{name} is {found[i]:.9g} where {wanted[i]:.9g} is due"
 
 
-def _from_each(plant: Problem, trajectory: Trajectory) -> Array:
+def _from_each(plant: PlanningTask, trajectory: Trajectory) -> Array:
     """Return where the truth leads from every stored knot under the stored inputs, (N, nx)."""
     settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
     if settings.truth != "discrete":

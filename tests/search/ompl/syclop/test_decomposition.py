@@ -12,7 +12,7 @@ from ompl import control as oc
 from ompl import util as ou
 
 import kinolab
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplSetup
 from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
 from kinolab.search.ompl.syclop.regions import Regions
@@ -22,7 +22,7 @@ CELLS = 10  # the third root of 1000 regions
 
 
 @pytest.fixture(scope="module")
-def parking() -> Problem:
+def parking() -> PlanningTask:
     return kinolab.load("vehicle_parking")
 
 
@@ -49,12 +49,12 @@ def answers(bridge: OmplSetup, looks: int) -> list[tuple[int, bool]]:
     return found
 
 
-def level(problem: Problem, x: np.ndarray) -> int:
+def level(problem: PlanningTask, x: np.ndarray) -> int:
     excess = problem.goal_excess(x)
     return 0 if excess > ZOOM else 1 + math.floor(math.log2(ZOOM / max(1.0, excess)))
 
 
-def test_a_state_lies_in_the_region_of_its_position_and_its_nearness(parking: Problem) -> None:
+def test_a_state_lies_in_the_region_of_its_position_and_its_nearness(parking: PlanningTask) -> None:
     bridge, generator = parking.to_ompl(), np.random.default_rng(0)
     decomposition = divided(bridge, 0)
     state = bridge.space.allocState()
@@ -72,7 +72,7 @@ def test_a_state_lies_in_the_region_of_its_position_and_its_nearness(parking: Pr
 
 
 def test_free_volumes_are_estimated_from_a_few_states_and_as_many_free_ones(
-    parking: Problem,
+    parking: PlanningTask,
 ) -> None:
     """Without any look all that is known is which regions are near the goal and far from it."""
     bridge = parking.to_ompl()
@@ -87,7 +87,7 @@ def test_free_volumes_are_estimated_from_a_few_states_and_as_many_free_ones(
     assert 0 < sum(free for _, free in looked) < len(looked)
 
 
-def test_the_regions_that_hold_no_state_are_those_far_from_the_goal(parking: Problem) -> None:
+def test_the_regions_that_hold_no_state_are_those_far_from_the_goal(parking: PlanningTask) -> None:
     """10 tolerances are 2 m, of regions of 2.4 m by 1.6 m; levels 5 to 9 are beyond the goal."""
     empty = {region for region, _ in answers(parking.to_ompl(), 0)}
     for x in (8.4, 9.9, 13.25, 15.2, 17.0):
@@ -102,7 +102,9 @@ def test_the_regions_that_hold_no_state_are_those_far_from_the_goal(parking: Pro
 
 
 @pytest.mark.parametrize("planner", [oc.SyclopRRT, oc.SyclopEST])
-def test_ompl_draws_states_from_the_region_that_it_asks_for(planner: Any, parking: Problem) -> None:
+def test_ompl_draws_states_from_the_region_that_it_asks_for(
+    planner: Any, parking: PlanningTask
+) -> None:
     """The grid moves while OMPL works; the bounds of its regions do not."""
     seen: list[tuple[list[float], np.ndarray]] = []
 

@@ -17,7 +17,7 @@ from ompl import util as ou
 
 from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.search.ompl.spaces import StateCodec
 
 
@@ -30,7 +30,7 @@ class Configurations(StateCodec):
         resolution: In [m] of motion between two looks at it.
     """
 
-    def __init__(self, problem: Problem, reach: Array, resolution: float) -> None:
+    def __init__(self, problem: PlanningTask, reach: Array, resolution: float) -> None:
         entries = [int(i) for i in np.flatnonzero(reach)]
         super().__init__(replace(problem, weights=reach), entries)
         for k in range(self.space.getSubspaceCount()):

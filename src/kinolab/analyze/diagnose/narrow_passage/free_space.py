@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.simulation import CompiledStep
 from kinolab.world import CollisionChecker
@@ -21,7 +21,7 @@ class FreeSpace:
         checker: Of the machine as slim as it is meant to be.
     """
 
-    def __init__(self, problem: Problem, checker: CollisionChecker) -> None:
+    def __init__(self, problem: PlanningTask, checker: CollisionChecker) -> None:
         self._calls = CompiledStep(problem)
         self._problem, self._checker = problem, checker
         nq, unlimited = problem.model.nq, problem.space.turns

@@ -28,7 +28,7 @@ from kinolab.analyze.diagnose.narrow_passage.path_widening import (
     RequiredShrinkage,
 )
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # looks by quanta per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)
@@ -79,14 +79,14 @@ class Passage:
         return f"No way was found in time, but one for a machine {width} narrower: {beside}."
 
 
-def is_applicable(problem: Problem) -> bool:
+def is_applicable(problem: PlanningTask) -> bool:
     """Whether there is anything to look at: something to touch, and no loop to keep closed."""
     touchable = bool(problem.world.obstacles or problem.system.collisions)
     return touchable and not has_loops(problem)
 
 
 def find_passage(
-    problem: Problem,
+    problem: PlanningTask,
     goals: Sequence[Array],
     seconds: float,
     say: Callable[[str], None] = lambda _: None,
@@ -122,7 +122,7 @@ def find_passage(
 class _Search:
     """Ways of slimmer machines through one problem."""
 
-    def __init__(self, problem: Problem, goals: Sequence[Array], seconds: float) -> None:
+    def __init__(self, problem: PlanningTask, goals: Sequence[Array], seconds: float) -> None:
         self._end = time.monotonic() + seconds
         far = motion_per_coordinate(problem, [problem.start, *goals[:4]])
         self._fit = RequiredShrinkage(problem)

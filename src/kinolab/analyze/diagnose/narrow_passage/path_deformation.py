@@ -8,7 +8,7 @@ import numpy as np
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 TAPER_LENGTH = 0.1  # [m] from its ends in which a band bends less and less
 WIDTHS = (0.03, 2.0)  # [m] of bends, along the band
@@ -30,7 +30,7 @@ class PathDeformation:
         entries: The coordinates that move it.
     """
 
-    def __init__(self, problem: Problem, reach: Array) -> None:
+    def __init__(self, problem: PlanningTask, reach: Array) -> None:
         self._reach, self._circular = reach, problem.circular
         self._space = problem.space
         self.entries = np.flatnonzero(reach)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
 from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
 from kinolab.numerics.arrays import Array
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 
 SHRINKAGE_QUANTUM = 2.5e-4  # [m] per side
 HORIZON = 0.1  # [m] around the machine within which nothing needs to be looked at again
@@ -30,7 +30,7 @@ class RequiredShrinkage:
         problem: The machine and the world.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
         self._problem, self._checker = problem, problem.checker()
         self._shapes: dict[int, FreeSpace] = {}
         self._inflated = FreeSpace(problem, self._checker.inflated(HORIZON, ground=False))

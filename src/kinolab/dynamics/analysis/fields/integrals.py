@@ -10,7 +10,7 @@ import sympy
 
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.language.expressions import as_written
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate, TurnRate
 
@@ -20,7 +20,7 @@ FACTOR_DIGITS = 9  # of a factor, beyond which there is rounding
 MAX_OPERATIONS = 200  # operations of a slope that SymPy integrates in a moment
 
 
-def integral_of(system: System, factors: Mapping[str, float]) -> sympy.Expr | None:
+def integral_of(system: Mechanism, factors: Mapping[str, float]) -> sympy.Expr | None:
     """Return h(q) whose rate is a constant combination of constraints, if it is easily found.
 
     Args:
@@ -44,7 +44,7 @@ def integral_of(system: System, factors: Mapping[str, float]) -> sympy.Expr | No
     return _potential(slopes)
 
 
-def _slopes(system: System, velocity: sympy.Expr) -> Slopes | None:
+def _slopes(system: Mechanism, velocity: sympy.Expr) -> Slopes | None:
     """Return the factor of each rate; None where an attitude turns, or where one is too long."""
     found = {}
     for symbol in tangent_symbols(system):

@@ -31,7 +31,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import as_written
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import TurnRate
 from kinolab.numerics.arrays import Array
@@ -78,7 +78,7 @@ class InvolutiveClosure:
 
 
 @checked
-def involutive_closure(system: System) -> InvolutiveClosure:
+def involutive_closure(system: Mechanism) -> InvolutiveClosure:
     """Find out which constraints of a machine are holonomic in disguise.
 
     Raises:
@@ -174,7 +174,7 @@ def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
 
 
 def _integrals(
-    system: System, places: Sequence[_Place], names: Sequence[str], shares: Array
+    system: Mechanism, places: Sequence[_Place], names: Sequence[str], shares: Array
 ) -> tuple[sympy.Expr, ...]:
     """Return functions of the coordinates that never change, linear ones if others are not found.
 
@@ -190,7 +190,7 @@ def _integrals(
     return known if len(known) >= len(linear) else linear
 
 
-def _linear_integrals(system: System, places: Sequence[_Place]) -> Iterator[sympy.Expr]:
+def _linear_integrals(system: Mechanism, places: Sequence[_Place]) -> Iterator[sympy.Expr]:
     symbols = tangent_symbols(system)
     turning = np.array([isinstance(symbol, TurnRate) for symbol in symbols])
     for row in _common([place.covectors for place in places]):

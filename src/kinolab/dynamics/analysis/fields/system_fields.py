@@ -23,14 +23,14 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Attitude
 from kinolab.errors import InputError, Mistake
 
 
 @checked
-def vector_fields(system: System) -> VectorFields:
+def vector_fields(system: Mechanism) -> VectorFields:
     """Return drift and input fields of a machine, x_dot = f(x) + sum of u_i g_i(x).
 
     The state is that of the compiled model: x = q for a kinematic machine, (q, v) for a dynamic
@@ -68,7 +68,7 @@ def vector_fields(system: System) -> VectorFields:
 
 
 @checked
-def allowed_motions(system: System) -> VectorFields:
+def allowed_motions(system: Mechanism) -> VectorFields:
     """Return fields that span the velocities which the constraints allow, on the configurations.
 
     It is the kernel of w(q): one field per velocity that is left to choose, named after it. Masses
@@ -95,7 +95,7 @@ def allowed_motions(system: System) -> VectorFields:
     )
 
 
-def normal_count(system: System, redundant: Sequence[str]) -> int:
+def normal_count(system: Mechanism, redundant: Sequence[str]) -> int:
     """Return how many entries of a state its unit quaternions and constraints determine."""
     kept = [c for c in system.constraints if c.name not in redundant]
     positions = sum(isinstance(c, PositionConstraint) for c in kept)
@@ -103,11 +103,11 @@ def normal_count(system: System, redundant: Sequence[str]) -> int:
     return sum(isinstance(c, Attitude) for c in system.coordinates) + positions + velocities
 
 
-def _is_held(system: System) -> bool:
+def _is_held(system: Mechanism) -> bool:
     return any(isinstance(c, PositionConstraint) for c in system.constraints)
 
 
-def _samples(system: System, binding: SymbolTable) -> Iterator[dict[str, float]]:
+def _samples(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, float]]:
     """Yield states that satisfy the constraints, those on velocities too where all are states."""
     rows = constraint_rows(system, binding) if system.velocities == "all" else []
     flat = [entry for row in rows for entry in row.covector]
@@ -119,14 +119,14 @@ def _samples(system: System, binding: SymbolTable) -> Iterator[dict[str, float]]
         yield values | dict(zip(names, map(float, velocity), strict=True))
 
 
-def _state_symbols(system: System, independent: Sequence[int]) -> tuple[sympy.Symbol, ...]:
+def _state_symbols(system: Mechanism, independent: Sequence[int]) -> tuple[sympy.Symbol, ...]:
     rates = tangent_symbols(system)
     further = (entry.symbol for entry in system.states)
     return (*configuration_symbols(system), *(rates[i] for i in independent), *further)
 
 
 def _prolonged(
-    system: System, whole: VectorFields, derivative: Sequence[Node], inputs: Sequence[Node]
+    system: Mechanism, whole: VectorFields, derivative: Sequence[Node], inputs: Sequence[Node]
 ) -> VectorFields:
     """Let inputs be states, and their rates the inputs."""
     tape, count = whole.tape, len(whole.symbols)
@@ -148,7 +148,7 @@ def _prolonged(
     )
 
 
-def _within_limits(system: System, point: Mapping[str, float]) -> dict[str, float]:
+def _within_limits(system: Mechanism, point: Mapping[str, float]) -> dict[str, float]:
     """Return sampled inputs moved well between their limits: a thrust must not be negative."""
     moved = {}
     for entry in system.inputs:
@@ -158,7 +158,7 @@ def _within_limits(system: System, point: Mapping[str, float]) -> dict[str, floa
     return moved
 
 
-def _with_own_velocities(system: System) -> System:
+def _with_own_velocities(system: Mechanism) -> Mechanism:
     """Return the machine with velocities that kinolab chooses, where all are states."""
     if system.velocities != "all":
         return system
@@ -166,7 +166,7 @@ def _with_own_velocities(system: System) -> System:
 
 
 def _motions(
-    system: System, binding: SymbolTable, chart: VelocityCoordinates
+    system: Mechanism, binding: SymbolTable, chart: VelocityCoordinates
 ) -> dict[str, tuple[Node, ...]]:
     """Return the motions of a chart as fields on the configurations, by name."""
     rates = tangent_symbols(system)

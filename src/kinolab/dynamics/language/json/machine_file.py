@@ -1,4 +1,4 @@
-"""A ``System`` as JSON and back: data in, data out, no code is run."""
+"""A ``Mechanism`` as JSON and back: data in, data out, no code is run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation,
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.language.json.expression_tree import expression_to_tree, tree_to_expression
 from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
-from kinolab.dynamics.language.mechanism import System
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.shapes import SHAPES
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -77,7 +77,7 @@ CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirement
 BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
 
-def machine_to_json(system: System) -> str:
+def machine_to_json(system: Mechanism) -> str:
     """Return a system as JSON text."""
     velocities = system.velocities
     document = {
@@ -104,7 +104,7 @@ def machine_to_json(system: System) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def machine_from_json(text: str, *, where: str = "machine.json") -> System:
+def machine_from_json(text: str, *, where: str = "machine.json") -> Mechanism:
     """Read a system from JSON text.
 
     Raises:
@@ -131,7 +131,7 @@ def feedback_to_json(feedback: Feedback | Regulator) -> str:
     return json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def feedback_from_tree(system: System, tree: Mapping[str, Any]) -> Feedback | Regulator:
+def feedback_from_tree(system: Mechanism, tree: Mapping[str, Any]) -> Feedback | Regulator:
     """Read a controller of a machine from plain data.
 
     Raises:
@@ -145,7 +145,7 @@ def feedback_from_tree(system: System, tree: Mapping[str, Any]) -> Feedback | Re
     return feedback
 
 
-def load_machine(path: Path) -> System:
+def load_machine(path: Path) -> Mechanism:
     """Read a system from a file, with its controller if that lies beside it in ``feedback.json``.
 
     Raises:
@@ -255,7 +255,7 @@ class _MachineReader:
         return cls(coordinates, forces | named)
 
     @classmethod
-    def beside(cls, system: System, feedback: Mapping[str, Any]) -> _MachineReader:
+    def beside(cls, system: Mechanism, feedback: Mapping[str, Any]) -> _MachineReader:
         """Take the symbols of a machine that is there, to read a controller for it."""
         coordinates = {entry.name: entry for entry in system.coordinates}
         symbols: list[MachineSymbol] = [
@@ -266,7 +266,7 @@ class _MachineReader:
         ]
         return cls(coordinates, {symbol.name: symbol for symbol in symbols})
 
-    def system(self, data: Mapping[str, Any]) -> System:
+    def system(self, data: Mapping[str, Any]) -> Mechanism:
         """Return the machine."""
         bodies = [self._body(entry, k) for k, entry in enumerate(data["bodies"], start=1)]
         self.finish()  # what acts on a body that is wrong is not wrong itself
@@ -279,7 +279,7 @@ class _MachineReader:
         flat, feedback = self._flat(data.get("flat")), self.decode(data.get("feedback"), "feedback")
         self.finish()
         content["cables"] = as_cables(content["cables"])  # early files have pairs of frames
-        return System(
+        return Mechanism(
             data["name"],
             bodies=bodies,
             collisions=[(a, b) for a, b in data["collisions"]],

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.problem import Problem
+from kinolab.problem import PlanningTask
 from kinolab.problem.metric import projected_coordinates
 from kinolab.search.ompl.goal_errors import GoalErrors
 
@@ -34,7 +34,7 @@ class Regions:
     """
 
     def __init__(
-        self, problem: Problem, count: int, goal_region_scale: float, *, angles: bool
+        self, problem: PlanningTask, count: int, goal_region_scale: float, *, angles: bool
     ) -> None:
         self._problem, self._zoom, self._near = (
             problem,
