@@ -125,7 +125,6 @@ VALID: dict[str, dict[str, Any]] = {
     },
     "Torque": {"name": "t", "on": BODY, "about": FRAME.z, "limit": 1.0, "reacts_on": None},
     "Trim": {"x": np.zeros(2), "u": np.zeros(1)},
-    "VariationalIntegrator": {"system": SYSTEM},
     "VectorField": {"variables": (X,), "components": (1,)},
     "VectorFields": {name: getattr(FIELDS, name) for name in FIELDS.__dataclass_fields__},
     "Viscous": {"velocity": kd.rate(X), "coefficient": 1.0},

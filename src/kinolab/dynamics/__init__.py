@@ -75,7 +75,6 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.system import System
-from kinolab.dynamics.variational import VariationalIntegrator
 from kinolab.numerics.riccati import dlqr, lqr, tvlqr
 
 __all__ = [
@@ -123,7 +122,6 @@ __all__ = [
     "System",
     "Torque",
     "Trim",
-    "VariationalIntegrator",
     "VectorField",
     "VectorFields",
     "Viscous",

@@ -24,7 +24,6 @@ from kinolab.dynamics import (
     rotation,
     toward,
 )
-from kinolab.dynamics.variational import VariationalIntegrator
 from kinolab.errors import (
     InputError,
     NoDynamicsError,
@@ -32,6 +31,7 @@ from kinolab.errors import (
     UnknownNameError,
 )
 from tests import machines
+from tests.dynamics.variational_integrator import VariationalIntegrator
 from tests.machines import MACHINES
 
 Array = NDArray[np.float64]
