@@ -21,8 +21,9 @@ from kinolab import cli
 from kinolab.errors import InputError
 from kinolab.files import write_whole
 from kinolab.runs import check_run, read_run, write_run
-from kinolab.runs.folder import PICTURES
+from kinolab.runs.folder import MOTION_FORMATS, PICTURES
 from kinolab.scenario import load_scenario
+from kinolab.trajectory import Trajectory
 from tests.conftest import Finished, Solved
 from tests.support import OPEN, plan, problem_of
 
@@ -371,9 +372,17 @@ def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(
 
 
 def test_a_run_that_finds_nothing_leaves_no_motion_of_the_one_before(
-    short: Solved, tmp_path: Path
+    short: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Nor in a format that was added since, by one line."""
+
+    def as_json(trajectory: Trajectory) -> bytes:
+        return json.dumps({"t": trajectory.t.tolist()}).encode()
+
+    monkeypatch.setitem(MOTION_FORMATS, "trajectory.json", as_json)
     write_run(tmp_path, short.problem, short.plan)
+    written = json.loads((tmp_path / "trajectory.json").read_text())
+    assert written == {"t": short.trajectory.t.tolist()}
     for name in PICTURES:
         write_whole(tmp_path / name, b"of the one before")
     still = problem_of(tmp_path / "still", OPEN, "bounds.psi_dot=[-1e-9, 1e-9]", "start.y=1")
@@ -382,7 +391,7 @@ def test_a_run_that_finds_nothing_leaves_no_motion_of_the_one_before(
         pytest.fail("the search was meant to find nothing")
     report = write_run(tmp_path, still, found)
     assert report["status"] == "not_found"
-    for name in ("trajectory.csv", "trajectory.npz", *PICTURES):
+    for name in ("trajectory.csv", "trajectory.npz", "trajectory.json", *PICTURES):
         assert not (tmp_path / name).exists()
     assert code_of(tmp_path) == 2  # there is no trajectory to check
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,11 +31,14 @@ from kinolab.verification import Certificate, verify
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
-MOTION = ("trajectory.csv", "trajectory.npz", "search.npz")
+MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is written in every run
+    "trajectory.csv": lambda trajectory: trajectory.to_csv().encode(),
+    "trajectory.npz": Trajectory.to_npz,
+}
 PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
 PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
 PICTURES = ("animation.gif", "animation.mp4", PAGE, MODEL)
-OPTIONAL = (*MOTION, "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
+OPTIONAL = ("search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
 @dataclass(frozen=True)
@@ -69,13 +72,12 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     files: dict[str, bytes] = {f"assets/{name}": content for name, content in assets.items()}
     files["scenario.toml"] = write_scenario(portable_scenario(problem)).encode()
     if plan.trajectory is not None:
-        files["trajectory.csv"] = plan.trajectory.to_csv().encode()
-        files["trajectory.npz"] = plan.trajectory.to_npz()
+        files |= {name: write(plan.trajectory) for name, write in MOTION_FORMATS.items()}
         files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
     if plan.graph is not None:
         files["search.npz"] = plan.graph.to_npz(problem.model.state_names)
     files["report.json"] = _json(report)
-    stale = {*OPTIONAL, *_recorded_assets(folder)} - set(files)
+    stale = {*MOTION_FORMATS, *OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)
     (folder / "report.json").unlink(missing_ok=True)  # a report vouches for the files beside it
     for name in stale:
