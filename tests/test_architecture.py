@@ -26,6 +26,11 @@ SETUPTOOLS = PROJECT["tool"]["setuptools"]
 MESHES = ROOT / "scenarios" / "meshes"
 CODE = {ROOT / "src" / "kinolab": "kinolab", ROOT / "planners": "kinolab.planners"}
 
+ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+PLACES = re.compile(r"`([\w./*-]*(?:/[\w.*-]*|\.py))`")
+ATTITUDE = {"Attitude", "QuaternionEntry", "TurnRate", "TurnAcceleration"}
+ATTITUDE |= {"attitudes", "quaternions"}  # of models and state spaces
+
 FAMILIAR = {"__init__", "data"}  # files that are read with the name of their folder
 MAX_MODULES = 16  # of a folder, beside its subfolders
 FILE_PER_MACHINE = {"systems"}  # they are looked up by name, however many
@@ -100,6 +105,76 @@ def test_no_folder_is_longer_than_a_glance() -> None:
 def test_few_modules_lie_loose() -> None:
     loose = {path.stem for path in (ROOT / "src" / "kinolab").glob("*.py")} - FAMILIAR
     assert len(loose) <= MAX_LOOSE_MODULES, loose
+
+
+def test_every_place_that_the_architecture_names_is_there() -> None:
+    named = {place for place in PLACES.findall(ARCHITECTURE) if not place.startswith("runs/NAME")}
+    homes = (ROOT / "src" / "kinolab", ROOT)
+    absent = {place for place in named if not any([*home.glob(place)] for home in homes)}
+    assert absent == set()
+    assert len(named) > 50
+
+
+def architecture_row(thing: str) -> tuple[str, set[str]]:
+    """Return what to touch to add a thing, in words, and the files of code among it."""
+    (row,) = re.findall(rf"^\| {thing}[^|]*\| (.*) \|$", ARCHITECTURE, re.MULTILINE)
+    places = {place for place in PLACES.findall(row) if place.endswith(".py")}
+    return row, places
+
+
+def words_of(path: Path) -> set[str]:
+    """Return the names that a file of code uses, comments and texts left out."""
+    nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+    found = {node.id for node in nodes if isinstance(node, ast.Name)}
+    found |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    return found | {node.name for node in nodes if isinstance(node, ast.alias | ast.ClassDef)}
+
+
+def files_that_name(words: set[str], at_least: int = 1) -> set[str]:
+    """Return the files of the package, apart from its machines, that use so many of the words."""
+    package = ROOT / "src" / "kinolab"
+    return {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        if "systems" not in path.parts and len(words & words_of(path)) >= at_least
+    }
+
+
+@pytest.mark.parametrize(
+    ("thing", "kinds"),
+    [
+        ("a kind of force", {"Viscous", "Coulomb", "Spring", "Wrench", "Buoyancy"}),
+        ("a kind of input", {"Torque", "Force", "Pull", "Rate", "Drive", "Control"}),
+    ],
+)
+def test_a_new_force_or_input_touches_the_files_that_the_architecture_names(
+    thing: str, kinds: set[str]
+) -> None:
+    row, places = architecture_row(thing)
+    assert places == files_that_name(kinds, at_least=2)
+    assert row.startswith(f"{len(places)} files ")
+
+
+def test_a_new_shape_touches_the_files_that_the_architecture_names() -> None:
+    """Those are the files that tell shapes apart: each names three of the five at least."""
+    kinds = ("Box", "Sphere", "Cylinder", "Capsule", "Disk")
+    named = {*kinds, *map(str.upper, kinds)}
+    telling = {
+        file
+        for file in files_that_name(named)
+        if len({word.title() for word in named & words_of(ROOT / "src" / "kinolab" / file)}) >= 3
+    }
+    row, places = architecture_row("a shape")
+    assert places == telling
+    assert row.startswith(f"{len(places)} files ")
+
+
+def test_a_new_topology_concerns_as_many_files_as_the_architecture_says() -> None:
+    """Those are the files that know an attitude from other coordinates."""
+    concerned = files_that_name(ATTITUDE)
+    row, places = architecture_row("a topology")
+    assert places <= concerned | files_that_name({"circular"})
+    assert f" {len(concerned)} files " in row
 
 
 def test_every_package_is_listed() -> None:
