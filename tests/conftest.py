@@ -49,14 +49,16 @@ class Solver(Protocol):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _ctrl_c_is_heard() -> Iterator[None]:
-    """Whoever started the tests may ignore it, as nohup and a shell in the background do.
+def _signals_are_heard() -> Iterator[None]:
+    """Whoever started the tests may ignore them, as nohup and a shell in the background do.
 
-    What ignores it hands that on to every process that it starts.
+    What ignores one hands that on to every process that it starts.
     """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    heard = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.signal(number, heard[number]) for number in heard}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session")
