@@ -1,1 +1,1 @@
-"""What a machine is, why a search failed, and how a plan fares in practice."""
+"""Analysis of machines, of failed searches, and of plans in closed-loop execution."""

@@ -1,7 +1,7 @@
-"""The generic oracles on any machine, in words: what is odd about it?
+"""Generic consistency checks of a machine, against independent computations.
 
-Each law is checked on the compiled model against something that does not share its code: finite
-differences, an energy balance along a DOP853 run, or SymPy's own derivation.
+Each law is checked on the compiled model against code that it does not share: finite differences,
+an energy balance along a DOP853 run, or SymPy's own derivation.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import STABILITY_BOUNDS, decay_rate, step_too_long
 
 RANDOM_STATES = 10  # random states at which laws are checked
-DURATION = 2.0  # [s] of the run whose energy is balanced
+DURATION = 2.0  # [s] of the energy-balance run
 
 
 @dataclass(frozen=True)
 class LawCheck:
-    """The outcome of one law.
+    """Result of checking one law.
 
     Attributes:
         law: What must hold.
         value: The largest violation, relative.
-        limit: What rounding and differencing explain.
-        note: What a violation would mean; or, where it holds, what was seen.
+        limit: What rounding and finite differences explain.
+        note: What a violation would mean; or, if it holds, what was observed.
     """
 
     law: str
@@ -50,11 +50,11 @@ class LawCheck:
 
 
 def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[LawCheck]:
-    """Yield what the generic laws say about a machine.
+    """Yield the results of the generic checks of a machine.
 
     Args:
         system: The machine.
-        integration: The steps in which it is to be planned for; left out they are not judged.
+        integration: The integration settings for planning; not checked if left out.
 
     Raises:
         InputError: If the machine cannot be derived.
@@ -77,7 +77,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
 
 
 def random_states(model: Model) -> NDArray[np.float64]:
-    """Return states within the machine's limits and on its constraints, shape (STATES, nx)."""
+    """Return states within limits and on the constraints, shape (RANDOM_STATES, nx)."""
     generator = np.random.default_rng(0)
     lower, upper = model.state_bounds.T
     middle = model.rest()
@@ -172,7 +172,7 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Law
 
 
 def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSection) -> LawCheck:
-    """Compare what fades fastest, at rest and in motion, with what a planner's steps can follow."""
+    """Compare the fastest decay rate, at rest and in motion, with the integrator's stability."""
     generator = np.random.default_rng(0)
     rate = max(decay_rate(model, x, generator) for x in (model.rest()[None], states))
     step, wrong = settings.step / settings.substeps, step_too_long(settings, rate)
@@ -184,7 +184,7 @@ def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSecti
 
 
 def _limits(system: System) -> Iterator[LawCheck]:
-    """Name what a planner will ask for."""
+    """Report missing limits and inputs that a planner needs."""
     unlimited = [c.name for c in system.coordinates if not np.isfinite(c.speed)]
     kinematic = has_imposed_velocities(system)
     if unlimited and not kinematic:

@@ -1,4 +1,4 @@
-"""Let a machine move without a planner: what does it do by itself, or under given inputs?"""
+"""Simulation of a machine without a planner, unforced or under given inputs."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ MAX_STEPS = 1_000_000
 
 
 def simulate(problem: PlanningTask, duration: float, inputs: Path | None = None) -> Trajectory:
-    """Return the true motion from the problem's start.
+    """Return the accurately integrated motion from the problem's start.
 
     Args:
-        problem: Whose machine moves, from whose start, with whose step.
-        duration: In [s]; what a file of inputs does not cover is done with its last row.
-        inputs: A CSV file with a column t and one per input; without it all inputs are 0, or at
-            the limit nearest to it.
+        problem: Provides machine, start and step.
+        duration: In [s]; after the end of a file of inputs its last row is held.
+        inputs: A CSV file with a column t and one per input; without it all inputs are 0, or the
+            limit nearest to 0.
 
     Raises:
-        InputError: If the duration or the file makes no sense, or the start breaks a constraint.
-        DivergedError: If the motion cannot be followed to its end.
+        InputError: If the duration or the file is invalid, or the start violates a constraint.
+        DivergedError: If the motion cannot be integrated to its end.
     """
     steps = math.ceil(duration / problem.step - 1e-9) if math.isfinite(duration) else 0
     if not 0 < steps <= MAX_STEPS:
@@ -51,13 +51,13 @@ def simulate(problem: PlanningTask, duration: float, inputs: Path | None = None)
 def read_inputs(path: Path, model: Model) -> tuple[Array, Array]:
     """Read times, shape (N,), and inputs, shape (N, nu), each held until the next row.
 
-    Of a machine with feedback they are its references.
+    For a machine with feedback they are its references.
 
-    Columns may stand in any order; others, such as the states of ``trajectory.csv``, are ignored,
-    and so is a last row without inputs.
+    Columns may be in any order; others, such as the states of ``trajectory.csv``, are ignored, and
+    so is a last row without inputs.
 
     Raises:
-        InputError: If the file cannot be read, lacks a column, or has a value that is no number.
+        InputError: If the file cannot be read, lacks a column, or has a value that is not a number.
     """
     try:
         with path.open(encoding="utf-8", newline="") as file:

@@ -1,1 +1,1 @@
-"""Numbers without machines: compiled loops, trees of points, linear algebra."""
+"""Numerics independent of machines: compiled loops, nearest neighbours, linear algebra."""

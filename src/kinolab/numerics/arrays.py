@@ -1,4 +1,4 @@
-"""The arrays of kinolab: float64 unless something else is said."""
+"""Array type of kinolab: float64 unless stated otherwise."""
 
 from __future__ import annotations
 

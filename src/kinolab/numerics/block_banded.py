@@ -1,7 +1,7 @@
-"""Linear equations along a chain: each row has the variables of one knot and the next one's states.
+"""Block-banded linear systems: each row couples one knot's variables to the next one's states.
 
-With rows in the order of their knots the matrix of the normal equations is a band, so that the
-least weighted solution costs as much as a few steps of an integrator.
+With rows sorted by knot the matrix of the normal equations is banded, so that the weighted
+least-norm solution costs as much as a few integrator steps.
 
 Source: Golub, Van Loan, Matrix Computations, 4th ed., sections 4.3.5 and 5.6.2.
 """
@@ -17,20 +17,20 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 
-DIAGONAL_REGULARISATION = 1e-13  # share that is added to the diagonal, for rows that say the same
-REFINEMENT_TOLERANCE = 1e-6  # of the right side that a solution may miss
+DIAGONAL_REGULARISATION = 1e-13  # relative increase of the diagonal, for dependent rows
+REFINEMENT_TOLERANCE = 1e-6  # allowed residual, relative to the initial one
 REFINEMENTS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class BlockBandedSystem:
-    """Rows of equations in the order of their knots, and one more variable that all may share.
+    """Linear equations sorted by knot, with one more variable shared by all rows.
 
     Attributes:
-        knot: Of each row, shape (m,), not falling.
-        rows: Coefficients of a knot's variables (nx + nu) and of the next one's states (nx).
+        knot: Knot of each row, shape (m,), nondecreasing.
+        rows: Coefficients of a knot's variables and the next one's states, shape (m, 2 nx + nu).
         shared: Coefficients of the shared variable, shape (m,).
-        right: Right sides, shape (m,).
+        right: Right-hand sides, shape (m,).
     """
 
     knot: NDArray[np.int64]
@@ -41,7 +41,7 @@ class BlockBandedSystem:
     def joined(
         self, other: BlockBandedSystem, which: NDArray[np.bool_]
     ) -> tuple[BlockBandedSystem, NDArray[np.int64]]:
-        """Return these rows and some of others in order, and where those others are."""
+        """Return these rows merged with selected rows of ``other``, and the latter's indices."""
         knot = np.concatenate([self.knot, other.knot[which]])
         order = np.argsort(knot, kind="stable")
         parts = (
@@ -57,20 +57,20 @@ class BlockBandedSystem:
         return BlockBandedSystem(knot[order], *parts), place[len(self.knot) :]
 
     def residual(self, z: Array, h: float) -> Array:
-        """Return what the right sides are more than the left ones, shape (m,)."""
+        """Return right-hand sides minus left-hand sides, shape (m,)."""
         return np.asarray(self.right - product(self.knot, self.rows, z) - self.shared * h)
 
     def closed(self, z: Array, h: float, w: Array, w_h: float) -> tuple[Array, float, Array] | None:
-        """Return the change of least weighted square that leaves nothing missing.
+        """Return the solution nearest to the current variables in the weighted norm.
 
         Args:
-            z: Variables of each knot so far, shape (N+1, nx + nu).
-            h: The shared variable so far.
-            w: Inverse weight of every variable, 0 for one that is held, same shape.
-            w_h: Of the shared one.
+            z: Current variables of each knot, shape (N+1, nx + nu).
+            h: Current shared variable.
+            w: Inverse weight of each variable, 0 if it is fixed, same shape.
+            w_h: Inverse weight of the shared one.
 
         Returns:
-            New variables, and the multipliers (m,); None where there is no such change.
+            New z and h, and the multipliers (m,); None if no solution is found.
         """
         try:
             factor = cholesky_banded(self._normal(w), lower=True, check_finite=False)
@@ -93,7 +93,7 @@ class BlockBandedSystem:
 
     def _normal(self, w: Array) -> Array:
         """Return the band of rows * w * rows^T, shape (band, m)."""
-        behind = np.searchsorted(self.knot, self.knot + 2)  # the first row that has nothing common
+        behind = np.searchsorted(self.knot, self.knot + 2)  # first row without common variables
         band = np.zeros((int((behind - np.arange(len(behind))).max(initial=1)), len(self.knot)))
         normal(self.knot, self.rows, w, band)
         band[0] *= 1.0 + DIAGONAL_REGULARISATION
@@ -144,10 +144,10 @@ def transposed(knot, rows, by, knots, own):  # type: ignore[no-untyped-def]
     """Return rows^T * by, shape (knots, own).
 
     Args:
-        knot: Of each row, shape (m,).
+        knot: Knot of each row, shape (m,).
         rows: Coefficients, shape (m, own + nx).
         by: Multipliers, shape (m,).
-        knots, own: How many knots there are, and variables of each.
+        knots, own: Number of knots, and of variables of each.
     """
     out = np.zeros((knots, own))
     for i in range(rows.shape[0]):

@@ -1,4 +1,4 @@
-"""Least squares within bounds, for a handful of unknowns."""
+"""Bounded linear least squares for a few unknowns."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 
 MAX_ITERATIONS = 200
-CONVERGENCE_TOLERANCE = 1e-10  # of the range, by which no unknown changes any more
-RIDGE_PARAMETER = 1e-9  # of the largest slope squared: picks the smallest of equally good answers
+CONVERGENCE_TOLERANCE = 1e-10  # largest change at convergence, relative to the range
+RIDGE_PARAMETER = 1e-9  # of the largest squared column norm: picks the least-norm solution
 
 
 def bounded_least_squares(A: Array, b: Array, lower: Array, upper: Array) -> Array:
     """Return the z that minimises |A z - b| with lower <= z <= upper, shape (unknowns,).
 
-    Each unknown in turn is set to its best value, which converges as the problem is convex. For
-    the few inputs of a machine this takes a tenth of the time of SciPy's ``lsq_linear``.
+    Coordinate descent, which converges as the problem is convex. For the few inputs of a machine
+    this takes a tenth of the time of SciPy's ``lsq_linear``.
 
     Args:
         A: Shape (rows, unknowns).

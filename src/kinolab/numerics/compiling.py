@@ -1,4 +1,4 @@
-"""What numba is compiling: a function that comes from its cache on disk is not, and is not told."""
+"""Progress of numba's compilation; functions loaded from its disk cache are not counted."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ KIND = "numba:compile"
 
 
 class Compilation(Listener):  # type: ignore[misc]
-    """Counts what is compiled.
+    """Counts compiled functions.
 
     Args:
-        told: Called whenever a function is begun; one may be begun while another is not done.
+        told: Called when the compilation of a function starts; compilations may nest.
 
     Attributes:
-        functions: Begun so far.
+        functions: Number started so far.
     """
 
     def __init__(self, told: Callable[[Compilation], None] | None = None) -> None:
@@ -28,7 +28,7 @@ class Compilation(Listener):  # type: ignore[misc]
 
     @property
     def seconds(self) -> float:
-        """Spent on compiling so far."""
+        """Time spent compiling so far, in [s]."""
         return self._spent + (time.monotonic() - self._begun if self._open else 0.0)
 
     def on_start(self, _event: Event) -> None:
@@ -41,7 +41,7 @@ class Compilation(Listener):  # type: ignore[misc]
             self._told(self)
 
     def on_end(self, _event: Event) -> None:
-        """Stop the clock after the last one."""
+        """Stop the clock after the outermost one."""
         self._open -= 1
         if not self._open:
             self._spent += time.monotonic() - self._begun
@@ -49,13 +49,13 @@ class Compilation(Listener):  # type: ignore[misc]
 
 @contextmanager
 def compilation(told: Callable[[Compilation], None] | None = None) -> Iterator[Compilation]:
-    """Count what is compiled inside, in any thread of this process."""
+    """Count functions compiled inside the context, in any thread of this process."""
     counted = Compilation(told)
     with install_listener(KIND, counted):
         yield counted
 
 
 def running(functions: int, seconds: float) -> str:
-    """Word how far compiling is, for somebody who waits for it."""
+    """Return a progress message about compilation."""
     many = f"{functions} function{'' if functions == 1 else 's'}"
     return f"compiling inner loops, once on this computer: {seconds:.0f} s, {many} …"

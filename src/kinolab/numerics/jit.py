@@ -1,7 +1,7 @@
-"""How inner loops are compiled.
+"""Decorators that compile inner loops with numba.
 
-Without reference counts: they took longer than what was counted, and without them nothing can be
-allocated, so that a loop works on the memory it is given. The interpreter's lock is released.
+Kernels have no reference counting, which took longer than the loops themselves; so they cannot
+allocate and work on the memory they are given. The GIL is released.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ OPTIONS: dict[str, Any] = {
     "cache": True,
     "error_model": "numpy",
     "nogil": True,
-    "no_cfunc_wrapper": True,  # nobody calls them from C, and a twelfth of compiling went there
+    "no_cfunc_wrapper": True,  # never called from C; the wrappers took a twelfth of compilation
 }
 
 
 def compiler(**options: Any) -> Any:
-    """Return a decorator that compiles as numba does, and keeps what it compiles with checksums."""
+    """Return ``numba.njit`` with these options and a disk cache with checksums."""
     decorate = numba.njit(**options)
 
     def compiled(function: Callable[..., Any]) -> Any:
@@ -32,5 +32,5 @@ def compiler(**options: Any) -> Any:
     return compiled
 
 
-allocating_kernel: Any = compiler(**OPTIONS)  # around the loops
+allocating_kernel: Any = compiler(**OPTIONS)  # around the kernels
 kernel: Any = compiler(**OPTIONS, _nrt=False)

@@ -1,7 +1,7 @@
-"""What numba has compiled, on disk with checksums: machine code that was damaged is never run.
+"""numba's disk cache with checksums, so that corrupted machine code is never run.
 
-numba unpickles what lies in its cache as it is, and jumps into it. Here an entry that does not
-match its own checksum is removed, and its function compiled anew.
+numba unpickles and executes its cache entries unchecked. Here an entry whose checksum does not
+match is removed and its function recompiled.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from kinolab.files import discard, read_sealed, write_sealed
 
 MAGIC = b"kinolab compiled loop 1\n"
-MARK = ".sealed"  # in the names of files: numba's own have no checksum
+MARK = ".sealed"  # in file names: numba's own files have no checksum
 
 
 @contextmanager
 def sealed_caches() -> Iterator[None]:
-    """Keep with checksums what numba is told inside to cache."""
+    """Give functions that are decorated inside the context caches with checksums."""
     numba: Any = dispatcher
     before, numba.FunctionCache = numba.FunctionCache, _cache_of
     try:
@@ -33,7 +33,7 @@ def sealed_caches() -> Iterator[None]:
 
 
 def _cache_of(function: Callable[..., Any]) -> Any:
-    """Return where a function is kept; nowhere, where no folder can be written."""
+    """Return the cache of a function; a null cache if no folder can be written."""
     try:
         return _SealedCache(function)
     except (OSError, RuntimeError):
@@ -50,7 +50,7 @@ class _SealedCache(FunctionCache):  # type: ignore[misc]
         self._cache_file = _SealedFiles(self._cache_path, name, stamp)
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Save what was compiled for a signature; a folder that cannot be written costs time."""
+        """Save the machine code of a signature; an unwritable folder only costs time."""
         with suppress(OSError):
             super().save_overload(signature, compiled)
 
@@ -63,10 +63,10 @@ class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]
         super().save(key, (key, data))
 
     def load(self, key: Any) -> Any:
-        """Return an entry, None where it is damaged or not there.
+        """Return an entry; None if it is damaged or missing.
 
-        Two processes that save at once may take the same name for two signatures: so an entry is
-        taken only by the key that it was saved with.
+        Two processes that save at once may use one file name for two signatures, so an entry is
+        only accepted under the key it was saved with.
         """
         saved_for, data = super().load(key) or (None, None)
         return data if saved_for == key else None
@@ -78,7 +78,7 @@ class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]
     def _load_index(self) -> dict[Any, str]:
         path = Path(self._index_path)
         version, _, content = bytes(read_sealed(path, MAGIC) or b"").partition(b"\n")
-        if version != self._version.encode():  # its signatures may be none that can be read
+        if version != self._version.encode():  # its signatures may be unreadable
             return {}
         stamp, overloads = _unpickled(path, content) or (None, {})
         return overloads if stamp == self._source_stamp else {}
@@ -93,9 +93,9 @@ class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
 
 def _unpickled(path: Path, content: bytes | memoryview) -> Any:
-    """Return what was saved; None where it names what is not there any more, as after an update."""
+    """Return the saved object; None if it names what no longer exists, as after an update."""
     try:
         return pickle.loads(content)
-    except Exception:  # there is no end to what a pickle of other code may raise
+    except Exception:  # unpickling another version's data may raise anything
         discard(path)
         return None

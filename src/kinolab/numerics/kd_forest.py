@@ -1,10 +1,10 @@
-"""Nearest neighbours of points that keep coming: a forest of trees.
+"""Nearest neighbours in a growing point set: a forest of kd-trees.
 
-The newest points wait in a list. When it is full it becomes a tree, together with all trees that
-are no larger, as bits carry in a binary number; so every point is sorted into a larger tree only
-a few times. A tree is halved across its widest side down to leaves; every eight of its parts have
-their boxes side by side, and a leaf its points, so that the processor looks at several at once.
-Coordinates may go round: distances take the short way.
+The newest points are kept in a list. When it is full it becomes a tree, together with all trees
+that are no larger, like carries in a binary counter, so that each point is sorted into a larger
+tree only a few times. A tree is split at the median of its widest side down to leaves; the boxes of
+eight nodes are stored side by side, as are the points of a leaf, for vectorisation. Coordinates may
+be periodic: distances wrap around.
 
 Source: Bentley, Saxe, Decomposable searching problems, Journal of Algorithms 1(4), 1980; Friedman,
 Bentley, Finkel, An algorithm for finding best matches in logarithmic expected time, ACM TOMS 3(3),
@@ -24,14 +24,14 @@ from kinolab.numerics.jit import kernel
 
 @kernel
 def partition_median(values, axis, order, first, last, at):  # type: ignore[no-untyped-def]
-    """Sort ``order`` between first and last so far that no value before ``at`` exceeds one after.
+    """Quickselect in ``order``: no value before ``at`` exceeds one after it.
 
     Args:
         values: Shape (n, d).
-        axis: The column that is compared.
+        axis: The column to compare.
         order: Rows of ``values``, shape (n,); written.
-        first, last: The ends of the part that is sorted, both included.
-        at: In that part.
+        first, last: Range to sort, both ends included.
+        at: Position in that range.
 
     Source: Hoare, Algorithm 65: find, Communications of the ACM 4(7), 1961.
     """
@@ -57,10 +57,10 @@ def partition_median(values, axis, order, first, last, at):  # type: ignore[no-u
 Integers: TypeAlias = NDArray[np.int64]
 Singles: TypeAlias = NDArray[np.float32]
 
-LEAF_SIZE = 64  # points of a leaf, and of the list of the newest ones
-BRANCHING = 8  # boxes that are looked at together
-QUEUE_SIZE = 512  # parts of a tree that wait at most: WIDTH for every layer
-# a point is nearest where none is nearer by more than a tenth
+LEAF_SIZE = 64  # points per leaf, and in the list of the newest points
+BRANCHING = 8  # boxes tested together
+QUEUE_SIZE = 512  # most pending nodes of a tree: BRANCHING per layer
+# approximate search: no point is nearer by more than a tenth
 RELATIVE_SLACK = np.float32(1.0 / 1.1**2)
 NOTHING, FAR = np.float32(0.0), np.float32(np.inf)
 
@@ -72,22 +72,22 @@ class KdForest(NamedTuple):
     newest points. Above the leaves of a level are layers of boxes, the lowest first.
     """
 
-    points: Singles  # (capacity, d) scaled coordinates, by name
-    blocks: Singles  # (blocks, d, LEAF)
-    names: NDArray[np.int32]  # (blocks * LEAF,)
-    boxes: Singles  # (groups, 2, d, WIDTH) lowest and highest coordinates
+    points: Singles  # (capacity, d) scaled coordinates, by index
+    blocks: Singles  # (blocks, d, LEAF_SIZE)
+    names: NDArray[np.int32]  # (blocks * LEAF_SIZE,) point indices
+    boxes: Singles  # (groups, 2, d, BRANCHING) lowest and highest coordinates
     begin: Integers  # (levels,) the first group of boxes of a level
     full: NDArray[np.uint8]  # (levels,) whether there is a tree
     counts: Integers  # (2,) of all points, and of those in the list
-    period: Singles  # (d,) after how much a coordinate comes round; infinite where it does not
-    squares: Singles  # (LEAF,) scratch
-    bounds: Singles  # (WIDTH,) scratch
-    queue: Integers  # (WAITING, 2) scratch: layer and group
-    gaps: Singles  # (WAITING,) scratch
+    period: Singles  # (d,) of each coordinate; infinite if it is not periodic
+    squares: Singles  # (LEAF_SIZE,) scratch
+    bounds: Singles  # (BRANCHING,) scratch
+    queue: Integers  # (QUEUE_SIZE, 2) scratch: layer and group
+    gaps: Singles  # (QUEUE_SIZE,) scratch
 
 
 def kd_forest(capacity: int, period: Array) -> KdForest:
-    """Return an empty forest for so many points; ``period`` (d,) is infinite on lines."""
+    """Return an empty forest; ``period`` (d,) is infinite for non-periodic coordinates."""
     levels, d = max(1, (capacity // LEAF_SIZE).bit_length()), len(period)
     groups = [sum(_layers(1 << level)) for level in range(levels)]
     return KdForest(
@@ -107,7 +107,7 @@ def kd_forest(capacity: int, period: Array) -> KdForest:
 
 
 def _layers(leaves: int) -> list[int]:
-    """Return how many groups of boxes there are above some leaves, layer by layer."""
+    """Return the number of groups of boxes in each layer above the leaves."""
     found: list[int] = []
     while leaves > 1:
         leaves = -(-leaves // BRANCHING)
@@ -117,14 +117,14 @@ def _layers(leaves: int) -> list[int]:
 
 @kernel
 def clear(forest):  # type: ignore[no-untyped-def]
-    """Forget all points."""
+    """Remove all points."""
     forest.full[:] = 0
     forest.counts[:] = 0
 
 
 @kernel
 def add(forest, point):  # type: ignore[no-untyped-def]
-    """Add a point (d,); its name is how many there were before."""
+    """Add a point (d,); its index is the number of points before it."""
     name, at = forest.counts[0], forest.counts[1]
     for i in range(point.shape[0]):
         forest.points[name, i] = point[i]
@@ -139,7 +139,7 @@ def add(forest, point):  # type: ignore[no-untyped-def]
 
 @kernel
 def carry(forest):  # type: ignore[no-untyped-def]
-    """Make one tree of the list and of all trees below the first level without one."""
+    """Merge the list and all trees below the first empty level into one tree."""
     points, names, blocks, d = forest.points, forest.names, forest.blocks, forest.points.shape[1]
     level = 0
     while forest.full[level]:
@@ -148,7 +148,7 @@ def carry(forest):  # type: ignore[no-untyped-def]
     forest.full[level] = 1
     leaves = 1 << level
     begin = LEAF_SIZE * leaves
-    for k in range(begin):  # the list and the levels below lie right before, and are as many
+    for k in range(begin):  # the list and lower levels lie just before, with as many points
         names[begin + k] = names[k]
     for depth in range(level):
         length = begin >> depth
@@ -171,7 +171,7 @@ def carry(forest):  # type: ignore[no-untyped-def]
 
 @kernel
 def enclose(forest, level):  # type: ignore[no-untyped-def]
-    """Write the boxes of a level's tree, layer by layer."""
+    """Compute the bounding boxes of a level's tree, layer by layer."""
     blocks, boxes, d = forest.blocks, forest.boxes, forest.points.shape[1]
     count, group, below = 1 << level, forest.begin[level], -1
     first_leaf = count
@@ -180,7 +180,7 @@ def enclose(forest, level):  # type: ignore[no-untyped-def]
         for part_of in range(groups * BRANCHING):
             group, c = first_group + part_of // BRANCHING, part_of % BRANCHING
             for i in range(d):
-                low, high = FAR, -FAR  # of no part: farther than anything
+                low, high = FAR, -FAR  # empty box: farther than anything
                 if part_of < count and below < 0:
                     for k in range(LEAF_SIZE):
                         value = blocks[first_leaf + part_of, i, k]
@@ -195,13 +195,13 @@ def enclose(forest, level):  # type: ignore[no-untyped-def]
 
 @kernel
 def measure(block, query, period, squares):  # type: ignore[no-untyped-def]
-    """Write the squared distances (LEAF,) of a block's points from a query."""
+    """Write the squared distances (LEAF_SIZE,) of a block's points from a query (d,)."""
     for k in range(LEAF_SIZE):
         squares[k] = NOTHING
     for i in range(period.shape[0]):
         value, turn = np.float32(query[i]), period[i]
         if turn == FAR:
-            for k in range(LEAF_SIZE):  # the processor takes several at once
+            for k in range(LEAF_SIZE):  # vectorised
                 gap = block[i, k] - value
                 squares[k] += gap * gap
         else:
@@ -213,7 +213,7 @@ def measure(block, query, period, squares):  # type: ignore[no-untyped-def]
 
 @kernel
 def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
-    """Write lower bounds (WIDTH,) on the squared distances of a query from what boxes hold."""
+    """Write lower bounds (BRANCHING,) on squared distances from a query to points in boxes."""
     for c in range(BRANCHING):
         bounds[c] = NOTHING
     for i in range(period.shape[0]):
@@ -221,30 +221,30 @@ def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
         for c in range(BRANCHING):
             under, over = boxes[0, i, c] - value, value - boxes[1, i, c]
             gap = max(under, over, NOTHING)
-            # The other end may be nearer, the other way round.
+            # The other end may be nearer across the period.
             gap = min(gap, max(turn + min(under, over), NOTHING))
             bounds[c] += gap * gap
 
 
 @kernel
 def nearest(forest, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[no-untyped-def]
-    """Return the name of a point near a query (d,), and its squared distance.
+    """Return the index of a point nearest to a query (d,), and its squared distance.
 
     No point is nearer by more than a tenth, unless ``slack`` says otherwise.
 
     Args:
         forest: With points.
         query: Scaled coordinates.
-        start: The name that is returned where no point is nearer than ``best``.
+        start: Index returned if no point is nearer than ``best``.
         best: A squared distance.
-        slack: No point has less than this share of the squared distance that is found.
+        slack: No point has less than this fraction of the squared distance found.
     """
     found, least, period = start, np.float32(best), forest.period
     squares, blocks, names, full = forest.squares, forest.blocks, forest.names, forest.full
     count = forest.counts[1]
     if count > 0:
         found, least = look(blocks[0], names, count, query, period, squares, found, least)
-    for level in range(full.shape[0] - 1, -1, -1):  # large trees first: they are likelier right
+    for level in range(full.shape[0] - 1, -1, -1):  # large trees first: likelier to hold it
         if full[level] and level > 0:
             found, least = descend(forest, level, query, found, least, slack)
         elif full[level]:
@@ -257,11 +257,11 @@ def nearest(forest, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[n
 
 @kernel
 def look(block, names, count, query, period, squares, found, least):  # type: ignore[no-untyped-def]
-    """Look at the first points of a block; return the nearest so far, and its squared distance.
+    """Scan the first points of a block; return the nearest so far, and its squared distance.
 
     Args:
-        block, names: Points (d, LEAF_SIZE) and their names, shape (LEAF_SIZE,) or more.
-        count: How many of them there are.
+        block, names: Points (d, LEAF_SIZE) and their indices, shape (LEAF_SIZE,) or more.
+        count: Number of points to scan.
         query, period: Scaled coordinates and their periods, shape (d,).
         squares: Scratch, shape (LEAF_SIZE,).
         found, least: The nearest so far, and its squared distance.
@@ -275,7 +275,7 @@ def look(block, names, count, query, period, squares, found, least):  # type: ig
 
 @kernel
 def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyped-def]
-    """Look through the tree of a level; return the nearest so far, and its squared distance.
+    """Search the tree of a level; return the nearest so far, and its squared distance.
 
     Args:
         forest: With a tree at the level.
@@ -284,11 +284,11 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
         found, least: The nearest so far, and its squared distance.
         slack: As ``nearest`` takes it.
     """
-    # Names of their own: a field of a tuple that is asked for in a loop costs time.
+    # Local variables: reading a tuple's field in a loop costs time.
     blocks, names, squares = forest.blocks, forest.names, forest.squares
     boxes, bounds, queue, gaps = forest.boxes, forest.bounds, forest.queue, forest.gaps
     period, leaves, begin = forest.period, 1 << level, forest.begin[level]
-    queue[0, 0], queue[0, 1], gaps[0], left = (level - 1) // 3, 0, NOTHING, 1  # WIDTH is 2^3
+    queue[0, 0], queue[0, 1], gaps[0], left = (level - 1) // 3, 0, NOTHING, 1  # BRANCHING is 2^3
     while left > 0:
         left -= 1
         if not gaps[left] < least * slack:
@@ -305,7 +305,7 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
                 if not bounds[c] < least * slack:
                     continue
                 k = left
-                while k > bottom and gaps[k - 1] < bounds[c]:  # the nearest one goes on top
+                while k > bottom and gaps[k - 1] < bounds[c]:  # the nearest on top
                     gaps[k] = gaps[k - 1]
                     queue[k, 0], queue[k, 1] = queue[k - 1, 0], queue[k - 1, 1]
                     k -= 1
@@ -330,15 +330,15 @@ def descend(forest, level, query, found, least, slack):  # type: ignore[no-untyp
 
 @kernel
 def cheapest_within(forest, costs, query, square):  # type: ignore[no-untyped-def]
-    """Return the name of the cheapest point near a query, -1 where there is none.
+    """Return the index of the cheapest point within a radius of a query, -1 if there is none.
 
-    Of several that cost the same it is one.
+    Ties are broken arbitrarily.
 
     Args:
         forest: Of points.
-        costs: Of points, by name.
+        costs: Cost of each point, by index.
         query: Scaled coordinates (d,).
-        square: What counts as near: a squared distance.
+        square: Squared radius.
     """
     blocks, names, full = forest.blocks, forest.names, forest.full
     found = look_cheap(forest, blocks[0], names, forest.counts[1], costs, query, square, -1)
@@ -356,15 +356,15 @@ def cheapest_within(forest, costs, query, square):  # type: ignore[no-untyped-de
 def look_cheap(  # type: ignore[no-untyped-def]
     forest, block, names, count, costs, query, square, found,
 ):  # fmt: skip
-    """Look at the first points of a block; return the cheapest near a query so far.
+    """Scan the first points of a block; return the cheapest within the radius so far.
 
     Args:
         forest: Of points.
-        block, names: Points (d, LEAF_SIZE) and their names, shape (LEAF_SIZE,) or more.
-        count: How many of them there are.
-        costs: Of points, by name, shape (capacity,).
+        block, names: Points (d, LEAF_SIZE) and their indices, shape (LEAF_SIZE,) or more.
+        count: Number of points to scan.
+        costs: Cost of each point, by index, shape (capacity,).
         query, square: As ``cheapest_within`` takes them.
-        found: The cheapest so far, negative where there is none.
+        found: The cheapest so far, negative if none.
     """
     squares = forest.squares
     measure(block, query, forest.period, squares)
@@ -376,7 +376,7 @@ def look_cheap(  # type: ignore[no-untyped-def]
 
 @kernel
 def descend_cheap(forest, level, costs, query, square, found):  # type: ignore[no-untyped-def]
-    """Look through the tree of a level; return the cheapest point near a query so far.
+    """Search the tree of a level; return the cheapest point within the radius so far.
 
     Args:
         forest: With a tree at the level.
@@ -386,7 +386,7 @@ def descend_cheap(forest, level, costs, query, square, found):  # type: ignore[n
     blocks, names, queue = forest.blocks, forest.names, forest.queue
     boxes, bounds, period = forest.boxes, forest.bounds, forest.period
     leaves, begin = 1 << level, forest.begin[level]
-    queue[0, 0], queue[0, 1], left = (level - 1) // 3, 0, 1  # WIDTH is 2^3
+    queue[0, 0], queue[0, 1], left = (level - 1) // 3, 0, 1  # BRANCHING is 2^3
     while left > 0:
         left -= 1
         layer, group = queue[left, 0], queue[left, 1]

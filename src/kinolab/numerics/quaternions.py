@@ -1,4 +1,4 @@
-"""Unit quaternions x, y, z, w, as states hold them: q and -q are the same attitude."""
+"""Unit quaternions (x, y, z, w) as stored in states; q and -q are the same attitude."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kinolab.numerics.arrays import Array
 def unit(vector: ArrayLike) -> Array:
     """Return a quaternion or another vector scaled to unit length, of the same shape."""
     q = np.asarray(vector, dtype=float)
-    scaled = q / np.abs(q).max()  # keeps the length from overflowing
+    scaled = q / np.abs(q).max()  # avoids overflow of the norm
     turned: Array = scaled / np.linalg.norm(scaled)
     return turned
 

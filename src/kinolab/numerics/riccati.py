@@ -1,4 +1,4 @@
-"""Linear-quadratic regulation: gains for a constant system, and for one that changes with time.
+"""LQR gains for time-invariant and time-varying linear systems.
 
 Source: Anderson, Moore, Optimal Control: Linear Quadratic Methods, 1990, chapters 2 and 3.
 """
@@ -17,7 +17,7 @@ from kinolab.numerics.arrays import Array
 
 
 class NotStabilisableError(KinolabError):
-    """No feedback makes a linear system stable, or the weights do not see what is unstable."""
+    """A linear system is not stabilisable, or its weights do not detect an unstable mode."""
 
     exit_code = 2
 
@@ -72,7 +72,7 @@ def _solution(solve: Callable[..., Any], *matrices: Array) -> Any:
 
 @checked
 def tvlqr(A: Array, B: Array, Q: Array, R: Array, final: Array) -> Array:
-    """Return the gains K_k of u_k = -K_k x_k along a motion, by Riccati's recursion backwards.
+    """Return the gains K_k of u_k = -K_k x_k along a trajectory, by the backward Riccati recursion.
 
     Args:
         A: Of x_(k+1) = A_k x_k + B_k u_k, shape (N, n, n).
@@ -89,5 +89,5 @@ def tvlqr(A: Array, B: Array, Q: Array, R: Array, final: Array) -> Array:
         PB = P @ B[k]
         gains[k] = np.linalg.solve(R + B[k].T @ PB, PB.T @ A[k])
         P = Q + A[k].T @ P @ (A[k] - B[k] @ gains[k])
-        P = (P + P.T) / 2  # rounding must not make it lose its symmetry
+        P = (P + P.T) / 2  # rounding must not break its symmetry
     return gains

@@ -1,4 +1,4 @@
-"""Random numbers for compiled code: a state of its own for every search, so that seeds repeat.
+"""Random numbers for compiled code, with one generator per search, so that seeds reproduce.
 
 Source: Blackman, Vigna, Scrambled linear pseudorandom number generators, ACM Transactions on
 Mathematical Software 47(4), 2021 (xoroshiro128+).
@@ -18,7 +18,7 @@ State: TypeAlias = NDArray[np.uint64]
 
 
 def generator(seed: int) -> State:
-    """Return the state (2,) of a generator; every seed from 0 has its own."""
+    """Return the state (2,) of a generator for a seed of 0 or more."""
     return np.random.SeedSequence(seed).generate_state(2, np.uint64).astype(np.uint64)
 
 
@@ -30,7 +30,7 @@ def turned(value, by):  # type: ignore[no-untyped-def]
 
 @kernel
 def uniform(state):  # type: ignore[no-untyped-def]
-    """Return a number in [0, 1) and step the state."""
+    """Draw a number from [0, 1) and advance the state."""
     one, other = state[0], state[1]
     drawn = one + other
     other ^= one
@@ -41,13 +41,13 @@ def uniform(state):  # type: ignore[no-untyped-def]
 
 @kernel
 def below(state, count):  # type: ignore[no-untyped-def]
-    """Return a whole number in [0, count)."""
+    """Draw an integer from [0, count)."""
     return min(int(uniform(state) * count), count - 1)
 
 
 @kernel
 def attitude(state, out):  # type: ignore[no-untyped-def]
-    """Write a unit quaternion (4,), all attitudes alike.
+    """Draw a unit quaternion (4,) uniformly from SO(3).
 
     Source: Shoemake, Uniform random rotations, Graphics Gems III, 1992.
     """

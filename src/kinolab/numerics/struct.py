@@ -1,8 +1,8 @@
-"""Named tuples by reference, for compiled code.
+"""Named tuples passed to compiled code by reference.
 
-numba hands a tuple on as all that is in it: hundreds of words at every call where a tuple of tuples
-of arrays holds a whole problem, and as many names in every function that has to be compiled. A
-record is one address; a field is read where it is asked for.
+numba passes a tuple by value: hundreds of words per call where a tuple of tuples of arrays holds a
+whole problem, and as many variables in every compiled function. A record is one address; a field is
+read where it is accessed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WORD = 8  # bytes
 
 
 class RecordType(types.Type):  # type: ignore[misc]
-    """What is in a record: the type of each field, and how many words lie before it."""
+    """numba type of a record: the type of each field and its offset in words."""
 
     def __init__(self, kind: str, fields: tuple[tuple[str, Any, int], ...]) -> None:
         self.fields = {name: (held, offset) for name, held, offset in fields}
@@ -38,24 +38,24 @@ class RecordType(types.Type):  # type: ignore[misc]
 
 
 class Record:
-    """A named tuple of arrays, numbers and such tuples, as compiled code takes it.
+    """A named tuple of arrays, numbers and nested tuples, for compiled code.
 
-    It is read whenever it is used: who changes an array's entries changes the record's.
+    Arrays are shared, not copied: changed entries are seen by compiled code.
 
     Args:
-        held: The tuple. Its arrays are contiguous; they are kept alive.
+        held: The tuple. Its arrays must be contiguous; they are kept alive.
     """
 
     def __init__(self, held: Any) -> None:
         self.held = held
         words: list[int] = []
-        self._numba_type_ = _lay_out(held, words)  # numba asks for it by this name, fastest
+        self._numba_type_ = _lay_out(held, words)  # numba's fastest way to find the type
         self._memory = np.array(words, dtype=np.uint64)
         self.address = self._memory.ctypes.data
 
 
 def _lay_out(held: Any, words: list[int]) -> RecordType:
-    """Append the words of a tuple; return their types."""
+    """Append the words of a tuple; return its record type."""
     fields: list[tuple[str, Any, int]] = []
     first = len(words)
     for name, value in zip(held._fields, held, strict=True):
@@ -76,7 +76,7 @@ def _lay_out(held: Any, words: list[int]) -> RecordType:
 
 @cache
 def _array(dtype: Any, axes: int) -> Any:
-    return types.Array(from_dtype(dtype), axes, "C")  # numba takes its time over every one
+    return types.Array(from_dtype(dtype), axes, "C")  # numba is slow to construct these
 
 
 def _number(value: Any) -> tuple[Any, Any]:
@@ -127,7 +127,7 @@ def _field(context: Any, builder: Any, record: RecordType, address: Any, name: s
 
 
 def _word(builder: Any, where: Any, kind: Any, offset: int = 0) -> Any:
-    """Read a word, which does not change while compiled code runs."""
+    """Load a word, which is invariant while compiled code runs."""
     place = builder.gep(where, [ir.Constant(ir.IntType(64), WORD * offset)])
     read = builder.load(builder.bitcast(place, kind.as_pointer()))
     read.set_metadata("invariant.load", builder.module.add_metadata([]))

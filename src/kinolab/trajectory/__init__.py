@@ -1,4 +1,4 @@
-"""A motion: states at knots, the inputs held between them, and the references they follow."""
+"""Trajectories: states at knots, zero-order-hold inputs and feedback references."""
 
 from kinolab.trajectory.trajectory import Trajectory, read_csv, reference_column
 

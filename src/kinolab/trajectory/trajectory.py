@@ -1,4 +1,4 @@
-"""A motion: states at knots, the inputs held between them, and the references they follow."""
+"""Trajectories: states at knots, zero-order-hold inputs and feedback references."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Trajectory:
         state_names: Names of the columns of ``x``.
         control_names: Names of the columns of ``u``.
         references: Set points of the machine's feedback, held likewise, shape (N, nr); no columns
-            where it has none.
+            without feedback.
         reference_names: Names of the columns of ``references``.
     """
 
@@ -41,7 +41,7 @@ class Trajectory:
     reference_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse arrays that do not fit together."""
+        """Reject arrays of inconsistent shapes."""
         if not self.reference_names and not self.references.size:
             object.__setattr__(self, "references", np.zeros((len(self.u), 0)))
         rows, steps = len(self.t), max(len(self.t) - 1, 0)
@@ -63,31 +63,32 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """Length in time, in [s]."""
+        """Duration in [s]."""
         return float(self.t[-1] - self.t[0])
 
     @property
     def inputs(self) -> Array:
-        """What was chosen: the references where the machine has feedback, else ``u``."""
+        """The planned inputs: references if the machine has feedback, else ``u``."""
         return self.references if self.reference_names else self.u
 
     def piece(self, begin: int, end: int) -> Trajectory:
-        """Return the motion from one knot to another, by their indices, from time 0."""
+        """Return the segment between two knots, by index, with times from 0."""
         t, held = self.t[begin : end + 1] - self.t[begin], slice(begin, end)
         x, references = self.x[begin : end + 1], self.references[held]
         return replace(self, t=t, x=x, u=self.u[held], references=references)
 
     def with_piece(self, begin: int, end: int, other: Trajectory, space: StateSpace) -> Trajectory:
-        """Return the motion with a piece replaced by another one, which may take another time.
+        """Return the trajectory with a segment replaced, possibly by one of another duration.
 
-        What follows begins where that ends: entries of the state that may come out differently
-        keep the difference, quaternions their sign.
+        The rest continues from its end: entries that may end differently are shifted by the
+        difference, and quaternions keep their sign.
 
         Args:
-            begin: Knot with which the piece begins.
-            end: Knot with which it ends.
-            other: From the same state to the same one, as far as that matters.
-            space: Of the states.
+            begin: First knot of the segment.
+            end: Last knot of the segment.
+            other: The new segment, from and to the same states as far as the dynamics depend on
+                them.
+            space: The state space.
         """
         own = self.t[begin] + other.t - other.t[0]
         rest = own[-1] + self.t[end + 1 :] - self.t[end]
@@ -103,7 +104,7 @@ class Trajectory:
         )
 
     def to_csv(self) -> str:
-        """Return the file format of ``trajectory.csv``; the last row has no inputs."""
+        """Return the content of ``trajectory.csv``; the last row has no inputs."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(_header(self.state_names, self.control_names, self.reference_names))
@@ -115,7 +116,7 @@ class Trajectory:
         return out.getvalue()
 
     def to_npz(self) -> bytes:
-        """Return the file format of ``trajectory.npz``."""
+        """Return the content of ``trajectory.npz``."""
         out = io.BytesIO()
         tables: dict[str, Any] = {
             "t": self.t,
@@ -140,7 +141,7 @@ def read_csv(
     """Read ``trajectory.csv`` of a machine whose states, inputs and references have these names.
 
     Raises:
-        InputError: Naming the line and the column, if the header or a value is not as it must be.
+        InputError: With line and column, if the header or a value is invalid.
     """
     try:
         rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
@@ -170,12 +171,12 @@ def _header(states: Sequence[str], controls: Sequence[str], references: Sequence
 
 
 def reference_column(name: str) -> str:
-    """Return what the files of a run call the column of a reference."""
+    """Return the column name of a reference in the files of a run."""
     return f"reference.{name}"
 
 
 def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: int) -> Array:
-    """Convert rows; only the last one leaves its inputs out."""
+    """Parse rows; only the last one has no inputs."""
     width = len(header)
     data = np.full((len(rows), width), np.nan)
     mistakes = []
@@ -212,5 +213,5 @@ def _blank(text: str) -> float:
 
 
 def _digits(value: float) -> str:
-    """Write a double so that it is read back exactly."""
+    """Format a double so that it is read back exactly."""
     return repr(float(value))

@@ -1,4 +1,4 @@
-"""Is a plan true? Judged on a re-simulation that shares nothing with the planners."""
+"""Verification of plans by a re-simulation that shares nothing with the planners."""
 
 from kinolab.verification.certificate import (
     Certificate,

@@ -1,7 +1,7 @@
-"""Is a plan true? Judged on a re-simulation that shares nothing with the planners.
+"""Verify plans by a re-simulation that shares nothing with the planners.
 
-The motion is integrated by SciPy's DOP853 from the start with the stored inputs; goal, limits and
-collisions are judged on that curve, and every stored knot must follow from the one before.
+SciPy's DOP853 integrates the motion from the start under the stored inputs; goal, limits and
+collisions are checked along it, and each stored knot must follow from the previous one.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from kinolab.verification.clearance_margin import ClearanceMargin, least_clearan
 
 @dataclass(frozen=True)
 class Certificate:
-    """The outcome of all checks of a trajectory.
+    """Results of all checks of a trajectory.
 
     Attributes:
         checks: In order.
-        margin: The smallest clearance along the motion; None where it touches something or cannot
-            be followed, and where there is nothing to collide with.
+        margin: Smallest clearance along the motion; None if it collides or cannot be integrated, or
+            if there is nothing to collide with.
     """
 
     checks: tuple[Check, ...]
@@ -58,12 +58,12 @@ def verify(problem: PlanningTask, trajectory: Trajectory) -> Certificate:
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:
-    """Check start, time, defects, constraints, inputs, requirements and the growth of errors."""
+    """Check start, time, defects, constraints, inputs, requirements and error growth."""
     return tuple(_checked(CheckContext(problem, trajectory), PRECONDITIONS | DYNAMICS))
 
 
 def collision_check(problem: PlanningTask, trajectory: Trajectory) -> Check:
-    """Check that the re-simulated motion touches nothing."""
+    """Check the re-simulated motion for collisions."""
     context = CheckContext(problem, trajectory)
     for check in _checked(context, PRECONDITIONS):
         if not check.passed:
@@ -77,18 +77,18 @@ def collision_check(problem: PlanningTask, trajectory: Trajectory) -> Check:
 def conduct_checks(
     problem: PlanningTask, trajectory: Trajectory, motion: ReferenceMotion
 ) -> tuple[Check, ...]:
-    """Check what a motion does on its way, whatever made it: all but whether it is true.
+    """Check requirements, limits, goal and collisions along a given motion, not its dynamics.
 
     Args:
-        problem: With its requirements, limits, goal and obstacles.
-        trajectory: With the inputs.
-        motion: Under them.
+        problem: Requirements, limits, goal and obstacles.
+        trajectory: Provides the inputs.
+        motion: The motion under these inputs.
     """
     return tuple(_checked(CheckContext(problem, trajectory, motion), CONDUCT))
 
 
 def _checked(context: CheckContext, selected: Collection[CheckFunction]) -> Iterator[Check]:
-    """Make checks in their order, as far as the trajectory can be integrated and followed."""
+    """Run the selected checks in order, as far as the trajectory can be integrated."""
     sound = True
     for check in (one for one in CHECKS if one in selected):
         if not (sound or check in PRECONDITIONS):

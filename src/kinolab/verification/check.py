@@ -1,4 +1,4 @@
-"""One check of a certificate: what came of it, and all that it may look at."""
+"""Result of one certificate check, and the context that checks work on."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from kinolab.simulation.reference import (
 from kinolab.trajectory import Trajectory
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
 
-LIMIT_TOLERANCE = 1e-9  # by how much a limit may be passed, in its own unit: rounding only
+LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, in its own unit: rounding only
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked.
+    """Result of one check.
 
     Attributes:
         name: What was checked.
-        value: The worst that was found.
+        value: The worst value found.
         limit: The largest value that passes.
         passed: Whether it passed.
-        detail: When, where and by how much, in words; empty where there is nothing to say.
+        detail: When, where and by how much, in words; may be empty.
     """
 
     name: str
@@ -49,13 +49,13 @@ class Check:
 
 
 def judged(name: str, value: float, limit: float, detail: str) -> Check:
-    """Return a check that passes up to a limit; NaN does not. What passes needs no detail."""
+    """Return a check that passes if value <= limit (NaN fails); detail is kept on failure only."""
     passed = bool(value <= limit)
     return Check(name, value, limit, passed, "" if passed else detail)
 
 
 def worst_entry(name: str, errors: Array, limit: float, words: Callable[[int, int], str]) -> Check:
-    """Judge the largest of errors of shape (m, n), none being 0; words tell of (row, column)."""
+    """Check the largest of errors (m, n), 0 if empty; ``words(row, column)`` describes it."""
     if not errors.size:
         return judged(name, 0.0, limit, "")
     k, i = map(int, np.unravel_index(int(errors.argmax()), errors.shape))
@@ -63,7 +63,7 @@ def worst_entry(name: str, errors: Array, limit: float, words: Callable[[int, in
 
 
 def worst_along(name: str, violations: Iterable[tuple[float, str]]) -> Check:
-    """Judge the largest of violations along a motion, each with words for it."""
+    """Check the largest of violations along a motion, each with its description."""
     worst, detail = 0.0, ""
     try:
         for violation, words in violations:
@@ -76,12 +76,12 @@ def worst_along(name: str, violations: Iterable[tuple[float, str]]) -> Check:
 
 @dataclass(frozen=True, eq=False)
 class CheckContext:
-    """What checks look at, each made when it is first asked for.
+    """Data that checks share, computed on first use.
 
     Attributes:
-        problem: That the trajectory shall solve.
-        stored: The trajectory as it was handed over.
-        known_motion: What to judge instead of the true motion, such as a planner's own.
+        problem: The problem to be solved.
+        stored: The trajectory as given.
+        known_motion: Motion to check instead of the re-simulated one, such as a planner's own.
     """
 
     problem: PlanningTask
@@ -90,20 +90,19 @@ class CheckContext:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The stored knots in the numbers nearest to the true motion.
+        """Stored knots, in the representation nearest to the re-simulated motion.
 
-        A state may be stored with whole turns more or less, and a quaternion with either sign:
-        neither what is linear in it, such as a law of feedback, nor the growth of errors shall
-        depend on that.
+        A state may be stored with additional whole turns, and a quaternion with either sign:
+        neither a linear feedback law nor the error growth may depend on that.
         """
         return self._followed[0]
 
     @property
     def motion(self) -> ReferenceMotion:
-        """The true motion from the start under the stored inputs.
+        """Re-simulated motion from the start under the stored inputs.
 
         Raises:
-            DivergedError: If it cannot be followed to its end.
+            DivergedError: If it cannot be integrated to its end.
         """
         motion = self._followed[1]
         if isinstance(motion, DivergedError):
@@ -112,12 +111,12 @@ class CheckContext:
 
     @cached_property
     def dense_motion(self) -> DenseMotion:
-        """The true motion between the knots too."""
+        """The motion with dense output between the knots."""
         return DenseMotion(self.problem, self.trajectory, self.motion)
 
     @cached_property
     def error_growth(self) -> tuple[float, str]:
-        """Factor by which a perturbation of the start has grown, and what to say if it is large."""
+        """Growth factor of a perturbation of the start, and a message if it is too large."""
         start, t, inputs = self.trajectory.x[0], self.trajectory.t, self.trajectory.inputs
         motion, beside = self.motion, perturbed_start(self.problem, start)
         try:

@@ -1,7 +1,7 @@
-"""The clearance of a machine at a state and along a motion, and beside what it is smallest.
+"""Clearance at a state and smallest clearance along a motion, with the closest pairs.
 
-Along a motion the next sample is where the clearance could have become less than the smallest so
-far: it changes by no more than points move.
+Along a motion, the next sample is taken where the clearance could drop below the smallest so far:
+it changes by no more than points move.
 
 Source: Piyavskii, An algorithm for finding the absolute extremum of a function, USSR Computational
 Mathematics and Mathematical Physics 12(4), 1972 (minima of functions of limited slope).
@@ -19,12 +19,12 @@ from kinolab.problem import PlanningTask
 from kinolab.verification.dense_motion import DenseMotion
 from kinolab.world import CollisionChecker
 
-CONTACT_MARGIN = 1e-5  # [m] beyond the clearance there is, where something touches
-CLEARANCE_TOLERANCE = 1e-4  # [m] by which less may be overlooked between two samples
-RELATIVE_TOLERANCE = 0.01  # of the smallest clearance: the same, where that is more
-MAX_CHECKS = 20_000  # samples, after which twice as much may be overlooked, and so on
+CONTACT_MARGIN = 1e-5  # [m] beyond the clearance, to find the closest pairs by contact
+CLEARANCE_TOLERANCE = 1e-4  # [m] by which the minimum may be missed between two samples
+RELATIVE_TOLERANCE = 0.01  # of the smallest clearance: the same, where that is larger
+MAX_CHECKS = 20_000  # samples after which the tolerance doubles, and so on
 GOLDEN = (math.sqrt(5) - 1) / 2
-SECTIONS = 24  # of the neighbourhood of the smallest found, to 1e-5 of it
+SECTIONS = 24  # golden sections around the minimum found, to 1e-5 of its neighbourhood
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class StateClearance:
     """The clearance at a state.
 
     Attributes:
-        clearance: How far every point may move, in [m]; infinite where nothing is around.
-        beside: The pairs of body and obstacle that touch first.
+        clearance: How far every point may move, in [m]; infinite if there are no obstacles.
+        beside: The closest pairs of body and obstacle.
     """
 
     clearance: float
@@ -49,8 +49,8 @@ class ClearanceMargin:
 
     Attributes:
         clearance: How far every point may move before anything can touch, in [m].
-        time: When, in [s].
-        beside: The pairs of body and obstacle, or of two bodies, that would touch first.
+        time: When it occurs, in [s].
+        beside: The closest pairs of body and obstacle, or of two bodies.
     """
 
     clearance: float
@@ -63,7 +63,7 @@ class ClearanceMargin:
 
 
 def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) -> StateClearance:
-    """Return the clearance at a state (nx,); 0 where it collides."""
+    """Return the clearance at a state (nx,); 0 if it collides."""
     place = problem.placement(x)
     clearance = checker.clearance(*place)
     if math.isinf(clearance):
@@ -74,16 +74,16 @@ def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) 
 
 
 def least_clearance(dense: DenseMotion) -> ClearanceMargin | None:
-    """Return the smallest clearance along a motion; None where there is nothing to collide with.
+    """Return the smallest clearance along a motion; None if there is nothing to collide with.
 
-    What is overlooked is at most ``CLEARANCE_TOLERANCE`` or ``RELATIVE_TOLERANCE`` smaller, as far
-    as the bound on the speed holds.
+    The true minimum is smaller by at most ``CLEARANCE_TOLERANCE`` or ``RELATIVE_TOLERANCE``,
+    provided that the speed bound holds.
 
     Raises:
-        TooFastError: Where that bound cannot be had.
+        TooFastError: If the motion is too fast to be sampled.
     """
     samples = _ClearanceSamples(dense)
-    for k, time in enumerate(dense.motion.t.tolist()):  # spares most samples in between
+    for k, time in enumerate(dense.motion.t.tolist()):  # avoids most samples in between
         samples.at_state(time, dense.motion.x[k])
     if not math.isfinite(samples.least):
         return None
@@ -99,10 +99,10 @@ def least_clearance(dense: DenseMotion) -> ClearanceMargin | None:
 
 
 class _ClearanceSamples:
-    """Samples of the clearance along a motion, of which the smallest is kept.
+    """Samples the clearance along a motion and keeps the smallest.
 
     Attributes:
-        least: Clearance so far, in [m].
+        least: Smallest clearance so far, in [m].
     """
 
     def __init__(self, dense: DenseMotion) -> None:
@@ -112,13 +112,13 @@ class _ClearanceSamples:
 
     @property
     def overlooked(self) -> float:
-        """How much less may be overlooked now, in [m]."""
+        """Current tolerance on the minimum, in [m]."""
         return max(CLEARANCE_TOLERANCE, RELATIVE_TOLERANCE * self.least) * 2.0 ** (
             self._count // MAX_CHECKS
         )
 
     def at(self, k: int, time: float) -> float:
-        """Return the clearance at a time in interval k."""
+        """Return the clearance at a time in knot interval k."""
         return self.at_state(time, self._motion.between(k, np.array([time]))[0])
 
     def at_state(self, time: float, x: Array) -> float:
@@ -130,7 +130,7 @@ class _ClearanceSamples:
         return clearance
 
     def refine(self) -> None:
-        """Search around the smallest by golden sections, on both sides of a knot if it is at one.
+        """Refine the minimum by golden-section search, on both sides if it is at a knot.
 
         Source: Kiefer, Sequential minimax search for a maximum, Proc. AMS 4(3), 1953.
         """
@@ -141,7 +141,7 @@ class _ClearanceSamples:
                 self._section(k, float(t[k]), float(t[k + 1]), time)
 
     def _section(self, k: int, begin: float, end: float, time: float) -> None:
-        """Search around a time within an interval."""
+        """Golden-section search around a time within knot interval k."""
         reach = (end - begin) / 8
         low, high = max(begin, time - reach), min(end, time + reach)
         for _ in range(SECTIONS):

@@ -1,4 +1,4 @@
-"""Along a true motion, so densely that nothing is missed: what the verifier judges."""
+"""Dense samples of a re-simulated motion, with bounds on point speeds, for the verifier."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import ReferenceMotion
 from kinolab.trajectory import Trajectory
 
-MAX_SPACING = 0.01  # [m] of motion between two samples of limits and requirements, at most
-MAX_SAMPLES = 100_000  # of one integrator step; beyond it a motion is not checked but failed
-SPEED_PROBES = 5  # of the speed within one integrator step
-SAFETY_FACTOR = 1.2  # factor on the fastest probe
-STATES_PER_BATCH = 20_000  # states, more or less, in one batch
+MAX_SPACING = 0.01  # [m] largest motion between two samples of limits and requirements
+MAX_SAMPLES = 100_000  # per integrator step; a motion that needs more fails unchecked
+SPEED_PROBES = 5  # speed samples within one integrator step
+SAFETY_FACTOR = 1.2  # factor on the fastest sample
+STATES_PER_BATCH = 20_000  # approximate number of states per batch
 
 
 class TooFastError(Exception):
-    """A motion that cannot be sampled finely enough to be judged."""
+    """A motion that cannot be sampled finely enough to be checked."""
 
     def __init__(self, begin: float, end: float, speed: float) -> None:
         what = "the motion is too fast, or too close to something, to be checked"
@@ -31,13 +31,13 @@ class TooFastError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """The integrator's own steps, with a bound on the speed of all points in each.
+    """Integrator steps, with a bound on the speed of all points in each.
 
     Attributes:
-        knots: The interval that each lies in, shape (m,), in order.
-        begin: Times in [s], shape (m,).
-        end: Times in [s], shape (m,).
-        speed: In [m/s], shape (m,).
+        knots: Knot interval of each step, shape (m,), ascending.
+        begin: Start times in [s], shape (m,).
+        end: End times in [s], shape (m,).
+        speed: Speed bounds in [m/s], shape (m,).
     """
 
     knots: NDArray[np.intp]
@@ -53,12 +53,12 @@ class Steps:
 
 @dataclass(frozen=True, eq=False)
 class DenseMotion:
-    """A trajectory's true motion, to be sampled from its beginning to its end.
+    """Re-simulated motion of a trajectory, to be sampled along its whole length.
 
     Attributes:
-        problem: That the trajectory solves.
-        trajectory: With the inputs.
-        motion: Under them.
+        problem: The problem that the trajectory solves.
+        trajectory: Provides the inputs.
+        motion: The motion under these inputs.
     """
 
     problem: PlanningTask
@@ -67,13 +67,13 @@ class DenseMotion:
 
     @cached_property
     def steps(self) -> Steps:
-        """The integrator's own steps.
+        """The integrator steps.
 
-        Those are short wherever the motion changes, so that probes within them find the fastest
-        point: a motion that rests at the knots is not taken for one that rests.
+        They are short wherever the motion changes, so that samples within them find the peak speed,
+        also of a motion that rests at the knots.
 
         Raises:
-            TooFastError: Where samples SPACING apart would be too many.
+            TooFastError: If samples ``MAX_SPACING`` apart would be too many.
         """
         ends = [np.asarray(piece.ts, dtype=float) for piece in self.motion.pieces]
         if not ends:
@@ -93,10 +93,10 @@ class DenseMotion:
         return Steps(knots, begin, end, speed)
 
     def samples(self) -> Iterator[tuple[Array, Array, Array]]:
-        """Yield (times, states, inputs held) of many moments at once, all in order.
+        """Yield batches of (times, states, zero-order-hold inputs), in order.
 
-        They are so dense that no point moves more than SPACING in between; the ends of each of the
-        integrator's steps are among them.
+        No point moves more than ``MAX_SPACING`` between two samples; the ends of all integrator
+        steps are included.
         """
         steps = self.steps
         counts = np.ceil(steps.speed * (steps.end - steps.begin) / MAX_SPACING).astype(int) + 1
@@ -112,7 +112,7 @@ class DenseMotion:
                 yield times, self.motion.along(knots, times), self.trajectory.u[knots]
 
     def _speed(self, knots: NDArray[np.intp], begin: Array, end: Array) -> Array:
-        """Return a bound on the speed of all points, by probes within each step."""
+        """Return a bound on the speed of all points in each step, shape (m,), by sampling it."""
         model, fraction = self.problem.model.plant, np.linspace(0.0, 1.0, SPEED_PROBES)
         times = np.minimum(begin[:, None] + (end - begin)[:, None] * fraction, end[:, None])
         each = np.repeat(knots, SPEED_PROBES)

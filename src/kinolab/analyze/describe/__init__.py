@@ -1,4 +1,4 @@
-"""``plan describe``: what a machine is, and whether it can be controlled."""
+"""``plan describe``: structure and controllability of a machine."""
 
 from kinolab.analyze.describe.at_rest import AtRest
 from kinolab.analyze.describe.data import description_to_json

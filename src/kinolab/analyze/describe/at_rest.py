@@ -1,4 +1,4 @@
-"""What is known about a machine's controllability where it can rest."""
+"""Controllability of a machine at its equilibria."""
 
 from __future__ import annotations
 
@@ -19,20 +19,19 @@ from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.numerics.arrays import Array
 
-ROUNDING = 1e-9  # by how much an input may pass its limit
+ROUNDING = 1e-9  # allowed violation of an input limit
 
 
 @dataclass(frozen=True)
 class AtRest:
-    """What is known about a state in which a machine stays.
+    """Controllability at an equilibrium.
 
     Attributes:
         state: The state, by name.
-        held: The inputs that hold it there, by name.
-        linear: Of the linearisation about it.
-        small_time: Of getting to all states near it in short time; None where inputs do not enter
-            linearly.
-        upright: Names of the entries that are 1 where an attitude is not turned.
+        held: The equilibrium inputs, by name.
+        linear: Controllability of the linearisation about it.
+        small_time: Small-time local controllability; None if inputs do not enter linearly.
+        upright: Names of the entries that are 1 at the identity attitude.
     """
 
     state: dict[str, float]
@@ -43,20 +42,20 @@ class AtRest:
 
     @property
     def open(self) -> bool:
-        """Whether another place of rest may tell which states near by can be reached."""
+        """Whether another equilibrium may decide small-time controllability."""
         undecided = (SmallTime.UNDECIDED, SmallTime.UNFINISHED)
         return self.small_time is not None and self.small_time.outcome in undecided
 
 
 def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) -> Iterator[AtRest]:
-    """Yield what is known near the position of rest, and at another place if nothing is decided.
+    """Yield controllability near the rest position, and at another equilibrium if undecided.
 
     Args:
         system: The machine.
         fields: Its vector fields.
-        left_out: Gains sentences about what could not be found out.
+        left_out: Receives sentences about what could not be determined.
     """
-    model = system.model().plant  # a controller may refuse to rest; the machine can
+    model = system.model().plant  # a controller may not allow rest; the plant does
     elsewhere = [_place(model, fields, point) for point in fields.points]
     found = held_state(model, [model.rest(), *elsewhere])
     if found is None:
@@ -72,11 +71,11 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
 
 
 def held_state(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | None:
-    """Return a state in which the machine stays and the inputs that hold it, or None.
+    """Return an equilibrium state and its inputs, or None.
 
     Args:
         model: The machine.
-        starts: States to begin from, each of shape (nx,); the first that leads to one counts.
+        starts: Initial guesses, each of shape (nx,); the first that converges within limits counts.
 
     Returns:
         x of shape (nx,) and u of shape (nu,), within the limits of the inputs.
@@ -107,7 +106,7 @@ def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:
 
 
 def _place(model: Model, fields: VectorFields, point: Mapping[str, float]) -> Array:
-    """Return a round state near a sampled one; what the equations do not contain stays at rest."""
+    """Return a sampled state, rounded; entries absent from the equations stay at rest."""
     nodes = [node for parts in fields.components.values() for node in parts]
     occurring = frozenset[int]().union(*(fields.tape.depends_on(node) for node in nodes))
     matters = {n for n, node in zip(fields.names, fields.state, strict=True) if node in occurring}

@@ -1,4 +1,4 @@
-"""What is known about a machine's controllability, in sentences."""
+"""Sentences about a machine's controllability."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from kinolab.dynamics.analysis.fields import (
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.inputs import Input, bounds_of
 
-ROUNDING = 1e-9  # of a state or input: what is not told
+ROUNDING = 1e-9  # of a state or input: smaller deviations are not reported
 MAX_NAMED = 4  # directions or values that a sentence names; more are counted
 
 
 def sentences(found: Description) -> Iterator[str]:
-    """Yield what is known, the configurations first, then the states, then those about rest."""
+    """Yield sentences about configurations, then states, then equilibria."""
     yield from _configurations(found)
     yield _states(found)
     for rest in found.rests:
@@ -49,7 +49,7 @@ def _configurations(found: Description) -> Iterator[str]:
 
 
 def _followed(found: Description) -> str:
-    """Say which paths follow from a push along every motion that is left."""
+    """Say which paths can be followed if every admissible motion is actuated."""
     one_way = [entry for entry in found.inputs if not _both_ways(entry)]
     if one_way:
         limits = [bounds_of(entry) for entry in one_way]
@@ -91,7 +91,7 @@ def _about_rest(rest: AtRest) -> Iterator[str]:
 
 
 def _place(rest: AtRest) -> str:
-    """Name a state of rest by what is not as it is where nothing is said."""
+    """Name an equilibrium by the values that differ from the default."""
     values = rest.state | rest.held
     usual = {name: 1.0 if name in rest.upright else 0.0 for name in values}
     named = [

@@ -1,4 +1,4 @@
-"""What a machine is and whether it can be controlled."""
+"""Description of a machine: structure, constraints and controllability."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import Input
 from kinolab.errors import InputError
 
-SAME = 1e-9  # relative to its largest value: what a potential energy may differ by from rounding
+SAME = 1e-9  # rounding of a potential energy, relative to its largest value
 
 
 @dataclass(frozen=True)
 class ConstraintKind:
-    """A constraint and what it does.
+    """A constraint and its classification.
 
     Attributes:
-        name: Of the constraint.
+        name: Name of the constraint.
         kind: ``holonomic``, ``nonholonomic``, ``holonomic in disguise``, ``repeats others``, or
             ``depends on inputs``.
     """
@@ -43,25 +43,25 @@ class ConstraintKind:
 
 @dataclass(frozen=True)
 class Description:
-    """What a machine is and whether it can be controlled.
+    """Structure and controllability of a machine.
 
     Attributes:
-        name: Of the machine.
+        name: Name of the machine.
         space: Its configuration space as a product.
         dimension: Of the configuration space.
-        freedom: Degrees of freedom: velocities that the constraints leave to choose.
+        freedom: Degrees of freedom: independent velocities under the constraints.
         states: The state space: its dimension and what it consists of.
         constraints: Each with its kind.
-        inputs: What is decided.
-        closure: Of the motions that constraints allow; None where they depend on inputs.
-        accessible: What brackets of the equations of motion span, the drift itself left out.
+        inputs: The control inputs.
+        closure: Of the admissible motions; None if the constraints depend on inputs.
+        accessible: Span of brackets of the equations of motion, without the drift itself.
         prolonged: Whether the inputs count as states there, because one does not enter linearly.
-        pushes: Along how many independent directions inputs act.
-        potential: Whether the potential energy changes with the place.
-        rests: States in which it stays, with what is known about them: near the position of rest,
-            and at another place where nothing was decided there.
-        modes: Six ways of going beyond the upright rolling disk.
-        left_out: What could not be found out, in sentences.
+        pushes: Number of independent directions in which inputs act.
+        potential: Whether the potential energy depends on the configuration.
+        rests: Equilibria and their controllability: near the rest position, and another one if that
+            is undecided.
+        modes: Six generalisations of the upright rolling disk.
+        left_out: What could not be determined, in sentences.
     """
 
     name: str
@@ -134,7 +134,7 @@ def _closure(system: System, left_out: list[str]) -> InvolutiveClosure | None:
 
 
 def _has_potential(model: Model, fields: VectorFields) -> bool:
-    """Whether the potential energy differs between places that the machine can be in."""
+    """Whether the potential energy differs between sampled configurations."""
     if is_kinematic(model.system):
         return False
     places = [[point[name] for name in model.state_names] for point in fields.points]

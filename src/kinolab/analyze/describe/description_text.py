@@ -9,7 +9,7 @@ from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.description import Description
 from kinolab.dynamics.language.inputs import Input, bounds_of
 
-LINE_WIDTH = 100  # characters of a line
+LINE_WIDTH = 100  # characters per line
 SHOWN = {True: "yes", False: "no"}
 
 
@@ -42,7 +42,7 @@ def _lines(found: Description) -> Iterator[str]:
 
 
 def _left(found: Description) -> str:
-    """Say how much of the configuration space holonomic constraints leave, where there are some."""
+    """Return the dimension left by holonomic constraints, if there are any."""
     left = found.states.positions
     return f" ({left} under its holonomic constraints)" if left < found.dimension else ""
 

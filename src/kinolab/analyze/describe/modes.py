@@ -1,7 +1,7 @@
-"""Which of six ways a machine goes beyond the simplest one that a course begins with.
+"""Which of six generalisations of a course's first example a machine shows.
 
-That one is the upright rolling disk: two inputs push its two degrees of freedom, and no potential
-energy, controller, second mechanism or change of laws is there.
+The example is the upright rolling disk: two inputs actuate its two degrees of freedom, without
+potential energy, controller, second mechanism or switching dynamics.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
 
 @dataclass(frozen=True)
 class Mode:
-    """One way of going beyond.
+    """One generalisation.
 
     Attributes:
-        name: Of the way.
-        shown: Whether the machine goes it.
-        why: What decides it, a clause.
+        name: Its name.
+        shown: Whether the machine shows it.
+        why: The reason, as a clause.
     """
 
     name: str
@@ -31,13 +31,13 @@ class Mode:
 
 
 def modes_of(system: System, *, freedom: int, pushes: int, potential: bool) -> tuple[Mode, ...]:
-    """Return the six ways, and whether a machine goes them.
+    """Return the six generalisations, and whether a machine shows them.
 
     Args:
         system: The machine.
-        freedom: How many velocities its constraints leave to choose.
-        pushes: Along how many independent directions its inputs act.
-        potential: Whether its potential energy differs between places.
+        freedom: Number of independent velocities under its constraints.
+        pushes: Number of independent directions in which its inputs act.
+        potential: Whether its potential energy differs between configurations.
     """
     return (
         _internal(system, freedom - pushes, freedom, potential),
@@ -89,7 +89,7 @@ def _several(system: System) -> Mode:
 
 
 def _transitions(system: System) -> Mode:
-    """No machine of this vocabulary changes its laws on the way: dry friction is smooth."""
+    """Return no: all machines have smooth dynamics, as dry friction is regularised."""
     dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, Coulomb))
     why = "one set of laws holds everywhere"
     if dry:
@@ -99,7 +99,7 @@ def _transitions(system: System) -> Mode:
 
 
 def _rubs(system: System, friction: Coulomb) -> bool:
-    """Whether a friction has any strength at the values that the parameters have."""
+    """Whether a friction is nonzero at the parameters' values."""
     values = system.parameter_values
     strength = exact(friction.strength)
     return not is_zero(strength.subs({p: values[p.name] for p in system.parameters}))

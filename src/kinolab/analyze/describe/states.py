@@ -1,4 +1,4 @@
-"""The state space of a machine: its dimension, what it is made of, and how it is stored."""
+"""The state space of a machine: its dimension, components and storage."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 
 @dataclass(frozen=True)
 class StateStorage:
-    """What the dimensions of a state space are.
+    """Dimensions of a state space by kind, and its storage.
 
     Attributes:
-        positions: Dimension of the configurations that holonomic constraints leave.
+        positions: Dimension of the configurations under holonomic constraints.
         velocities: Independent velocities that are states.
-        further: Names of the states with differential equations of their own.
-        stored: Numbers that a state is stored as.
-        quaternions: How many of them are determined by the unit length of a quaternion.
+        further: Names of the states with their own differential equations.
+        stored: Numbers in a stored state. quaternions: How many of them are fixed by the unit
+            length of a quaternion.
     """
 
     positions: int
@@ -34,11 +34,11 @@ class StateStorage:
 
     @property
     def held(self) -> int:
-        """How many of the stored numbers constraints determine."""
+        """How many of the stored numbers are fixed by constraints."""
         return self.stored - self.quaternions - self.dimension
 
     def parts(self) -> str:
-        """Say what the dimensions are."""
+        """Describe the dimensions."""
         counts = {
             f"{self.positions} of position": self.positions,
             f"{self.velocities} of velocity": self.velocities,
@@ -47,7 +47,7 @@ class StateStorage:
         return ", ".join(text for text, count in counts.items() if count)
 
     def storage(self) -> str:
-        """Say how a state is stored where that takes more numbers; empty where it does not."""
+        """Describe the storage if it takes more numbers than the dimension; else empty."""
         reasons = list(self._reasons())
         return f"stored as {self.stored} numbers: {' and '.join(reasons)}" if reasons else ""
 
@@ -63,7 +63,7 @@ class StateStorage:
 def state_storage(
     system: System, *, dimension: int, stored: int, redundant: Sequence[str]
 ) -> StateStorage:
-    """Return what a state space consists of.
+    """Return the dimensions of a state space by kind.
 
     Args:
         system: The machine.

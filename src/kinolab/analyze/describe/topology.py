@@ -20,7 +20,7 @@ def space_of(system: System) -> str:
 
 
 def kind_of(coordinate: AnyCoordinate) -> str:
-    """Return what one coordinate lives on: ``R``, ``S^1`` or ``SO(3)``."""
+    """Return the manifold of one coordinate: ``R``, ``S^1`` or ``SO(3)``."""
     if isinstance(coordinate, Attitude):
         return "SO(3)"
     return "S^1" if coordinate.topology == "circle" else "R"
@@ -32,10 +32,10 @@ def dimension_of(system: System) -> int:
 
 
 def mechanisms(system: System) -> list[tuple[str, ...]]:
-    """Return the names of the coordinates of each mechanism: what nothing mechanical joins.
+    """Return the coordinate names of each mechanically independent mechanism.
 
-    Coordinates belong together where a body moves with both, or a constraint, force or input
-    speaks of both.
+    Coordinates belong together if a body depends on both, or a constraint, force or input involves
+    both.
     """
     groups: list[set[str]] = []
     for part in (*system.bodies, *system.constraints, *system.efforts, *system.inputs):

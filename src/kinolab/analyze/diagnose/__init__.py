@@ -1,4 +1,4 @@
-"""Why not? What stopped a search that found no plan, for any planner."""
+"""Diagnosis of failed searches, for any planner."""
 
 from kinolab.analyze.diagnose.diagnosis import Diagnosis, diagnose
 

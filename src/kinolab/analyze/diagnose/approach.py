@@ -1,4 +1,4 @@
-"""How near a state comes to the goal, entry by entry."""
+"""Sentences about a state's goal errors, entry by entry."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ MAX_NAMED = 3  # entries that a sentence names
 
 
 def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator[str]:
-    """Say what the nearest approach misses and what it reaches.
+    """Say which goal entries the nearest approach misses and which it reaches.
 
     Args:
-        entries: Of the goal, those missed by most tolerances first.
-        moved: Whether there was an approach at all; otherwise they are the start's.
+        entries: Goal entries, by descending error in tolerances.
+        moved: Whether the search has a nearest approach; otherwise they are the start's.
     """
     missed = [entry for entry in entries if not entry.reached]
     reached = [entry.name for entry in entries if entry.reached]

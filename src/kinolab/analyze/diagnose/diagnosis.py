@@ -1,4 +1,4 @@
-"""Why a search did not find a plan: everything that is found out, and the sentences about it."""
+"""Diagnosis of a failed search: its findings, and sentences about them."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 
 
 MAX_NAMED = 4
-MIN_FRACTION = 0.01  # share of all refused motions below which a culprit is not named
+MIN_FRACTION = 0.01  # of all rejected motions: smaller sources are not named
 
 
 def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
-    """Name what refused most motions, by cause and culprit.
+    """Name the main rejection sources, by cause.
 
     Args:
-        rejections: Share of all refused motions, by cause and by who is to blame.
+        rejections: Fraction of all rejected motions, by cause and source.
     """
     shares = [
         (fraction, cause, culprit)
@@ -61,29 +61,29 @@ def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterat
         yield f"Motions were refused for: {'; '.join(named)}."
 
 
-LIMIT = "limit"  # the cause by which planners count motions that pass limits
-TOTAL_SECONDS = 15.0  # of everything
-PASSAGE_SECONDS = 9.0  # of the look for a way of the machine's shape
+LIMIT = "limit"  # the cause under which planners count limit violations
+TOTAL_SECONDS = 15.0  # of the whole diagnosis
+PASSAGE_SECONDS = 9.0  # of the geometric path search
 
 Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What was found out about a search.
+    """Findings about a search.
 
     Attributes:
         sentences: The findings in words, the most useful one first.
-        rejections: Share of all refused motions, by cause and by who is to blame.
+        rejections: Fraction of all rejected motions, by cause and source.
         approach: What the goal asks for and what was reached, worst first.
         start_clearance: Clearance at the start.
-        goal_clearance: The largest in the goal; None where no state of it was found.
-        start_held: How inputs hold the machine at the start; None where that has no answer.
-        goal_held: The same, at the state of the goal that is held most easily.
-        stiffness: What makes the steps unstable; None where they are stable.
+        goal_clearance: Largest clearance in the goal; None if no goal state was found.
+        start_held: How inputs hold the machine at the start; None if it cannot be evaluated.
+        goal_held: The same, at the goal state that is easiest to hold.
+        stiffness: What makes the steps unstable; None if they are stable.
         unreached: Directions of velocity that no input changes, as components by name.
-        retries: Searches with one thing changed.
-        passage: Whether the machine's shape gets through; None where that was not looked at.
+        retries: Searches with one relaxation each.
+        passage: Result of the geometric path search; None if there was none.
         seconds: How long the diagnosis took.
     """
 
@@ -109,15 +109,15 @@ class Diagnosis:
 def diagnose(
     problem: PlanningTask, plan: PlanResult, *, progress: Say | None = None, **settings: Any
 ) -> Diagnosis:
-    """Find out why a search did not find a plan; it takes about 15 s at most.
+    """Diagnose why a search found no plan; takes about 15 s at most.
 
-    A plan that was found is described without looking for what stopped it.
+    A plan that was found is described without further searches.
 
     Args:
-        problem: What was searched.
-        plan: How the search ended, by whichever planner.
-        progress: Told what is being looked at.
-        settings: Settings of the planner that were given besides the scenario's.
+        problem: The problem.
+        plan: Result of the search, by any planner.
+        progress: Receives progress messages.
+        settings: Planner settings in addition to the scenario's.
     """
     begun, say = time.monotonic(), progress or (lambda _: None)
     say("looking at start and goal")
@@ -134,7 +134,7 @@ def diagnose(
 
 
 def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Diagnosis:
-    """Return what takes no search."""
+    """Return the findings that need no search."""
     checker = problem.checker()
     end = problem.start if plan.trajectory is None else plan.trajectory.x[-1]
     return Diagnosis(
@@ -154,14 +154,14 @@ def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Di
 
 
 def _visited(problem: PlanningTask, plan: PlanResult) -> Array:
-    """Return the states that a search came to, as far as they were kept."""
+    """Return the stored states of a search, shape (n, nx)."""
     kept = [plan.graph.x] if plan.graph is not None else []
     kept += [plan.trajectory.x] if plan.trajectory is not None else []
     return np.concatenate([np.empty((0, problem.model.nx)), *kept])
 
 
 def _passage(problem: PlanningTask, goals: GoalStates, say: Say) -> Passage | None:
-    """Look for a way of the machine's shape, where OMPL is there to do so."""
+    """Search for a geometric path, if OMPL is installed."""
     try:
         from kinolab.analyze.diagnose.narrow_passage.passage import find_passage, is_applicable
     except ModuleNotFoundError:
@@ -174,7 +174,7 @@ def _passage(problem: PlanningTask, goals: GoalStates, say: Say) -> Passage | No
 def _sentences(
     problem: PlanningTask, plan: PlanResult, goals: GoalStates, found: Diagnosis
 ) -> Iterator[str]:
-    """Word the findings, the most useful ones first."""
+    """Yield sentences about the findings, the most useful ones first."""
     if plan.status == "solved":
         yield "The plan was found and verified: nothing stopped it."
         return
@@ -191,12 +191,12 @@ def _sentences(
     if stiff is None:
         yield from verification_sentences(problem, plan)
     yield from trial_sentences(found.retries)
-    # The limits that unstable steps pass are not what stops the machine.
+    # Limits violated by unstable steps are not what stops the machine.
     limits = {LIMIT} if stiff is not None else set()
     told = {cause: of for cause, of in found.rejections.items() if cause not in limits}
     yield from rejection_sentences(told)
     moved = plan.trajectory is not None
-    if moved or stiff is None:  # what unstable steps made up is not kept, however near it came
+    if moved or stiff is None:  # unstable steps make no valid approach, however near
         yield from approach_sentences(found.approach, moved=moved)
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
@@ -204,7 +204,7 @@ def _sentences(
 
 
 def _plain(value: Any) -> Any:
-    """Return nested data as JSON has it."""
+    """Return nested data in JSON's types; what is not finite becomes null."""
     if isinstance(value, Mapping):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, tuple | list):

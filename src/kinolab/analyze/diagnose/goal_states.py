@@ -1,4 +1,4 @@
-"""States of the goal region in which the machine is at rest, and whether there are any."""
+"""Rest states in the goal region, if there are any."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
 MAX_SAMPLES = 40
-# evaluations of one search for a configuration whose points are at their targets
+# evaluations per inverse-kinematics search
 MAX_EVALUATIONS = 200
 
 
 @dataclass(frozen=True, eq=False)
 class GoalStates:
-    """What was found of the goal region.
+    """Samples of the goal region.
 
     Attributes:
-        inside: States in it, each of shape (nx,).
-        nearest: The state that comes nearest to it, or one in it.
+        inside: States in the goal region, each of shape (nx,).
+        nearest: The state with the smallest goal error.
     """
 
     inside: tuple[Array, ...]
@@ -30,10 +30,10 @@ class GoalStates:
 
 
 def goal_states(problem: PlanningTask) -> GoalStates:
-    """Draw states in the goal region; velocities that the goal leaves free are zero.
+    """Sample states in the goal region; velocities that the goal leaves free are zero.
 
-    Where the goal is about points and directions of bodies, or the machine has loops,
-    configurations are searched for by bounded least squares.
+    If the goal constrains points or directions of bodies, or the machine has closed loops,
+    configurations are found by bounded least squares.
     """
     generator = np.random.default_rng(0)
     states = [_at_rest(problem, x) for x in _guesses(problem, generator)]
@@ -45,7 +45,7 @@ def goal_states(problem: PlanningTask) -> GoalStates:
 
 
 def _guesses(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:
-    """Return the start moved to the targets' centre, then random states of the goal's box."""
+    """Return the start moved to the goal's targets, then random samples of the goal box."""
     center = problem.start.copy()
     center[list(problem.goal.indices)] = problem.goal.targets
     for attitude in problem.goal.attitudes:
@@ -54,7 +54,7 @@ def _guesses(problem: PlanningTask, generator: np.random.Generator) -> list[Arra
 
 
 def _at_rest(problem: PlanningTask, x: Array) -> Array:
-    """Return a state without the velocities that the goal leaves free, on the constraints."""
+    """Return a state with free velocities set to 0, projected onto the constraints."""
     model, still = problem.model, x.copy()
     for i in range(model.nq, model.nx):
         if i not in problem.goal.indices:
@@ -63,7 +63,7 @@ def _at_rest(problem: PlanningTask, x: Array) -> Array:
 
 
 def _reached(problem: PlanningTask, guess: Array) -> Array:
-    """Move a configuration, its loops being closed, to where the goal wants it."""
+    """Return the state of a configuration solved for the goal, with closed loops, shape (nx,)."""
     nq = problem.model.nq
     lower, upper = problem.bounds[:nq].T
     lower, upper = (
@@ -84,5 +84,5 @@ def _reached(problem: PlanningTask, guess: Array) -> Array:
 
 
 def has_loops(problem: PlanningTask) -> bool:
-    """Whether some function of the machine's position must stay zero."""
+    """Whether the machine has position constraints."""
     return any(isinstance(entry, PositionConstraint) for entry in problem.system.constraints)

@@ -1,4 +1,4 @@
-"""Which coordinates matter to a machine's shape and its goal, and how far each moves it."""
+"""How far each coordinate moves the points of a machine and of its goal."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world import feature_points
 
-RANDOM_STATES = 12  # drawn at random, besides those that are given
-FD_STEP = 1e-5  # [m] or [rad] by which a coordinate is changed
-ROUNDING = 1e-7  # [m] per unit: rounding
-MIN_GOAL_MOTION = 0.01  # [m] per unit, of what only the goal depends on
+RANDOM_STATES = 12  # random samples, in addition to those given
+FD_STEP = 1e-5  # [m] or [rad]
+ROUNDING = 1e-7  # [m] per unit: smaller displacements are rounding
+MIN_GOAL_MOTION = 0.01  # [m] per unit, for coordinates that only the goal depends on
 
 
 def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Array:
-    """Return how far each coordinate moves a point of the machine, per m or rad, shape (nx,).
+    """Return the largest point displacement per m or rad of each coordinate, shape (nx,).
 
-    It is 0 for what neither the shapes' places nor the goal depend on, such as how far a wheel has
-    turned, and for velocities. The four entries of an attitude have the reach of its angle.
+    It is 0 for coordinates that affect neither the shapes' poses nor the goal, such as a wheel's
+    roll angle, and for velocities. The four entries of an attitude have the value of its angle.
 
     Args:
         problem: The machine and its goal.
-        states: Where it is measured, besides at random configurations.
+        states: Where it is evaluated, in addition to random configurations.
     """
     samples = [*states, *_drawn(problem)]
     far = np.zeros(problem.model.nx)
@@ -47,7 +47,7 @@ def _drawn(problem: PlanningTask) -> Iterator[Array]:
 
 
 def _moved(problem: PlanningTask, x: Array, i: int) -> float:
-    """Return how far the farthest point moves per unit of one coordinate."""
+    """Return the largest point displacement per unit of one coordinate."""
     nudged = x.copy()
     nudged[i] += FD_STEP
     before, after = (_points(problem, state) for state in (x, problem.model.project(nudged)))
@@ -56,7 +56,7 @@ def _moved(problem: PlanningTask, x: Array, i: int) -> float:
 
 
 def _points(problem: PlanningTask, x: Array) -> Array:
-    """Return points of the world that tell where the machine and what its goal is about are."""
+    """Return world points that determine the machine's shapes and goal errors, shape (n, 3)."""
     poses, ends = problem.placement(x)
     places = [
         pose.reshape(3, 4) @ np.concatenate([points, np.ones((len(points), 1))], axis=1).T

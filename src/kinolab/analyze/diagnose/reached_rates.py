@@ -1,4 +1,4 @@
-"""Are there velocities that no input ever changes? The linearisations' controllability tells.
+"""Velocity directions that no input changes, by controllability of linearisations.
 
 Source: Kalman, Ho, Narendra, Controllability of linear dynamical systems, Contributions to
 Differential Equations 1(2), 1963.
@@ -14,19 +14,19 @@ from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-RANDOM_STATES = 12  # drawn at random; a direction that none of them reaches is never reached
+RANDOM_STATES = 12  # random samples; a direction unreached at all of them is never reached
 RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones count as zero
-TINY = 1e-300  # what zeros are divided by
+TINY = 1e-300  # avoids division by zero
 # component of a unit vector beyond which it stands for one velocity alone
 SINGLE_VELOCITY_COMPONENT = 0.999
-MIN_COMPONENT = 1e-3  # component below which a velocity is no part of a direction
+MIN_COMPONENT = 1e-3  # smaller components are left out of a direction
 
 
 def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     """Return the directions of velocity that no input changes, as components by name.
 
-    A direction counts where it is out of reach of the linearisation at every one of several
-    states and inputs drawn at random. A kinematic machine has none.
+    A direction counts if it is uncontrollable in the linearisations at all of several random states
+    and inputs. A kinematic machine has none.
     """
     names = problem.model.state_names
     rates = [i for i, name in enumerate(names) if name in problem.model.rate_names]
@@ -64,7 +64,7 @@ def _drawn(problem: PlanningTask) -> Iterator[tuple[Array, Array]]:
 
 
 def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:
-    """Return a basis of what the linearisation at a state reaches, shape (nx, rank)."""
+    """Return a basis of the controllable subspace of a linearisation, shape (nx, rank)."""
     model, scales = problem.model, problem.scales
     try:
         A, B = model.jacobian(x, u)
@@ -74,7 +74,7 @@ def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:
     A, B = A * scales / scales[:, None], B * strength / scales[:, None]
     if not (np.isfinite(A).all() and np.isfinite(B).all()):
         return np.zeros((model.nx, 0))
-    A /= max(float(np.linalg.norm(A)), TINY)  # the reach of A is that of any multiple of it
+    A /= max(float(np.linalg.norm(A)), TINY)  # scaling A does not change the subspace
     basis = _basis(B / max(float(np.linalg.norm(B)), TINY))
     for _ in range(model.nx):
         larger = _basis(np.concatenate([basis, A @ basis], axis=1))
@@ -85,14 +85,14 @@ def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:
 
 
 def _basis(columns: Array) -> Array:
-    """Return an orthonormal basis of what columns span."""
+    """Return an orthonormal basis of the column space."""
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     basis: Array = left[:, sizes > RANK_TOLERANCE * sizes.max(initial=TINY)]
     return basis
 
 
 def _complement(columns: Array) -> Array:
-    """Return an orthonormal basis of what is orthogonal to all columns."""
+    """Return an orthonormal basis of the orthogonal complement of the column space."""
     left, sizes, _ = np.linalg.svd(columns)
     rank = int((sizes > RANK_TOLERANCE * sizes.max(initial=TINY)).sum())
     basis: Array = left[:, rank:]

@@ -1,4 +1,4 @@
-"""Which one change would have made the search succeed? Each is tried for a moment."""
+"""Short searches with one relaxation each: which one makes the search succeed?"""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from kinolab.simulation.reference import resimulate
 from kinolab.solve import PlanResult, make_planner
 
 TRIAL_SECONDS = 2.0  # of one search
-MIN_SECONDS = 0.2  # [s] that a search needs to be worth beginning
+MIN_SECONDS = 0.2  # [s] shortest search worth starting
 
 
 @dataclass(frozen=True)
 class RelaxationTrial:
-    """What became of one change.
+    """Result of one relaxation.
 
     Attributes:
         change: Its name.
@@ -46,11 +46,11 @@ def relaxation_trials(
     """Search again with one thing changed at a time, never longer than the search that failed.
 
     Args:
-        problem: What was not solved.
-        plan: The planner that failed, its seed and its iterations.
-        settings: Settings of the planner other than the scenario's.
+        problem: The unsolved problem.
+        plan: The failed result: planner, seed and iterations.
+        settings: Planner settings other than the scenario's.
         seconds: For all searches together.
-        say: Told what is tried.
+        say: Receives progress messages.
     """
     end = time.monotonic() + seconds
     planner = make_planner(problem, _known(plan.planner), dict(settings))
@@ -77,7 +77,7 @@ def _known(name: str) -> str | None:
 
 
 def _solved(change: Relaxation, planner: AbstractPlanner, seed: int, budget: Budget) -> bool:
-    """Whether the planner's motion reaches the changed goal; what it meets is not verified."""
+    """Whether the planner's motion reaches the relaxed goal; collisions are not verified."""
     kept = {field.name: getattr(planner, field.name) for field in fields(planner)}
     searcher = type(planner)(**kept | dict(change.settings))
     try:
@@ -91,7 +91,7 @@ def _solved(change: Relaxation, planner: AbstractPlanner, seed: int, budget: Bud
 
 
 def trial_sentences(tried: Sequence[RelaxationTrial]) -> Iterator[str]:
-    """Name the one change that made it work, or those of which each one did."""
+    """Name the change that makes the search succeed, or all that do so alone."""
     worked = [retry.words for retry in tried if retry.solved]
     if len(worked) == 1:
         yield f"One change makes it work: a search {worked[0]} finds a plan."

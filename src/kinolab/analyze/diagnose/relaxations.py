@@ -1,4 +1,4 @@
-"""Changes of a problem, one at a time, that may make it solvable."""
+"""Relaxations of a problem, one at a time, that may make it solvable."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from kinolab.simulation import stiffness
 
 TOLERANCE_FACTOR = 3.0  # factor on the goal's tolerances
 INPUT_LIMIT_FACTOR = 2.0  # factor on the inputs' limits
-DURATION_FACTOR = 3  # factor on how long an input may be held
+DURATION_FACTOR = 3  # factor on how long a control may last
 STEP_DIVISOR = 4  # by which a step is divided
 
 
 @dataclass(frozen=True, eq=False)
 class Relaxation:
-    """A problem that differs in one thing.
+    """A problem with one change.
 
     Attributes:
         name: What was changed, in a word or two.
         words: The change as a student would make it, after "with" or "without".
         problem: The changed problem.
-        settings: Settings of the planner that differ.
+        settings: Planner settings that differ.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Relaxation:
 def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Relaxation]:
     """Yield every change that applies to a problem and to the planner that failed on it.
 
-    Where steps are unstable, whatever else is changed proves nothing.
+    If steps are unstable, only changes of the integration are meaningful.
     """
     if stiffness(problem) is not None:
         yield _implicit(problem)
@@ -89,14 +89,14 @@ def _turn(tolerance: float) -> float:
 
 
 def _stronger_inputs(model: Model) -> Model:
-    """Return the model with wider limits on its inputs; what may only pull still only pulls."""
+    """Return the model with wider input limits; one-sided limits stay one-sided."""
     strong = copy(model)
     strong.control_bounds = INPUT_LIMIT_FACTOR * model.control_bounds
     return strong
 
 
 def _finer_steps(problem: PlanningTask, planner: AbstractPlanner) -> Relaxation:
-    """Return the problem with shorter steps, inputs being held as long as before."""
+    """Return the problem with shorter steps and the same control durations."""
     step = problem.step / STEP_DIVISOR
     known = {field.name for field in fields(planner)}
     settings: dict[str, Any] = {

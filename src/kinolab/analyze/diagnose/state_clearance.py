@@ -1,4 +1,4 @@
-"""The clearance of the machine at a state, and to what."""
+"""Largest clearance of several states, and sentences about small clearances."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from kinolab.problem import PlanningTask
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
 
-TIGHT_CLEARANCE = 0.05  # [m] that are worth a sentence
+TIGHT_CLEARANCE = 0.05  # [m] below which clearance is reported
 
 
 def largest_clearance(
     problem: PlanningTask, states: Sequence[Array], checker: CollisionChecker
 ) -> StateClearance | None:
-    """Return the largest clearance of states (nx,); None where there are none."""
+    """Return the largest clearance of states (nx,); None if there are none."""
     if not states:
         return None
     clearances = [checker.clearance(*problem.placement(x)) for x in states]
@@ -25,7 +25,7 @@ def largest_clearance(
 
 
 def clearance_sentences(start: StateClearance, goal: StateClearance | None) -> Iterator[str]:
-    """Say where clearance is small; what is the same everywhere is how the machine is built."""
+    """Say where clearance is small; equal values at both ends are due to the machine itself."""
     if start == goal:
         return
     for where, clearance in (("at the start", start), ("in the goal, at best", goal)):

@@ -1,4 +1,4 @@
-"""Can the inputs hold the machine where it is? An equilibrium f(x, u) = 0 within their limits."""
+"""Can the inputs hold the machine at rest? Equilibria f(x, u) = 0 within their limits."""
 
 from __future__ import annotations
 
@@ -22,12 +22,11 @@ class StaticHolding:
     """How the inputs hold the machine at a configuration, all velocities being zero.
 
     Attributes:
-        holds: Whether nothing moves on.
-        share: The largest share of a limit that it takes, 0 to 1.
-        inputs: The inputs that come nearest to holding it, within their limits, by name.
-        drifts: Rates of change that remain, in SI units, by the state's name; the worst first.
-        needed: Inputs that would hold it if they had no limits, by name, where their limits are
-            in the way; empty where no inputs would.
+        holds: Whether this is an equilibrium.
+        share: The largest fraction of an input limit that is used, 0 to 1.
+        inputs: The inputs of least drift within their limits, by name.
+        drifts: Remaining rates of change, in SI units, by the state's name; the worst first.
+        needed: Inputs beyond their limits that would hold it, by name; empty if no inputs would.
     """
 
     holds: bool
@@ -38,13 +37,13 @@ class StaticHolding:
 
 
 def static_holding(problem: PlanningTask, x: Array) -> StaticHolding | None:
-    """Look for inputs that hold the machine; None where its equations have no result there.
+    """Find inputs that hold the machine; None if its equations cannot be evaluated there.
 
-    Further states, such as currents, are chosen with the inputs.
+    Further states, such as currents, are solved for with the inputs.
 
     Args:
         problem: The machine and the limits.
-        x: State whose configuration is looked at, shape (nx,).
+        x: State whose configuration is to be held, shape (nx,).
     """
     try:
         balance = _Balance(problem, x)
@@ -74,7 +73,7 @@ def static_holding(problem: PlanningTask, x: Array) -> StaticHolding | None:
 
 
 def best_static_holding(problem: PlanningTask, states: Sequence[Array]) -> StaticHolding | None:
-    """Return the holding that needs least, of several states (nx,); one that holds comes first."""
+    """Return the holding with the least effort of states (nx,); equilibria come first."""
     found = [held for x in states if (held := static_holding(problem, x)) is not None]
     return min(found, key=_effort, default=None)
 
@@ -86,7 +85,7 @@ def _effort(held: StaticHolding) -> tuple[bool, float]:
 def holding_sentences(
     problem: PlanningTask, start: StaticHolding | None, goal: StaticHolding | None
 ) -> Iterator[str]:
-    """Say where the machine cannot rest, and what it would take."""
+    """Say where the machine cannot rest, and which inputs it would take."""
     if goal is not None and not goal.holds and _wants_rest(problem):
         yield f"The machine cannot rest in the goal, only pass through: {_why(problem, goal)}."
     if start is not None and not start.holds:
@@ -110,7 +109,7 @@ def _why(problem: PlanningTask, held: StaticHolding) -> str:
 
 
 def _wants_rest(problem: PlanningTask) -> bool:
-    """Whether the goal asks all velocities that are states to be zero."""
+    """Whether the goal requires all velocity states to be zero."""
     model = problem.model
     wanted = dict(zip(problem.goal.indices, problem.goal.targets, strict=True))
     rates = [i for i, name in enumerate(model.state_names) if name in model.rate_names]
@@ -118,14 +117,14 @@ def _wants_rest(problem: PlanningTask) -> bool:
 
 
 def _share(problem: PlanningTask, u: Array) -> float:
-    """Return the largest share of an input's limit, on the side where it is used."""
+    """Return the largest fraction of an input's limit, on the side where it is used."""
     limits = np.where(u < 0, *problem.model.control_bounds.T)
-    used = np.abs(u) > 1e-12  # what is not used needs no limit
+    used = np.abs(u) > 1e-12  # zero inputs use no limit
     return float(np.max(np.abs(u[used] / limits[used]), initial=0.0))
 
 
 def _worst_first(problem: PlanningTask, drift: Array) -> dict[str, float]:
-    """Name the rates of change in SI units whose share of the states' scales is not small."""
+    """Return rates of change that are not small when scaled, in SI units, by name."""
     order = np.argsort(-np.abs(drift))
     names, scales = problem.model.state_names, problem.scales
     return {
@@ -155,7 +154,7 @@ class _Balance:
         none = np.clip(np.zeros(len(lower)), lower, upper)
         if not len(none):
             return none
-        unit = np.maximum(np.abs(self._limits).max(axis=1), 1e-12)  # numbers of like size
+        unit = np.maximum(np.abs(self._limits).max(axis=1), 1e-12)  # scales the unknowns
         found = least_squares(
             lambda z: self.drift(z * unit),
             none / unit,
@@ -169,7 +168,7 @@ class _Balance:
         return np.asarray(found.x * unit)
 
     def drift(self, z: Array) -> Array:
-        """Return the rates of change as shares of the states' scales, shape (nx,)."""
+        """Return the rates of change over the states' scales, shape (nx,)."""
         x, u = self._split(z)
         change: Array = self._model.f(x, u) / self._scales
         return change

@@ -1,4 +1,4 @@
-"""What the truth said about a motion that a planner took for a plan."""
+"""Sentences about a planner's motion that failed verification."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinolab.verification.certificate import conduct_checks
 
 
 def verification_sentences(problem: PlanningTask, plan: PlanResult) -> Iterator[str]:
-    """Say where the planner's steps and the true motion disagreed."""
+    """Say where the planner's steps and the re-simulated motion disagree."""
     if plan.status == "verification_failed":
         yield _refusal(problem, plan)
     misses = int(plan.statistics.get(MISSED, 0))
@@ -40,7 +40,7 @@ def _times(count: int) -> str:
 
 
 def _refusal(problem: PlanningTask, plan: PlanResult) -> str:
-    """Say which checks a motion did not pass, and whether the planner's own steps would have."""
+    """Say which checks a motion failed, and whether the planner's own steps pass them."""
     if plan.certificate is None or plan.trajectory is None:
         return f"Verification refused the motion found: {plan.message}"
     failures = plan.certificate.failures
@@ -62,9 +62,9 @@ def _refusal(problem: PlanningTask, plan: PlanResult) -> str:
 def own_motion(
     problem: PlanningTask, trajectory: Trajectory
 ) -> tuple[Trajectory, ReferenceMotion] | None:
-    """Return the motion that a planner's steps make of a trajectory's inputs.
+    """Return the motion of a trajectory's inputs under the planner's integrator.
 
-    None where they fail, and where they are the truth.
+    None if it fails, or if it is itself the reference.
     """
     settings, model = problem.scenario.integration, problem.model
     t, inputs = trajectory.t, trajectory.inputs
@@ -82,10 +82,10 @@ def own_motion(
 
 
 class _SubsteppedMap:
-    """One of a planner's steps, with the interface of SciPy's dense output.
+    """One integrator step of a planner, with the interface of SciPy's dense output.
 
     Attributes:
-        ts: Times of its ends, in [s].
+        ts: Its start and end times, in [s].
     """
 
     def __init__(self, problem: PlanningTask, begin: float, end: float, x: Array, u: Array) -> None:
@@ -102,7 +102,7 @@ class _SubsteppedMap:
 
 
 def _apart(problem: PlanningTask, own: Array, true: Array) -> str:
-    """Word the largest difference of two motions' knots, by what counts as large."""
+    """Describe the largest scaled difference between the knots of two motions."""
     errors = np.abs(problem.space.difference(true, own) / problem.scales)
     i = int(np.unravel_index(int(errors.argmax()), errors.shape)[1])
     off, unit = errors[:, i].max() * problem.scales[i], state_units(problem.model)[i]

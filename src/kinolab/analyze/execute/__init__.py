@@ -1,4 +1,4 @@
-"""Plans carried out in closed loop by machines that are not quite what the plan was made for."""
+"""Closed-loop execution of plans on perturbed machines."""
 
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.execution import Execution, ExecutionRun, execute

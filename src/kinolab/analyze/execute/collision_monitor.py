@@ -1,4 +1,4 @@
-"""What a machine that is not quite as planned runs into, and where it may not go."""
+"""Collision and workspace checks of perturbed machines."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Fault: TypeAlias = Literal["collided", "strayed"]
 
 
 class CollisionMonitor:
-    """Judges motions of machines with other parameters in the world of a problem.
+    """Checks motions of machines with other parameters in the world of a problem.
 
-    What a plan keeps from obstacles and cones is its reserve; here they count as they are.
+    A plan's margins to obstacles and cones are its reserve; here they are not added.
 
     Args:
-        problem: Of the plan.
+        problem: The problem of the plan.
     """
 
     def __init__(self, problem: PlanningTask) -> None:
@@ -27,11 +27,11 @@ class CollisionMonitor:
         self._problem = replace(problem, world=world, keep_outs=cones)
 
     def first_fault(self, x: Array, built: Mechanism) -> tuple[int, Fault] | None:
-        """Return the first state in which something is wrong, and what; None for a sound motion.
+        """Return the index of the first faulty state and its fault; None if there is none.
 
         Args:
             x: States, shape (N, nx).
-            built: The machine that was there.
+            built: The actual machine.
         """
         problem, model = self._as_built(built), self._problem.model
         parameters = built.parameter_values
@@ -44,14 +44,14 @@ class CollisionMonitor:
         return None if hit is None else (hit, "collided")
 
     def goal_excess(self, x: Array, parameters: dict[str, float]) -> float:
-        """Return how far outside the goal the machine is at a state, in tolerances of the plan."""
+        """Return the goal error at a state (nx,), in tolerances of the plan."""
         goal, model = self._problem.goal, self._problem.model
         return goal.excess(x, model.frames(x, **parameters) if goal.needs_frames else None)
 
     def _as_built(self, system: Mechanism) -> PlanningTask:
-        """Return the problem of a machine whose shapes follow its parameters: larger wheels, say.
+        """Return the problem of the actual machine: its shapes may depend on parameters.
 
-        Where they do not, it is the same one, whose search trees of meshes are there.
+        If they do not, it is the same one, whose mesh search trees exist already.
         """
         built = replace(self._problem, system=system)
         same = built.bodies == self._problem.bodies and built.cables == self._problem.cables

@@ -1,4 +1,4 @@
-"""What is wrong with the world a plan is carried out in: parameters, sensors, disturbances."""
+"""Perturbations of a plan's execution: parameters, sensor noise, input disturbances."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random
 from kinolab.problem import PlanningTask
 
-MAX_FRACTION = 1.0  # share: beyond it a mass could be negative
+MAX_FRACTION = 1.0  # above it a mass could be negative
 SHARES = ("parameters", "noise", "disturbance")
-MAX_DRAWS = 100  # of parameters, until they make a machine: moments of inertia must fit together
+MAX_DRAWS = 100  # of parameters, until they are valid: moments of inertia must be consistent
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """How far the machine and what is measured of it are from what the plan assumes.
+    """Deviations of the machine and its measurements from what the plan assumes.
 
     Attributes:
-        parameters: Every parameter is drawn evenly within this share of its value.
-        noise: Standard deviation of what is measured of each state, as a share of its scale.
-        disturbance: Standard deviation of what is added to each input in every step, as a share of
+        parameters: Every parameter is drawn uniformly within this fraction of its value.
+        noise: Standard deviation of the measurement of each state, as a fraction of its scale.
+        disturbance: Standard deviation of the noise on each input in every step, as a fraction of
             its range.
-        built: Values of parameters that the plan did not know, by name: friction, say, which the
-            planner took for none. They vary by the share, too.
-        tracked: Whether gains along the plan correct it; a machine's own feedback always acts.
+        built: Actual values of parameters, unknown to the plan, by name, such as friction that the
+            planner neglected. They are perturbed, too.
+        tracked: Whether feedback gains track the plan; a machine's own feedback always acts.
     """
 
     parameters: float = 0.0
@@ -40,7 +40,7 @@ class Conditions:
     tracked: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse what is no share."""
+        """Reject invalid fractions."""
         mistakes = [
             Mistake(
                 f"--{name}", f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}."
@@ -52,10 +52,10 @@ class Conditions:
             raise InputError(mistakes)
 
     def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:
-        """Return the machine as somebody built it.
+        """Return a machine with perturbed parameters.
 
         Raises:
-            InputError: If a parameter in ``built`` does not exist, or if what is drawn is never a
+            InputError: If a parameter in ``built`` does not exist, or if no draw is a valid
                 machine.
         """
         meant = system.with_parameters(**self.built)
@@ -63,7 +63,7 @@ class Conditions:
             try:
                 return self._drawn(meant, generator)
             except InputError:
-                continue  # nobody could build that one
+                continue  # physically impossible
         return self._drawn(meant, generator)
 
     def _drawn(self, meant: Mechanism, generator: np.random.Generator) -> Mechanism:
@@ -75,7 +75,7 @@ class Conditions:
         )
 
     def measured(self, problem: PlanningTask, x: Array, generator: np.random.Generator) -> Array:
-        """Return what sensors say of a state, shape (nx,)."""
+        """Return the noisy measurement of a state, shape (nx,)."""
         if not self.noise:
             return x
         seen = x + self.noise * problem.scales * generator.standard_normal(len(x))
@@ -85,7 +85,7 @@ class Conditions:
         return seen
 
     def disturbed(self, model: Model, u: Array, generator: np.random.Generator) -> Array:
-        """Return the inputs that act where others were meant, shape (nu,)."""
+        """Return the disturbed inputs, shape (nu,)."""
         if not self.disturbance:
             return u
         span = np.ptp(model.control_bounds, axis=1)

@@ -1,4 +1,4 @@
-"""A plan carried out many times, each time by a machine that is a little different."""
+"""Monte Carlo execution of a plan on perturbed machines."""
 
 from __future__ import annotations
 
@@ -27,17 +27,16 @@ SETTLING_FRACTION = 0.25  # of the plan's duration: how much sooner or later it 
 
 @dataclass(frozen=True, eq=False)
 class ExecutionRun:
-    """One time that a plan was carried out.
+    """One execution of a plan.
 
     Attributes:
         outcome: ``reached`` the goal; ``missed`` it; ``collided`` before; ``strayed`` from the
-            workspace or into a forbidden cone; or ``lost``, where the motion left what the
-            equations describe.
-        x: States, one per step, shape (steps + 1, nx); up to the goal or what ended it.
-        excess: How far outside the goal it came nearest around the plan's end, in tolerances
-            of the plan.
-        off: Largest distance of a state's entry from the plan, weighted, shape (steps + 1,).
-        parameters: Of the machine, by name.
+            workspace or into a forbidden cone; or ``lost``, if the equations failed along the
+            motion.
+        x: States, one per step, shape (steps + 1, nx); up to the goal or the fault.
+        excess: Smallest goal error around the plan's end, in tolerances of the plan.
+        off: Largest weighted deviation of a state's entry from the plan, shape (steps + 1,).
+        parameters: Parameters of the machine, by name.
     """
 
     outcome: Outcome
@@ -48,18 +47,18 @@ class ExecutionRun:
 
     @property
     def deviation(self) -> float:
-        """Largest distance from the plan, in the weights of [metric]."""
+        """Largest deviation from the plan, in the weights of [metric]."""
         return float(self.off.max())
 
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """Many times that a plan was carried out.
+    """Many executions of a plan.
 
     Attributes:
-        conditions: What was wrong with the machine and its sensors.
-        seed: Of the random numbers.
-        runs: What came of each.
+        conditions: Perturbations of the machine and its sensors.
+        seed: Random seed.
+        runs: Result of each.
     """
 
     conditions: Conditions
@@ -68,12 +67,12 @@ class Execution:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How often it ended in which way."""
+        """Number of runs by outcome."""
         return dict(Counter(run.outcome for run in self.runs))
 
     @property
     def reached(self) -> int:
-        """How often it reached the goal without touching anything or straying."""
+        """Number of runs that reached the goal without colliding or straying."""
         return self.counts.get("reached", 0)
 
 
@@ -87,22 +86,22 @@ def execute(
     large: float = LARGE_DEVIATION,
     told: Callable[[int], None] = lambda _: None,
 ) -> Execution:
-    """Carry out a plan in closed loop, with gains along it that know the nominal machine.
+    """Execute a plan in closed loop, with tracking gains designed for the nominal machine.
 
     The same seed gives the same machines, noise and disturbances.
 
     Args:
-        problem: Whose plan it is.
+        problem: The problem of the plan.
         trajectory: The plan.
-        conditions: What is wrong with the machine and its sensors.
-        runs: How often.
-        seed: Of the random numbers.
-        large: The deviation that gains along the plan answer with a quarter of the inputs' range,
-            as a share of what the metric calls large; less makes them stiffer.
-        told: Is called with the number of runs made, after each.
+        conditions: Perturbations of the machine and its sensors.
+        runs: Number of runs.
+        seed: Random seed.
+        large: Deviation that the gains answer with a quarter of the inputs' range, as a fraction of
+            what the metric calls large; smaller is stiffer.
+        told: Called after each run with the number of runs so far.
 
     Raises:
-        InputError: If the plan has no steps, or the machine is not built with such parameters.
+        InputError: If the plan has no steps, or no machine has such parameters.
     """
     if not len(trajectory.u):
         raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
@@ -121,7 +120,7 @@ def execute(
 
 
 class _Run:
-    """One machine that follows a plan."""
+    """One perturbed machine that follows a plan."""
 
     def __init__(
         self,
@@ -145,7 +144,7 @@ class _Run:
         self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
 
     def result(self) -> ExecutionRun:
-        """Move until the goal is reached around the plan's end, or it is too late."""
+        """Step until the goal is reached around the plan's end, or time runs out."""
         states, nearest = [self._plan.x[0]], math.inf
         outcome: Outcome = "missed"
         try:
@@ -167,7 +166,7 @@ class _Run:
         return ExecutionRun(outcome, x, nearest, self._off(x), self._parameters)
 
     def _moved(self, k: int, x: Array, span: float) -> Array:
-        """Return the state after a step of the machine as it is, its controller believing else."""
+        """Return the state after a step of the actual machine under the nominal controller."""
         problem, model = self._problem, self._model
         seen = self._conditions.measured(problem, x, self._generator)
         wanted = (

@@ -1,4 +1,4 @@
-"""Feedback around a plan: the inputs that were planned, and gains on what the motion is off by.
+"""Time-varying LQR along a plan: planned inputs, and gains on deviations.
 
 Source: Tedrake, Underactuated Robotics, 2023, section 8.2 (time-varying LQR).
 """
@@ -15,22 +15,22 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 
-LARGE_DEVIATION = 0.2  # of what [metric] calls large: a deviation from the plan that counts
+LARGE_DEVIATION = 0.2  # of what [metric] calls large: a large deviation from the plan
 LARGE_CORRECTION = 0.25  # of the range between an input's limits: a correction that counts as large
-HOLD_STEPS = 1000  # steps after the plan for which its end is worth keeping
-TERMINAL_WEIGHT = 10.0  # times the weight of a deviation on the way: one at the end of the plan
+HOLD_STEPS = 1000  # steps after the plan over which its end is held
+TERMINAL_WEIGHT = 10.0  # weight of a deviation at the plan's end, relative to one along it
 
 
 @dataclass(frozen=True, eq=False)
 class Tracker:
-    """Inputs of the model (references, where it has feedback) that keep a machine to its plan.
+    """Inputs of the model (references if it has feedback) that track a plan.
 
     Attributes:
-        problem: Whose plan it is.
+        problem: The problem of the plan.
         x: Planned states, shape (N+1, nx).
         u: Planned inputs, and those that hold the last state, shape (N+1, nu).
-        gains: On the deviations, and on those from the last state, shape (N+1, nu, nx).
-        limits: Of the inputs, shape (nu, 2): all that the machine can do, [bounds] apart.
+        gains: On deviations along the plan, and from its last state, shape (N+1, nu, nx).
+        limits: Of the inputs, shape (nu, 2): the machine's own, regardless of [bounds].
     """
 
     problem: PlanningTask
@@ -46,9 +46,9 @@ class Tracker:
         """Design gains along a plan.
 
         Args:
-            problem: Whose plan it is.
+            problem: The problem of the plan.
             trajectory: The plan, of at least one step.
-            large: The deviation that is worth a large correction, as a share of what the metric
+            large: The deviation that is worth a large correction, as a fraction of what the metric
                 calls large.
         """
         model, settings = problem.whole or problem.model, problem.scenario.integration
@@ -67,13 +67,13 @@ class Tracker:
         return cls(problem, x, u, np.array(gains), model.control_bounds)
 
     def planned(self, k: int) -> Array:
-        """Return the inputs that were planned for step k, or for staying there, shape (nu,)."""
+        """Return the planned inputs of step k, or those that hold the end, shape (nu,)."""
         return np.asarray(self.u[min(k, len(self.u) - 1)])
 
     def inputs(self, k: int, seen: Array) -> Array:
         """Return the inputs of step k at a measured state, within their limits, shape (nu,).
 
-        After the end of the plan its last state is what is kept to.
+        After the end of the plan its last state is tracked.
         """
         at = min(k, len(self.u) - 1)
         off = self.deviation(self.x[at], seen)
@@ -81,14 +81,14 @@ class Tracker:
         return wanted
 
     def deviation(self, planned: Array, x: Array) -> Array:
-        """Return how far a state is from a planned one, shape (nx,)."""
+        """Return the deviation of a state from a planned one, shape (nx,)."""
         return self.problem.space.difference(planned, x)
 
 
 def _keeping(model: Model, x: Array, u: Array) -> Array:
-    """Return inputs near others under which a state changes least, shape (nu,): they hold it there.
+    """Return the inputs near others that hold a state best (least rate of change), shape (nu,).
 
-    The inputs that end a plan are those that brake it.
+    The last inputs of a plan are those that brake it.
     """
     slope = model.jacobian(x, u)[1]
     change = np.linalg.lstsq(slope, model.f(x, u), rcond=None)[0]
@@ -97,9 +97,9 @@ def _keeping(model: Model, x: Array, u: Array) -> Array:
 
 
 def _staying(A: Array, B: Array, Q: Array, R: Array) -> Array:
-    """Return the gain about the last state, for so many steps that it hardly changes any more.
+    """Return the gain about the last state, (nu, nx), over enough steps to converge.
 
-    The algebraic equation has no solution where something can neither be changed nor fades: the
+    The algebraic Riccati equation has no solution if an uncontrollable mode does not decay: the
     norm of a quaternion, the angular momentum of a satellite.
     """
     n, (nx, nu) = HOLD_STEPS, B.shape

@@ -1,4 +1,4 @@
-"""The tube around a plan: the paths that a machine took, and how far from the plan it was."""
+"""Plot of the executions around a plan: paths, and deviations over time."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ COLOURS = {
 }
 FIGURE_SIZE = (11.0, 4.8)  # inches
 TUBE_STYLE = (5.0, 95.0)  # percentiles
-MAX_FACES = 20_000  # of a mesh that are drawn
+MAX_FACES = 20_000  # drawn per mesh
 
 
 def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, title: str) -> bytes:
-    """Return a picture as PNG: paths from above or from the side, and deviations over time.
+    """Return a PNG plot: paths from above or from the side, and deviations over time.
 
     Args:
-        problem: Whose plan it is.
-        plan: What was carried out.
-        execution: What came of it.
-        title: What the plan is called.
+        problem: The problem of the plan.
+        plan: The executed plan.
+        execution: Its executions.
+        title: Title of the plan.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -61,7 +61,7 @@ def _said(execution: Execution) -> str:
 
 
 def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execution) -> None:
-    """Draw where the machine's main body went, along the two axes in which it went farthest."""
+    """Plot the paths of the main body, along the two axes of largest extent."""
     planned = _places(problem, plan.x)
     across, up = sorted(np.argsort(np.ptp(planned, axis=0), kind="stable")[-2:].tolist())
     for outline in _outlines(problem, across, up):
@@ -79,7 +79,7 @@ def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execu
 
 
 def _places(problem: PlanningTask, x: Array, parameters: dict[str, float] | None = None) -> Array:
-    """Return where the heaviest body's origin is at states (N, nx), shape (N, 3)."""
+    """Return the origins of the heaviest body at states (N, nx), shape (N, 3)."""
     masses = [problem.system.number(body.mass) for body in problem.system.bodies]
     frames = problem.model.frames(x, **(parameters or {})).reshape(len(x), -1, 3, 4)
     places: Array = frames[:, int(np.argmax(masses)), :, 3]
@@ -87,14 +87,14 @@ def _places(problem: PlanningTask, x: Array, parameters: dict[str, float] | None
 
 
 def _outlines(problem: PlanningTask, across: int, up: int) -> list[Array]:
-    """Return what obstacles look like along the third axis, as polygons (m, 2)."""
+    """Return the projections of obstacles along the third axis, as polygons (m, 2)."""
     outlines = []
     for obstacle in problem.world.obstacles:
         corners = obstacle.vertices[:, [across, up]]
         if obstacle.primitive is not None:
             try:
                 outlines.append(corners[ConvexHull(corners).vertices])
-            except QhullError:  # flat along the view
+            except QhullError:  # degenerate in this view
                 continue
         else:
             faces = obstacle.faces[:MAX_FACES]
@@ -103,7 +103,7 @@ def _outlines(problem: PlanningTask, across: int, up: int) -> list[Array]:
 
 
 def _deviations(axes: Axes, plan: Trajectory, execution: Execution) -> None:
-    """Draw how far the states were from the plan, as a band over time."""
+    """Plot the deviations of the states from the plan, as a band over time."""
     steps = len(plan.x)
     table: Array = np.full((len(execution.runs), steps), np.nan)
     for row, run in zip(table, execution.runs, strict=True):

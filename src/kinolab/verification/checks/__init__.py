@@ -1,7 +1,7 @@
-"""All that a plan is checked for, in the order of the certificate.
+"""The checks of a certificate, in order.
 
 To add a check, write a function in a file of its own that takes a ``CheckContext`` and returns a
-``Check``, or None where there is nothing to check; then give it its place in ``CHECKS``.
+``Check``, or None where there is nothing to check; then add it to ``CHECKS``.
 """
 
 from collections.abc import Callable
@@ -37,8 +37,8 @@ CHECKS: tuple[CheckFunction, ...] = (
     collision,
 )
 
-PRECONDITIONS = frozenset({numbers, times})  # where they fail, nothing can be integrated
-# does the machine move like this under these inputs?
+PRECONDITIONS = frozenset({numbers, times})  # if they fail, nothing can be integrated
+# is the motion consistent with the dynamics and the inputs?
 DYNAMICS = frozenset({start, dynamics, constraints, inputs, feedback, requirements, error_growth})
-# what a motion does on its way, whatever made it
+# properties of any motion, however it was computed
 CONDUCT = frozenset({requirements, limits, goal, collision})

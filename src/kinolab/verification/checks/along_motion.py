@@ -1,4 +1,4 @@
-"""Does the true motion keep the machine's requirements and its limits, between the knots too?"""
+"""Checks of requirements and limits along the re-simulated motion, also between knots."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ Violations = Iterator[tuple[float, str]]
 
 
 def requirements(context: CheckContext) -> Check | None:
-    """Check what the machine demands of plans, under the inputs held along the motion."""
+    """Check the machine's requirements along the motion, under zero-order-hold inputs."""
     if not context.problem.system.requirements or not len(context.stored.u):
         return None
     return worst_along("requirements", _unmet(context))
 
 
 def limits(context: CheckContext) -> Check:
-    """Check limits of states and rates, the workspace, and cones that axes must keep out of."""
+    """Check state and rate limits, the workspace and keep-out cones."""
     return worst_along("limits", _passed(context))
 
 
 def _unmet(context: CheckContext) -> Violations:
-    """Yield the largest shortage of every batch of samples."""
+    """Yield the largest requirement violation of each batch of samples."""
     named, plant = context.problem.system.requirements, context.problem.model.plant
     for times, states, held in context.dense_motion.samples():
         margins = plant.requirements(states, held)
@@ -35,7 +35,7 @@ def _unmet(context: CheckContext) -> Violations:
 
 
 def _passed(context: CheckContext) -> Violations:
-    """Yield by how much every limit is passed at every sample."""
+    """Yield the limit violations at every sample."""
     problem = context.problem
     for times, states, _ in context.dense_motion.samples():
         for j in np.flatnonzero(problem.outside_limits(states)):

@@ -1,4 +1,4 @@
-"""Does the true motion touch anything? With a clearance of its own, shared with no planner."""
+"""Collision check of the re-simulated motion, by a clearance that no planner shares."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from kinolab.verification.check import Check, CheckContext, judged
 from kinolab.verification.dense_motion import MAX_SAMPLES, DenseMotion, TooFastError
 from kinolab.world import NO_ENDS, CollisionChecker, World
 
-# [m] of motion between two collision checks, at least; touching begins here too
+# [m] least motion between two collision checks; also the contact tolerance
 MIN_RESOLUTION = 1e-5
 
 
 def collision(context: CheckContext) -> Check:
-    """Show the first contact, or that there is none as far as the bound on the speed holds."""
+    """Report the first contact, or none provided that the speed bound holds."""
     motion = context.dense_motion
     try:
         contact = _first_contact(motion) or _sinking(motion)
@@ -25,10 +25,10 @@ def collision(context: CheckContext) -> Check:
 
 
 def _first_contact(dense: DenseMotion) -> str:
-    """Advance in steps in which no point can use up the clearance; empty where it is free.
+    """Find the first contact by conservative advancement; empty if there is none.
 
-    From a state with some clearance, nothing can be touched before a point has moved that far.
-    What is left over of it at the end of an integrator step serves the next one.
+    Nothing can be touched before a point has moved by the current clearance. What remains of it at
+    the end of an integrator step carries over to the next.
 
     Source: Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996 (conservative
     advancement).
@@ -52,7 +52,7 @@ def _first_contact(dense: DenseMotion) -> str:
 def _clearance_at(
     problem: PlanningTask, checker: CollisionChecker, time: float, x: Array
 ) -> tuple[float, str]:
-    """Return how far in [m] every point may move from a state, and what it touches."""
+    """Return the clearance at a state (nx,) in [m], and its contact, empty if none."""
     placement = problem.placement(x)
     clearance = checker.clearance(*placement)
     if clearance == 0.0 and checker.collides(*placement):
@@ -61,7 +61,7 @@ def _clearance_at(
 
 
 def _sinking(dense: DenseMotion) -> str:
-    """Look for wheels and feet in the ground, for which clearance leaves the ground out."""
+    """Check for wheels and feet below the ground, which their clearance ignores."""
     problem = dense.problem
     rest = any(body.touches_ground for body in problem.bodies)
     if not (rest and problem.world.ground):

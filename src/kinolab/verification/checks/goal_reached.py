@@ -1,4 +1,4 @@
-"""Does the true motion end in the goal?"""
+"""Check that the re-simulated motion ends in the goal region."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from kinolab.verification.check import Check, CheckContext, judged
 
 
 def goal(context: CheckContext) -> Check:
-    """Check the last state; the value is how far outside the goal it is, in tolerances."""
+    """Check the final state; the value is its goal error in units of the tolerance."""
     problem, final = context.problem, context.motion.x[-1]
     wanted, errors = problem.goal, np.abs(problem.goal_errors(final))
     named = [(problem.model.state_names[i], "") for i in wanted.indices]

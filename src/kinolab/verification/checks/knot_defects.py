@@ -1,4 +1,4 @@
-"""Do the stored knots lie on the motion that the stored inputs make, and can it be repeated?"""
+"""Defects of the stored knots against the re-simulated motion, and its error growth."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from kinolab.simulation.reference import (
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
 
-# of a state's scale: how far a knot may lie from where the one before leads
+# of a state's scale: allowed defect between a knot and the state propagated from the one before
 DEFECT_TOLERANCE = 1e-6
-DISCRETE_DEFECT = 1e-9  # the same where the integrator's own map is the truth
+DISCRETE_DEFECT = 1e-9  # the same where the discrete integrator map is the reference
 MAX_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
 
 
@@ -34,9 +34,9 @@ def start(context: CheckContext) -> Check:
 
 
 def dynamics(context: CheckContext) -> Check:
-    """Follow the truth from every stored knot to the next and compare.
+    """Integrate from each stored knot to the next and compare.
 
-    With feedback it is the stored inputs, not the references, that must lead there.
+    With feedback, the stored inputs are applied, not the references.
     """
     problem, trajectory = context.problem, context.trajectory
     discrete = problem.scenario.integration.truth == "discrete"
@@ -54,7 +54,7 @@ def dynamics(context: CheckContext) -> Check:
 
 
 def error_growth(context: CheckContext) -> Check:
-    """Perturb the start and see how much farther from the motion the other one ends."""
+    """Check by how much a perturbation of the start grows until the end."""
     growth, detail = context.error_growth
     return judged("error growth", growth, MAX_ERROR_AMPLIFICATION, detail)
 
@@ -62,7 +62,7 @@ def error_growth(context: CheckContext) -> Check:
 def drift(context: CheckContext) -> Check:
     """Compare the stored knots with the motion from the start.
 
-    Every knot may add a defect, and every defect grows as the motion makes errors grow.
+    Each knot may add a defect, and each defect is amplified by the error growth of the motion.
     """
     trajectory, (growth, _) = context.trajectory, context.error_growth
     errors = _errors(context.problem, trajectory.x, context.motion.x)
@@ -73,7 +73,7 @@ def drift(context: CheckContext) -> Check:
 
 
 def _errors(problem: PlanningTask, found: Array, wanted: Array) -> Array:
-    """Return how far states (n, nx) are from others, in units of the states' scales."""
+    """Return absolute differences of states (n, nx), scaled by the states' scales."""
     return np.abs(problem.space.difference(wanted, found) / problem.scales)
 
 
@@ -83,7 +83,7 @@ def _named(context: CheckContext, i: int, found: Array, wanted: Array) -> str:
 
 
 def _from_each(plant: PlanningTask, trajectory: Trajectory) -> Array:
-    """Return where the truth leads from every stored knot under the stored inputs, (N, nx)."""
+    """Return the states reached from each stored knot under its stored input, (N, nx)."""
     settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
     if settings.truth != "discrete":
         spans = ((x[k], t[k : k + 2], u[k : k + 1]) for k in range(len(u)))

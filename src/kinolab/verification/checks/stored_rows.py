@@ -1,4 +1,4 @@
-"""What the stored rows say by themselves: numbers, times, constraints and inputs."""
+"""Checks of the stored rows alone: numbers, times, constraints and inputs."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import numpy as np
 from kinolab.dynamics.analysis.consistent_states import CONSTRAINT_TOLERANCE
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
 
-# of a step of a discrete problem, by which it may differ: times add up with rounding
+# relative deviation from a discrete problem's step: times accumulate rounding
 STEP_TOLERANCE = 1e-6
-FEEDBACK_TOLERANCE = 1e-9  # of an input's range: how far it may be from what the law gives
+FEEDBACK_TOLERANCE = 1e-9  # of an input's range: allowed deviation from the feedback law
 
 
 def numbers(context: CheckContext) -> Check:
@@ -21,9 +21,9 @@ def numbers(context: CheckContext) -> Check:
 
 
 def times(context: CheckContext) -> Check:
-    """Times start at 0 and increase, by whole steps where these are what the problem is made of.
+    """Check that times start at 0 and increase, by exactly one step in a discrete problem.
 
-    The value counts the steps that do not.
+    The value counts the violations.
     """
     t, problem = context.stored.t, context.problem
     steps = np.diff(t)
@@ -37,7 +37,7 @@ def times(context: CheckContext) -> Check:
 
 
 def constraints(context: CheckContext) -> Check:
-    """Check w(q) q_dot and h(q) at every knot, under the inputs that are held from it on."""
+    """Check w(q) q_dot and h(q) at every knot, under the input held from it on."""
     problem, trajectory = context.problem, context.trajectory
     plant, u, residual = problem.model.plant, trajectory.u, np.zeros((0, 0))
     if problem.system.constraints and len(u):
@@ -70,7 +70,7 @@ def inputs(context: CheckContext) -> Check:
 
 
 def feedback(context: CheckContext) -> Check | None:
-    """Check that the stored inputs are what the law gives at the stored states."""
+    """Check that the stored inputs follow the feedback law at the stored states."""
     trajectory, model = context.trajectory, context.problem.model
     plant, u = model.plant, trajectory.u
     if plant is model or not len(u):

@@ -1,1 +1,1 @@
-"""By how much is the path too narrow, dynamics aside?"""
+"""By how much is a passage too narrow? Geometry only, without dynamics."""

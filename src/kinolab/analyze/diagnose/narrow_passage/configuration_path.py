@@ -1,4 +1,4 @@
-"""Look for a way between configurations, dynamics aside, with OMPL's RRT-Connect.
+"""Geometric paths between configurations, without dynamics, by OMPL's RRT-Connect.
 
 Source: Kuffner, LaValle, RRT-Connect, ICRA 2000.
 """
@@ -22,12 +22,12 @@ from kinolab.search.ompl.spaces import StateCodec
 
 
 class Configurations(StateCodec):
-    """All coordinates that move the machine; the others stay as at the start.
+    """Space of all coordinates that move the machine; the others stay as at the start.
 
     Args:
         problem: The machine and its limits.
-        reach: Metres that each coordinate moves the machine by, per unit, shape (nx,).
-        resolution: In [m] of motion between two looks at it.
+        reach: Displacement of the machine per unit of each coordinate, in [m], shape (nx,).
+        resolution: Motion between two collision checks, in [m].
     """
 
     def __init__(self, problem: PlanningTask, reach: Array, resolution: float) -> None:
@@ -40,18 +40,18 @@ class Configurations(StateCodec):
 
 
 class SearchEffort:
-    """How much a look for a way may cost: configurations judged, and seconds."""
+    """Budget of a path search: collision checks and seconds."""
 
     def __init__(self, looks: int, seconds: float) -> None:
         self._left, self._end = looks, time.monotonic() + seconds
 
     def count(self) -> bool:
-        """Count a configuration; False once there have been too many."""
+        """Count a collision check; False once there have been too many."""
         self._left -= 1
         return self._left >= 0
 
     def spent(self) -> bool:
-        """Say whether the look must end."""
+        """Return whether the search must end."""
         return self._left <= 0 or time.monotonic() > self._end
 
 
@@ -63,15 +63,15 @@ def find_path(
     effort: SearchEffort,
     seed: int,
 ) -> Array | None:
-    """Return states along a free way, shape (n, nx); None where none was found in time.
+    """Return states along a collision-free path, shape (n, nx); None if none was found in time.
 
     Args:
-        space: What is searched.
-        shape: Judges configurations.
-        begin: State where the way begins.
-        ends: States where it may end.
-        effort: When to give up.
-        seed: Of the random numbers.
+        space: The configuration space.
+        shape: Checks configurations.
+        begin: Start state.
+        ends: Goal states.
+        effort: The budget.
+        seed: Random seed.
     """
     information = ob.SpaceInformation(space.space)
 

@@ -1,4 +1,4 @@
-"""Is a configuration free? Dynamics aside: the shape of the machine, its limits and the world."""
+"""Validity of configurations, without dynamics: limits, workspace and collisions."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from kinolab.world import CollisionChecker
 
 
 class FreeSpace:
-    """Judges configurations of a machine, or of a slimmer one.
+    """Checks configurations of a machine, or of a shrunk one.
 
     Args:
         problem: The machine and the world.
-        checker: Of the machine as slim as it is meant to be.
+        checker: Collision checker of the machine, shrunk as desired.
     """
 
     def __init__(self, problem: PlanningTask, checker: CollisionChecker) -> None:
@@ -32,7 +32,7 @@ class FreeSpace:
         ]
 
     def free(self, x: Sequence[float]) -> bool:
-        """Say whether a state's configuration is within all limits and touches nothing."""
+        """Return whether a state's configuration is within all limits and collision-free."""
         for i, lower, upper in self._limits:
             if not lower <= x[i] <= upper:
                 return False
@@ -42,12 +42,12 @@ class FreeSpace:
         return not self._checker.collides(calls.poses, calls.ends)
 
     def collides(self, x: Sequence[float], shift: Array | None = None) -> bool:
-        """Say whether the machine touches something, moved as a whole by ``shift`` in [m]."""
+        """Return whether the machine collides when translated by ``shift`` (3,) in [m]."""
         poses, ends = self._shifted(x, np.zeros(3) if shift is None else shift)
         return self._checker.collides(poses, ends)
 
     def touches(self, x: Sequence[float]) -> list[str]:
-        """Name the pairs of body and obstacle that touch."""
+        """Name the colliding pairs of body and obstacle."""
         calls = self._place(x)
         found = self._checker.contacts(calls.poses, calls.ends)
         return [f"{contact.body} – {contact.obstacle}" for contact in found]

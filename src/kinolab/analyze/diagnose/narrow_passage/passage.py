@@ -1,7 +1,7 @@
-"""By how much is the way too narrow? Ways are looked for with slimmer machines, dynamics aside.
+"""By how much is a passage too narrow? Geometric path searches with shrunk machines.
 
 Source: Hsu, Kavraki, Latombe, Motwani, Sorkin, On finding narrow passages with probabilistic
-roadmap planners, WAFR 1998, where the free space is dilated and a way then squeezed back.
+roadmap planners, WAFR 1998, where the free space is dilated and a path then pushed back into it.
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ from kinolab.analyze.diagnose.narrow_passage.path_widening import (
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-SLIMMER = {80: 1, 320: 6, 1280: 6}  # looks by quanta per side: 2, 8 and 32 cm
+SLIMMER = {80: 1, 320: 6, 1280: 6}  # searches by quanta of shrinkage per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)
-MAX_PATHS = 5  # that are squeezed: a slim machine may pass where a fatter one never does
-MIN_PATHS = 3  # ways after which no slimmer machine is looked at
-MAX_CHECKS = 40_000  # configurations judged in one look for a way
-COARSE_RESOLUTION = 0.03  # [m] of motion between two looks at it, before it is looked at closely
-ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of squeezing
-QUANTA_BEFORE_CONTACT = 8  # quanta by which a machine is too fat that tells what is in the way
+MAX_PATHS = 5  # that are widened: a shrunk machine may pass where a larger one never does
+MIN_PATHS = 3  # paths after which no smaller machine is tried
+MAX_CHECKS = 40_000  # collision checks per path search
+COARSE_RESOLUTION = 0.03  # [m] of motion between two collision checks, before the fine check
+ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of widening
+QUANTA_BEFORE_CONTACT = 8  # quanta by which the machine is enlarged to find what blocks it
 SIDES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 
 
 @dataclass(frozen=True)
 class Passage:
-    """What a look at the machine's shape alone found.
+    """Result of the geometric path search.
 
     Attributes:
-        open: Whether a way was found for the machine as it is.
-        narrow_by: How much narrower a machine gets through, in [m]: by how much the way is too
-            narrow. None where it is open, or where no way was found even for the slimmest machine.
-        beside: The pairs of body and obstacle that are in the way, where it is too narrow.
-        finished: Whether there was time for all looks; otherwise a way may have been missed, and
-            less than ``narrow_by`` may do.
+        open: Whether a path was found for the machine as it is.
+        narrow_by: How much narrower a machine passes, in [m]: by how much the passage is too
+            narrow. None if it is open, or if no path was found even for the smallest machine.
+        beside: The pairs of body and obstacle that block it, if it is too narrow.
+        finished: Whether there was time for all searches; otherwise a path may have been missed,
+            and less than ``narrow_by`` may suffice.
     """
 
     open: bool
@@ -61,12 +61,12 @@ class Passage:
 
     @property
     def blocked(self) -> bool:
-        """Whether the machine's shape is what keeps it from the goal."""
+        """Whether geometry keeps the machine from the goal."""
         return self.finished and not self.open
 
     @property
     def sentence(self) -> str:
-        """Whether the machine's shape gets through, and where not, by how much."""
+        """Whether the machine's shape passes, and if not, by how much."""
         if self.open:
             return "Its dynamics aside, there is a way from the start to the goal."
         if self.narrow_by is None:
@@ -80,7 +80,7 @@ class Passage:
 
 
 def is_applicable(problem: PlanningTask) -> bool:
-    """Whether there is anything to look at: something to touch, and no loop to keep closed."""
+    """Whether the search applies: there is something to collide with, and no closed loop."""
     touchable = bool(problem.world.obstacles or problem.system.collisions)
     return touchable and not has_loops(problem)
 
@@ -91,13 +91,13 @@ def find_passage(
     seconds: float,
     say: Callable[[str], None] = lambda _: None,
 ) -> Passage:
-    """Look for a way with the machine as it is, then with slimmer ones.
+    """Search for a path of the machine as it is, then of shrunk ones.
 
     Args:
-        problem: Where to look.
+        problem: The machine and the world.
         goals: States of the goal region, shape (nx,) each.
-        seconds: After which no further look begins.
-        say: Told what is being looked at.
+        seconds: Time after which no further search starts.
+        say: Receives progress messages.
     """
     search = _Search(problem, goals, seconds)
     say("looking for a way for its shape alone")
@@ -120,7 +120,7 @@ def find_passage(
 
 
 class _Search:
-    """Ways of slimmer machines through one problem."""
+    """Path searches with shrunk machines in one problem."""
 
     def __init__(self, problem: PlanningTask, goals: Sequence[Array], seconds: float) -> None:
         self._end = time.monotonic() + seconds
@@ -134,11 +134,11 @@ class _Search:
         self._goals = free or [x.tolist() for x in goals]
 
     def late(self) -> bool:
-        """Whether no further look should begin."""
+        """Whether no further search should start."""
         return time.monotonic() > self._end
 
     def path(self, slim: int, seed: int) -> Array | None:
-        """Look for a way of a machine that is so many quanta slimmer, and look at it closely."""
+        """Search for a path of a machine shrunk by ``slim`` quanta, and check it finely."""
         effort = SearchEffort(MAX_CHECKS, self._end - time.monotonic())
         shape = self._fit.shape(slim)
         path = find_path(self._space, shape, self._start, self._goals, effort, seed)
@@ -147,13 +147,13 @@ class _Search:
         return path
 
     def paths(self, slim: int, looks: int) -> list[tuple[Array, int]]:
-        """Look several times for a way of such a machine."""
+        """Search with several seeds for paths of such a machine."""
         seeds = range(1, looks + 1)
         found = (self.path(slim, seed) for seed in seeds if not self.late())
         return [(path, slim) for path in found if path is not None]
 
     def widened(self, paths: Sequence[tuple[Array, int]]) -> tuple[Array, int]:
-        """Squeeze ways roughly, then the one finely through which the fattest machine fits."""
+        """Widen paths coarsely, then finely the one that fits the largest machine."""
         rough = []
         for path, slim in paths:
             rough.append(self._squeeze.widened(path, slim, *ROUGH))
@@ -163,17 +163,17 @@ class _Search:
         return self._squeeze.widened(path, slim, *FINE)
 
     def tight(self, path: Array, slim: int) -> Array:
-        """Return the states of a slim machine's way at which one that is hardly fatter touches."""
+        """Return the states of a path (n, nx) at which a machine one quantum larger collides."""
         blocked = self._fit.blocked(path, slim - 1)
         return path[blocked]
 
     def is_one_sided(self, tight: Array, slim: int) -> bool:
-        """Whether half as slim a machine has room where it is moved as a whole, at a low gate."""
+        """Whether half the shrinkage suffices after a translation, as at a low gate."""
         shape, by = self._fit.shape((slim + 1) // 2), (slim + 1) // 2 * SHRINKAGE_QUANTUM
         return any(not any(shape.collides(x, by * side) for x in tight.tolist()) for side in SIDES)
 
     def touched(self, tight: Array, slim: int) -> tuple[str, ...]:
-        """Name what a machine touches that is a little too fat for a way, most often first."""
+        """Name what a slightly too large machine touches on a path, most frequent first."""
         shape, counts = self._fit.shape(max(slim - QUANTA_BEFORE_CONTACT, 0)), Counter[str]()
         for x in tight.tolist():
             counts.update(shape.touches(x))
@@ -181,5 +181,5 @@ class _Search:
 
 
 def _width(length: float) -> str:
-    """Word a length as finely as it is known."""
+    """Format a length in [m] to its known precision."""
     return f"{round(200 * length) / 2:g} cm" if length > 0.0075 else f"{1000 * length:.0f} mm"

@@ -1,4 +1,4 @@
-"""A way as a band: states in a row that bend smoothly, measured in metres of motion."""
+"""Smooth random deformations of a configuration path, measured in metres of motion."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-TAPER_LENGTH = 0.1  # [m] from its ends in which a band bends less and less
-WIDTHS = (0.03, 2.0)  # [m] of bends, along the band
-SIZES = (2e-4, 0.3)  # [m] of bends, across it
-COORDINATE_PROBABILITY = 0.6  # probability that a bend involves a coordinate
-CONSTANT_PROBABILITY = 0.2  # probability that a bend makes a coordinate constant instead
+TAPER_LENGTH = 0.1  # [m] from the path's ends over which deformations fade out
+WIDTHS = (0.03, 2.0)  # [m] of deformations, along the path
+SIZES = (2e-4, 0.3)  # [m] of deformations, across it
+COORDINATE_PROBABILITY = 0.6  # probability that a deformation involves a coordinate
+CONSTANT_PROBABILITY = 0.2  # probability that it makes a coordinate constant instead
 CONSTANT_ANGLE_PROBABILITY = 0.2  # probability that it makes an angle constant, at any value
-TURNS = (0.2, 2.0)  # [m] along the band in which that is so
+TURNS = (0.2, 2.0)  # [m] along the path over which it does
 
 
 class PathDeformation:
-    """What one machine's bands have in common.
+    """Deforms configuration paths of one machine.
 
     Args:
         problem: The machine.
-        reach: Metres that each coordinate moves the machine by, per unit, shape (nx,).
+        reach: Displacement of the machine per unit of each coordinate, in [m], shape (nx,).
 
     Attributes:
-        entries: The coordinates that move it.
+        entries: Indices of the coordinates that move it.
     """
 
     def __init__(self, problem: PlanningTask, reach: Array) -> None:
@@ -37,7 +37,7 @@ class PathDeformation:
         self._angles = [j for j, i in enumerate(self.entries) if problem.circular[i]]
 
     def filled(self, path: Array, spacing: float) -> Array:
-        """Return a way with states evenly apart, by a spacing in [m] or a little less."""
+        """Return a path resampled evenly, at a spacing in [m] or a little less."""
         marks = self.marks(path)
         count = max(int(np.ceil(marks[-1] / spacing)), 1)
         steps = np.array([self.step(a, b) for a, b in pairwise(path)])
@@ -47,22 +47,22 @@ class PathDeformation:
         return self._space.retract(path[k], fraction[:, None] * steps[k])
 
     def marks(self, path: Array) -> Array:
-        """Return how far along the way its states are, in [m], shape (n,)."""
+        """Return the arc lengths of a path's states, in [m], shape (n,)."""
         steps = [self.step(a, b) * self._reach for a, b in pairwise(path)]
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=1))])
 
     def step(self, a: Array, b: Array) -> Array:
-        """Return the difference of two states, angles the short way round."""
+        """Return the difference of two states, shape (nx,), angles wrapped."""
         return self._space.difference(a, b)
 
     def shifted(self, states: Array, shift: Array) -> Array:
-        """Return states moved in every coordinate by lengths in [m], shape (n, entries)."""
+        """Return states displaced in each coordinate by lengths in [m], shape (n, entries)."""
         moved = states.copy()
         moved[:, self.entries] += shift / self._reach[self.entries]
         return self._space.unit(moved)
 
     def deform(self, band: Array, marks: Array, k: int, draw: np.random.Generator) -> Array:
-        """Return a random bend around a state, in [m], shape (n, entries)."""
+        """Return a random deformation around state k, in [m], shape (n, entries)."""
         width = 10 ** draw.uniform(*np.log10(WIDTHS))
         size = 10 ** draw.uniform(*np.log10((SIZES[0], min(SIZES[1], width))))
         push = draw.normal(size=len(self.entries)) * size
@@ -79,15 +79,15 @@ class PathDeformation:
         return np.asarray(fraction[:, None] * push)
 
     def _flat(self, band: Array, marks: Array, k: int, width: float, j: int, value: float) -> Array:
-        """Return the bend that makes one coordinate constant around a state.
+        """Return the deformation that makes one coordinate constant around a state.
 
         Args:
             band: States, shape (n, nx).
-            marks: How far along the band they are, in [m].
-            k: The state.
-            width: In [m] on both sides of it.
-            j: Which of ``entries``.
-            value: Of the coordinate.
+            marks: Arc lengths of the states, in [m], shape (n,).
+            k: Index of the state.
+            width: Extent in [m] on both sides of it.
+            j: Index into ``entries``.
+            value: Value of the coordinate.
         """
         i = self.entries[j]
         values = np.unwrap(band[:, i]) if self._circular[i] else band[:, i]
@@ -101,6 +101,6 @@ class PathDeformation:
 
 
 def _taper(marks: Array) -> Array:
-    """Return how much of a bend is left at each mark, so that the ends stay."""
+    """Return the fraction of a deformation kept at each mark, 0 at the ends, shape (n,)."""
     taper: Array = np.clip(np.minimum(marks, marks[-1] - marks) / TAPER_LENGTH, 0.0, 1.0)
     return taper

@@ -1,7 +1,7 @@
-"""Squeeze a way: bend it at random, smoothly and on all scales, so that fatter machines fit.
+"""Widen a path by smooth random deformations on all scales, so that larger machines fit.
 
-Bends are kept where they leave no more places at which the fatter machine is blocked, and the
-slimmer one nowhere. How fat that one is, is raised as far as it goes.
+A deformation is kept if it blocks the larger machine at no more states than before and the smaller
+one at none. The machine is enlarged as far as possible.
 
 Source of the idea: Saha, Latombe, Chang, Prinz, Finding narrow passages with probabilistic
 roadmaps: the small-step retraction method, Autonomous Robots 19(3), 2005.
@@ -20,11 +20,11 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
 SHRINKAGE_QUANTUM = 2.5e-4  # [m] per side
-HORIZON = 0.1  # [m] around the machine within which nothing needs to be looked at again
+HORIZON = 0.1  # [m] clearance within which a displaced state need not be rechecked
 
 
 class RequiredShrinkage:
-    """Machines of every slimness, made as they are asked for.
+    """Machines shrunk by any number of quanta, made on demand.
 
     Args:
         problem: The machine and the world.
@@ -36,53 +36,53 @@ class RequiredShrinkage:
         self._inflated = FreeSpace(problem, self._checker.inflated(HORIZON, ground=False))
 
     def shape(self, slim: int) -> FreeSpace:
-        """Return the machine that is so many quanta slimmer on every side."""
+        """Return the machine shrunk by ``slim`` quanta on every side."""
         if slim not in self._shapes:
             checker = self._checker.slimmer(slim * SHRINKAGE_QUANTUM) if slim > 0 else self._checker
             self._shapes[slim] = FreeSpace(self._problem, checker)
         return self._shapes[slim]
 
     def clearance(self, path: Array) -> Array:
-        """Return how far the machine may move at each state, shape (n,): ``HORIZON`` or 0.
+        """Return a lower bound on the clearance at each state, shape (n,): ``HORIZON`` or 0.
 
         The ground does not count.
         """
         return np.where([self._inflated.collides(x) for x in path.tolist()], 0.0, HORIZON)
 
     def fits(self, x: Array, slim: int) -> bool:
-        """Say whether a machine that is so many quanta slimmer is free at a state."""
+        """Return whether the machine shrunk by ``slim`` quanta is free at a state."""
         return self.shape(slim).free(x.tolist())
 
     def blocked(self, path: Array, slim: int) -> NDArray[np.bool_]:
-        """Say at which states of a way, shape (n, nx), the machine is not free."""
+        """Return at which states of a path (n, nx) the machine is not free, shape (n,)."""
         shape = self.shape(slim)
         return np.array([not shape.free(x) for x in path.tolist()], dtype=bool)
 
     def least(self, path: Array, most: int) -> int:
-        """Return how slim the machine must be to fit everywhere, where ``most`` is enough."""
+        """Return the least shrinkage in quanta that fits everywhere, given that ``most`` does."""
         fat, slim = -1, most
         suspects = path
         while slim - fat > 1:
             middle = (fat + slim) // 2
             blocked = self.blocked(suspects, middle)
             if blocked.any():
-                fat, suspects = middle, suspects[blocked]  # the others fit slimmer ones as well
+                fat, suspects = middle, suspects[blocked]  # the others fit smaller machines as well
             else:
                 slim = middle
         return slim
 
 
-RESOLUTION = 0.004  # [m] of motion between two looks at a way
-MIN_DEFORMATION = 1e-4  # [m] that need not be bent
+RESOLUTION = 0.004  # [m] of motion between two collision checks
+MIN_DEFORMATION = 1e-4  # [m]: smaller displacements are dropped
 
 
 class PathWidening:
-    """Bends ways of one machine.
+    """Widens paths of one machine.
 
     Args:
-        deformation: Bends them.
-        shrinkage: Tells how slim the machine must be.
-        cancelled: Says whether to stop.
+        deformation: Deforms them.
+        shrinkage: Gives the required shrinkage of the machine.
+        cancelled: Returns whether to stop.
     """
 
     def __init__(
@@ -95,18 +95,18 @@ class PathWidening:
         self._draw = np.random.default_rng(0)
 
     def widened(self, path: Array, slim: int, spacing: float, patience: int) -> tuple[Array, int]:
-        """Return a way for a fatter machine, and how slim that still is, in quanta.
+        """Return a path for a larger machine, and its remaining shrinkage in quanta.
 
         Args:
-            path: States of a way, shape (n, nx).
-            slim: How slim the machine is that passes along it.
-            spacing: In [m] of motion between the states that are bent.
-            patience: Bends in a row that may be in vain.
+            path: States of a path, shape (n, nx).
+            slim: Shrinkage, in quanta, with which the machine passes along it.
+            spacing: In [m] of motion between the states that are displaced.
+            patience: Consecutive deformations that may fail.
         """
         band, slimmest, aim = self._bands.filled(path, spacing), slim, slim // 2
         while aim < slim and not self._late():
             bent = self._bands.filled(self._deformed(band, slim, aim, patience), spacing)
-            if not self._fit.blocked(bent, slim).any():  # nor between the states that were bent
+            if not self._fit.blocked(bent, slim).any():  # nor between the displaced states
                 band = bent
             if self._fit.blocked(band, aim).any():
                 aim = (aim + slim + 1) // 2
@@ -114,12 +114,12 @@ class PathWidening:
                 slim = self._fit.least(band, aim)
                 aim = slim // 2
         dense = self._bands.filled(band, RESOLUTION)
-        if self._fit.blocked(dense, slimmest).any():  # where it was not looked at so closely
+        if self._fit.blocked(dense, slimmest).any():  # between the coarser checks
             dense = self._bands.filled(path, RESOLUTION)
         return dense, self._fit.least(dense, slimmest)
 
     def _deformed(self, band: Array, slim: int, aim: int, patience: int) -> Array:
-        """Bend until a machine slimmer by ``aim`` fits, as far as the patience goes."""
+        """Deform until the machine shrunk by ``aim`` fits, or patience runs out."""
         marks = self._bands.marks(band)
         blocked, clearance = self._fit.blocked(band, aim), self._fit.clearance(band)
         vain = 0
@@ -144,9 +144,9 @@ class PathWidening:
     def _now_blocked(
         self, tried: Array, before: NDArray[np.bool_], slim: int, aim: int
     ) -> NDArray[np.bool_] | None:
-        """Say where the fatter machine is blocked; None where a bend makes matters worse."""
+        """Return where the larger machine is blocked; None if a deformation makes it worse."""
         allowed, now = int(before.sum()), np.zeros(len(before), dtype=bool)
-        for k in np.argsort(~before, kind="stable"):  # what was blocked is most likely to be
+        for k in np.argsort(~before, kind="stable"):  # likeliest to be blocked first
             if not self._fit.fits(tried[k], aim):
                 now[k] = True
                 allowed -= 1
