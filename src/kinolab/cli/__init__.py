@@ -1,4 +1,4 @@
-"""The command ``plan``; Ctrl-C is taken care of before anything else is imported."""
+"""The command ``plan``; Ctrl-C is handled before anything else is imported."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def main() -> None:
         from kinolab.cli.supervisor import supervise
 
         supervise()
-    with suppress(AttributeError):  # None, or a stream of somebody else's
+    with suppress(AttributeError):  # None, or another kind of stream
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # for paths
     code = run()
     if INTERRUPTS.seen:
         with suppress(OSError):
             sys.stdout.flush()
-        INTERRUPTS.leave(code)  # at once: libraries take their time to say goodbye
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done
+        INTERRUPTS.leave(code)  # at once: libraries shut down slowly
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
     sys.exit(code)

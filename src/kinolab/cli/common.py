@@ -1,4 +1,4 @@
-"""What several commands have in common: options, an exit code, a JSON object, pictures."""
+"""Shared by commands: options, an exit code, JSON output, pictures."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ set_option = click.option(
 
 
 def echo_json(data: Any) -> None:
-    """Print plain data as one JSON object, on one line."""
+    """Print plain data as JSON on one line."""
     click.echo(json.dumps(data, ensure_ascii=False))
 
 
 def write_pictures(
     problem: PlanningTask, found: PlanResult, folder: Path, report: dict[str, Any]
 ) -> None:
-    """Write the film, the page and the scene of a motion."""
+    """Write the animation, the page and the scene of a motion."""
     from kinolab.files import write_whole
     from kinolab.show.film.animation import animate
     from kinolab.show.view import write_scene

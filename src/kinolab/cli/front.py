@@ -1,7 +1,7 @@
-"""The command line: which commands there are, and what becomes of their errors.
+"""The command line: dispatch of commands, and handling of their errors.
 
-A command's file is imported when the command is called or explained, and what it needs to do its
-work when it does it: ``plan --help`` answers at once.
+A command's file is imported when the command is called or explained, and its dependencies when it
+runs, so that ``plan --help`` is fast.
 """
 
 from __future__ import annotations
@@ -82,13 +82,13 @@ def execute(arguments: list[str]) -> int:
         print("error: out of memory", file=sys.stderr)
         return RESOURCES
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # nobody reads any more
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # the reader is gone
         return 0
     except OSError as error:
         print(f"error: {error}", file=sys.stderr)
         return USAGE
     except Exception:
-        INTERRUPTS.raise_if_seen()  # what a library makes of it
+        INTERRUPTS.raise_if_seen()  # as a library may have converted it
         traceback.print_exc()
         print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
         return INTERNAL

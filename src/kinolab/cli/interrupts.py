@@ -1,12 +1,12 @@
-"""What Ctrl-C does to a command, whatever the command is busy with.
+"""Handling of Ctrl-C, whatever a command is doing.
 
-The first one leaves at once where nothing would be lost. A search is asked to end instead and keeps
-what it has; it is urged where that takes long, and before a second is over the process leaves in
-any case. The second Ctrl-C leaves at once.
+The first Ctrl-C exits at once if nothing would be lost. A search is asked to end instead and keeps
+its result; it is asked again if that takes long, and within a second the process exits in any case.
+The second Ctrl-C exits at once.
 
-Python's handlers do all of this. Libraries that swallow KeyboardInterrupt while they import or
-compile make no difference to them, and native code that does not let Python run is ended by the
-parent process (`supervisor`).
+All of this is done in Python's signal handlers, so that libraries which swallow KeyboardInterrupt
+while importing or compiling have no effect; native code that blocks Python is killed by the parent
+process (`supervisor`).
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from typing import Any, NoReturn
 
 EXIT_CODE = 130
 STDERR = 2
-INTERRUPTED = b"\ninterrupted\n"  # on stderr, of a process that leaves at once
-URGE_SECONDS = 0.3  # [s] after Ctrl-C a search is urged to end
-LEAVE_SECONDS = 0.7  # [s] after Ctrl-C the process leaves
-ONE_PRESS = 0.1  # [s] in which a signal may come twice, from the terminal and from who started us
+INTERRUPTED = b"\ninterrupted\n"  # on stderr, when the process exits at once
+URGE_SECONDS = 0.3  # [s] after Ctrl-C a search is asked again to end
+LEAVE_SECONDS = 0.7  # [s] after Ctrl-C the process exits
+ONE_PRESS = 0.1  # [s] in which a signal may come twice, from terminal and parent
 
 
 class Interrupts:
-    """How Ctrl-C is taken at the moment.
+    """State of Ctrl-C handling.
 
     Attributes:
         seen: Whether there was one.
@@ -46,7 +46,7 @@ class Interrupts:
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Take Ctrl-C inside by KeyboardInterrupt at most: for a command inside a program."""
+        """Handle Ctrl-C inside by KeyboardInterrupt at most, for use as a library."""
         if self._alone or threading.current_thread() is not threading.main_thread():
             yield
             return
@@ -58,20 +58,20 @@ class Interrupts:
             signal.signal(signal.SIGINT, before)
 
     def guard(self) -> None:
-        """Take Ctrl-C from now on, for a process that is this command alone."""
+        """Handle Ctrl-C from now on, in a process that runs this command only."""
         sys.unraisablehook = _say_unless_interrupted
-        if sys.platform != "win32":  # where no timer rings, KeyboardInterrupt has to do
+        if sys.platform != "win32":  # without timers, KeyboardInterrupt must suffice
             self._alone = True
             signal.signal(signal.SIGALRM, self._ring)
         signal.signal(signal.SIGINT, self._arrive)
 
     def ask(self, end: Callable[[], None]) -> None:
-        """Let Ctrl-C call a function from now on, which may raise, and again to urge."""
+        """Let Ctrl-C call ``end`` from now on, which may raise, and repeatedly."""
         self._end = end
 
     @contextmanager
     def asking(self) -> Iterator[None]:
-        """Ask nobody any more after this."""
+        """Unset the function of ``ask`` on exit."""
         try:
             yield
         finally:
@@ -79,7 +79,7 @@ class Interrupts:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Let no process leave inside that could complete what it writes."""
+        """Defer the exit of the process until what is written inside is complete."""
         self.is_writing[0] = 1
         try:
             yield
@@ -89,12 +89,12 @@ class Interrupts:
                 self._leave_unless_writing()
 
     def raise_if_seen(self) -> None:
-        """Raise again what a library may have swallowed; called between stages."""
+        """Raise KeyboardInterrupt again if a library swallowed it; called between stages."""
         if self.seen and not self._asked:
             raise KeyboardInterrupt
 
     def leave(self, exit_code: int = EXIT_CODE) -> NoReturn:
-        """End this process and all that it started, without coming back to what it was doing."""
+        """Exit this process and all that it started, without unwinding the stack."""
         _clear_up()
         os._exit(exit_code)
 
@@ -114,7 +114,7 @@ class Interrupts:
             self._end()
 
     def _ring(self, *_: Any) -> None:
-        """Handle the timer: urge at first, then leave."""
+        """Handle the timer: ask again at first, then exit."""
         urged, self._urged = self._urged, True
         if urged:
             self._leave_unless_writing()
@@ -122,7 +122,7 @@ class Interrupts:
             self._end()
 
     def _leave_unless_writing(self) -> None:
-        """Leave at once, or as soon as what is being written is complete."""
+        """Exit at once, or as soon as what is being written is complete."""
         self._leaving = True
         if not self.is_writing[0]:
             with suppress(OSError):
@@ -134,7 +134,7 @@ INTERRUPTS = Interrupts()  # signals belong to the process
 
 
 def _clear_up() -> None:
-    """End all processes that this one started, and remove what is half written."""
+    """Kill all child processes, and remove half-written files."""
     processes = sys.modules.get("kinolab.solve.processes")
     if processes:
         processes.kill_all()
@@ -144,6 +144,6 @@ def _clear_up() -> None:
 
 
 def _say_unless_interrupted(unraisable: sys.UnraisableHookArgs) -> None:
-    """Say what Python cannot raise, but nothing of Ctrl-C, which has its effect all the same."""
+    """Report unraisable exceptions, except KeyboardInterrupt, which is handled anyway."""
     if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)

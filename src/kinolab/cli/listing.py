@@ -1,4 +1,4 @@
-"""What there is to choose from, as plain data and as text whose columns line up."""
+"""Lists of scenarios, systems, planners and options, as plain data and as aligned text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinolab.settings import Setting
 HEADINGS = ("setting", "default", "unit", "range", "meaning")
 INDENT = "  "
 
-# A line about everything, by name; about kinolab's own planner where another has its name.
+# A line about each entry, by name; kinolab's own planner wins over others of its name.
 GROUPS: Mapping[str, Callable[[], dict[str, str]]] = {
     "scenarios": lambda: {
         name: load_scenario(path).title for name, path in builtin_scenarios().items()
@@ -27,14 +27,14 @@ GROUPS: Mapping[str, Callable[[], dict[str, str]]] = {
 
 
 def names_of(group: str, wanted: Sequence[str] = ()) -> dict[str, str]:
-    """Return a line about everything in a group, by name.
+    """Return a line about each entry of a group, by name.
 
     Args:
         group: ``scenarios``, ``systems`` or ``planners``.
-        wanted: Names; everything where left out.
+        wanted: Names; all if left out.
 
     Raises:
-        UnknownNameError: If nothing in the group has a name.
+        UnknownNameError: If a name is not in the group.
     """
     lines = GROUPS[group]()
     for name in wanted:
@@ -49,19 +49,19 @@ def setting_to_json(entry: Setting) -> dict[str, Any]:
 
 
 def planner_to_json(entry: PlannerEntry) -> dict[str, Any]:
-    """Return what is told about a planner as plain data."""
+    """Return a planner entry as plain data."""
     return {**asdict(entry), "settings": [setting_to_json(item) for item in entry.settings]}
 
 
 def listed(group: str | None, wanted: Sequence[str] = ()) -> dict[str, list[dict[str, Any]]]:
-    """Return what ``plan list`` says as plain data: names with a line each, planners with all.
+    """Return what ``plan list`` prints as plain data: a line each, planners with all settings.
 
     Args:
         group: One of ``GROUPS`` or ``options``; None for the names of all groups.
-        wanted: Names within the group; everything where left out.
+        wanted: Names within the group; all if left out.
 
     Raises:
-        InputError: If nothing in the group has a name.
+        InputError: If a name is not in the group.
     """
     if group == "planners":
         return {
@@ -77,14 +77,14 @@ def listed(group: str | None, wanted: Sequence[str] = ()) -> dict[str, list[dict
 
 
 def listed_as_text(group: str | None, wanted: Sequence[str] = ()) -> str:
-    """Return what ``plan list`` says.
+    """Return what ``plan list`` prints.
 
     Args:
         group: ``scenarios``, ``systems``, ``planners`` or ``options``; None for the names of all.
-        wanted: Names within the group; everything where left out.
+        wanted: Names within the group; all if left out.
 
     Raises:
-        InputError: If nothing in the group has a name.
+        InputError: If a name is not in the group.
     """
     if group is None:
         return "\n".join(
@@ -101,7 +101,7 @@ def listed_as_text(group: str | None, wanted: Sequence[str] = ()) -> str:
 
 
 def planner_lines(entry: PlannerEntry) -> Iterator[str]:
-    """Yield all that is told about a planner."""
+    """Yield the lines about a planner."""
     yield f"{entry.name}: {entry.line}".removesuffix(": ")
     if entry.origin:
         yield f"{INDENT}from {entry.origin}"
@@ -111,12 +111,12 @@ def planner_lines(entry: PlannerEntry) -> Iterator[str]:
 
 
 def setting_lines(settings: Sequence[Setting]) -> list[str]:
-    """Return a table of settings; nothing where there are none."""
+    """Return a table of settings; empty if there are none."""
     return indented([HEADINGS, *setting_rows(settings)]) if settings else []
 
 
 def indented(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Return rows of cells as columns below a heading."""
+    """Return rows of cells as indented, aligned lines."""
     return [INDENT + line for line in columns(rows)]
 
 
@@ -132,7 +132,7 @@ def _default(entry: Setting) -> str:
 
 
 def columns(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Return rows of cells as lines in which the columns begin at the same place."""
+    """Return rows of cells as lines with aligned columns."""
     table = list(rows)
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return [

@@ -1,4 +1,4 @@
-"""The page on which a browser shows a search, if anybody asks for it: ``plan SCENARIO --live``."""
+"""The live page of a search in a browser: ``plan SCENARIO --live``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def live_page(
     problem: PlanningTask, progress: Progress, *, live: bool, browser: bool
 ) -> Iterator[tuple[LivePage | None, bool]]:
-    """Serve a page inside, where one is wanted; with whether a browser was started that may come.
+    """Serve a live page inside if wanted; yield it, and whether a browser was opened on it.
 
     Args:
         live: Whether it is wanted.

@@ -1,4 +1,4 @@
-"""What a plan is in words, for a terminal."""
+"""Summary of a plan for the terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
-    """Word a plan that is better than all before."""
+    """Describe a plan that improves on all previous ones."""
     first, last = found.improvements[0], min(found.improvements, key=lambda one: one.duration)
     if anytime:
         return f"seed {last.seed}: {last.duration:.2f} s of motion, after {last.after:.1f} s"
@@ -28,10 +28,10 @@ def progress_text(found: PlanResult, *, anytime: bool) -> str:
 def summary(
     problem: PlanningTask, found: PlanResult, folder: Path, report: Mapping[str, Any]
 ) -> str:
-    """Return what a command says of a plan and of the folder that it was written to.
+    """Return the summary of a plan and of the folder that it was written to.
 
     Args:
-        report: As the folder has it, with a diagnosis where there is one.
+        report: As written to the folder, with a diagnosis if there is one.
     """
     from kinolab.problem.goal_entries import distance_text
 
@@ -58,26 +58,26 @@ def summary(
 
 
 def _before(found: PlanResult) -> str:
-    """Word the duration of the motion that a search gave, where it was made shorter."""
+    """Describe the duration before optimisation, if it was shortened."""
     raw = found.statistics.get("raw_duration")
     return f" (found with {raw:.2f} s)" if raw not in {None, found.cost} else ""
 
 
 def _refusals(refused: Mapping[str, int]) -> str:
-    """Word how many motions the verifier refused, and why."""
+    """Describe how many motions the verifier rejected, and why."""
     count = sum(refused.values())
     causes = "; ".join(f"{checks}: {times}" for checks, times in sorted(refused.items()))
     return f"{count} {'motion' if count == 1 else 'motions'} refused by verification ({causes})"
 
 
 def _ends(found: PlanResult) -> str:
-    """Word how many seeds ended in which way."""
+    """Describe how many seeds ended with which status."""
     counts = Counter(attempt.status for attempt in found.attempts)
     ends = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
     return f"{len(found.attempts)} ({ends})"
 
 
 def _further(found: PlanResult, report: Mapping[str, Any]) -> list[str]:
-    """Return what a diagnosis says that the plan's own message does not."""
+    """Return the sentences of the diagnosis that are not in the plan's message."""
     sentences = report["diagnosis"].get("sentences", ())
     return [sentence for sentence in sentences if sentence not in found.message]

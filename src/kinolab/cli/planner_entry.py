@@ -1,4 +1,4 @@
-"""All that is told about a planner, wherever it comes from."""
+"""Description of planners, built-in, registered or from a file, for ``plan list``."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from kinolab.settings import Setting, settings_of
 
 @dataclass(frozen=True)
 class PlannerEntry:
-    """What is told about a planner.
+    """Description of a planner.
 
     Attributes:
         name: What a scenario writes after [planner] name =.
-        summary: The first line of its description; empty where it has none.
-        source: The literature that it cites; empty where it cites none.
+        summary: The first line of its docstring; may be empty.
+        source: The literature that it cites; may be empty.
         origin: The file or the package that it comes from; empty for kinolab's own.
         settings: All of them.
-        fault: Why it cannot be used; empty where it can.
+        fault: Why it cannot be used; empty if it can.
     """
 
     name: str
@@ -42,11 +42,11 @@ class PlannerEntry:
 
 
 def planner_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
-    """Return what is told about planners; one that cannot be used tells why.
+    """Return descriptions of planners; those that cannot be used say why.
 
     Args:
         wanted: Names, or ``file.py:Class`` with paths from the working folder, whose files are run;
-            every planner that is registered where left out.
+            every registered planner if left out.
 
     Raises:
         InputError: If there is no planner of a name, or a file has no such planner.
@@ -55,15 +55,15 @@ def planner_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
 
 
 def option_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
-    """Return what is told about the options of trajectory optimisation, with their values.
+    """Return descriptions of the options of trajectory optimisation, with their values.
 
     Args:
-        wanted: Names of groups of them; all where left out.
+        wanted: Names of option groups; all if left out.
 
     Raises:
         UnknownNameError: If there is no group of a name.
     """
-    from kinolab.trajopt.options import OPTIONS  # late: loading the optimiser takes long
+    from kinolab.trajopt.options import OPTIONS  # late: the optimiser is slow to import
 
     for name in wanted:
         if name not in OPTIONS:
@@ -90,7 +90,7 @@ def _entries_of(name: str) -> Iterator[PlannerEntry]:
 
 
 def _entry(name: str, origin: str, find: Callable[[], type[AbstractPlanner]]) -> PlannerEntry:
-    """Return what is told about a planner that may be broken, which must not hide the others."""
+    """Return the description of a planner; one that cannot be loaded must not hide others."""
     try:
         return _about(find(), name, origin)
     except InputError as error:
@@ -109,7 +109,7 @@ def _about(planner: type, name: str, origin: str) -> PlannerEntry:
 
 
 def _description(planner: type) -> str:
-    """Return a class's own docstring, and not the signature that dataclasses write in its place."""
+    """Return a class's own docstring, not the signature that dataclasses generate."""
     text = vars(planner).get("__doc__") or ""
     return "" if text.startswith(f"{planner.__name__}(") else inspect.cleandoc(text)
 

@@ -1,4 +1,4 @@
-"""What a command is doing, on stderr."""
+"""Progress messages of a command on stderr."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kinolab.cli.interrupts import INTERRUPTS
 
 
 def escaped(text: str) -> str:
-    """Return a text that every stream takes which takes UTF-8: names of files may be none."""
+    """Return a text that encodes as UTF-8, which file names may not."""
     return text.encode(errors="backslashreplace").decode()
 
 
@@ -25,12 +25,12 @@ class Progress:
         self._listeners: list[Callable[[str], None]] = []
 
     def __call__(self, text: str, *, passing: bool = False, lasting: bool = False) -> None:
-        """Say what is happening.
+        """Print a message.
 
         Args:
-            text: To be said.
-            passing: Whether it may be left out.
-            lasting: Whether it stays on the terminal, and is said in any case.
+            text: The message.
+            passing: Whether it may be skipped.
+            lasting: Whether it stays on the terminal, and is printed even if quiet.
         """
         INTERRUPTS.raise_if_seen()
         for listener in self._listeners:
@@ -46,7 +46,7 @@ class Progress:
 
     @contextmanager
     def heard(self, listener: Callable[[str], None]) -> Iterator[None]:
-        """Say everything inside to somebody else too."""
+        """Pass all messages inside to a listener, too."""
         self._listeners.append(listener)
         try:
             yield
@@ -54,7 +54,7 @@ class Progress:
             self._listeners.remove(listener)
 
     def compiling(self) -> AbstractContextManager[object]:
-        """Say inside how far compiling is, where anything must be compiled."""
+        """Report progress of compilation inside, if anything must be compiled."""
         from kinolab.numerics.compiling import compilation, running
 
         return compilation(lambda done: self(running(done.functions, done.seconds), passing=True))

@@ -1,8 +1,8 @@
-"""A parent that ends its child, the command, where Ctrl-C finds it in code that never returns.
+"""A parent process that kills its child, the command, if Ctrl-C finds it in blocking code.
 
-Python's handlers wait until native code gives way, and FCL and OMPL take seconds with a mesh of a
-million triangles. A second process waits for nothing. It is forked before any library is loaded:
-their threads and locks would not survive it.
+Python's handlers wait until native code returns, and FCL and OMPL take seconds with a mesh of a
+million triangles. A second process does not wait. It is forked before any library is loaded, whose
+threads and locks would not survive a fork.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from typing import NoReturn
 
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTED, INTERRUPTS, ONE_PRESS, STDERR
 
-END_SECONDS = 0.9  # [s] after Ctrl-C the child is ended; by then it has left if it could
+END_SECONDS = 0.9  # [s] after Ctrl-C the child is killed; by then it has exited if it could
 END_SOON_SECONDS = 0.2  # [s] the same after the second Ctrl-C
-WRITING_SECONDS = 1.0  # [s] more that it has at most to complete the files of a run
-PR_SET_PDEATHSIG = 1  # Linux: which signal a process gets when its parent is gone
+WRITING_SECONDS = 1.0  # [s] more to complete the files of a run
+PR_SET_PDEATHSIG = 1  # Linux: signal that a process gets when its parent dies
 
 
 def supervise() -> None:
-    """Go on in a child, for a process whose signals are handled; the parent does not return.
+    """Fork and continue in the child, whose signals are handled; the parent does not return.
 
-    The parent leaves with the child's exit code, or by the signal that ended it.
+    The parent exits with the child's exit code, or by the signal that killed it.
     """
-    before = signal.signal(signal.SIGCHLD, lambda *_: None)  # or nobody may wait for it
+    before = signal.signal(signal.SIGCHLD, lambda *_: None)  # if ignored, sigwait would miss it
     heard = {
         signal.SIGCHLD, signal.SIGALRM, signal.SIGINT, signal.SIGTERM,
         signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP,
@@ -43,10 +43,10 @@ def supervise() -> None:
 
 
 def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
-    """Wait for a process and pass signals on to it.
+    """Wait for a process and forward signals to it.
 
     Returns:
-        Its status, as of ``waitpid``; None where it had to be ended after Ctrl-C.
+        Its status, as of ``waitpid``; None if it had to be killed after Ctrl-C.
     """
     presses, last, postponed = 0, -ONE_PRESS, False
     while True:
@@ -72,13 +72,13 @@ def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
                 seconds = END_SECONDS if presses == 1 else END_SOON_SECONDS
                 signal.setitimer(signal.ITIMER_REAL, seconds)
         elif number == signal.SIGTSTP:
-            _raise_signal(number)  # until somebody lets both go on
+            _raise_signal(number)  # until both are continued
             signal.pthread_sigmask(signal.SIG_BLOCK, {number})
             os.kill(child, signal.SIGCONT)
 
 
 def _leave_like(status: int | None) -> NoReturn:
-    """Leave with a child's exit code, or by the signal that ended it."""
+    """Exit with a child's exit code, or by the signal that killed it."""
     if status is None:
         with suppress(OSError):
             os.write(STDERR, INTERRUPTED)
@@ -92,20 +92,20 @@ def _leave_like(status: int | None) -> NoReturn:
 
 
 def _raise_signal(number: int) -> None:
-    """Have a signal that was blocked do to this process what it does by itself."""
+    """Send a blocked signal to this process and unblock it, for its default action."""
     os.kill(os.getpid(), number)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {number})
 
 
 def _leave_with(parent: int) -> None:
-    """Let no child live on whose parent is killed."""
+    """Make this child exit when its parent is killed."""
     if sys.platform == "linux":
         from ctypes import CDLL
 
         CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     else:
         threading.Thread(target=_leave_after, args=(parent,), daemon=True).start()
-    if os.getppid() != parent:  # it was too late to ask for it
+    if os.getppid() != parent:  # the parent was already gone
         INTERRUPTS.leave()
 
 

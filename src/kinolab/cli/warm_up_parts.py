@@ -1,7 +1,7 @@
-"""What there is to compile, part by part: each part uses all its functions on a small problem.
+"""Parts of the warm-up: each one compiles its functions by calling them on a small problem.
 
-Functions are compiled for the kinds of their arguments, not for a machine or a world, so that a
-coin among four obstacles stands for all.
+Functions are compiled for the types of their arguments, not for a machine or a world, so that a
+coin among four obstacles represents all.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ cylinder = [0.1, 0.3]
 position = [1.5, 1.5, 0.15]
 """
 SAMPLE_RESOLUTION = 0.1  # [m]
-DURATION = 0.2  # [s] of the motion that is verified and drawn
+DURATION = 0.2  # [s] of the motion that is verified and rendered
 
 
 def small_problem() -> PlanningTask:
@@ -66,7 +66,7 @@ def small_problem() -> PlanningTask:
     path = Path("warm_up.toml")
     problem = build_problem(scenario_from(tomllib.loads(SCENARIO), path), planner=False)
     box, *others = problem.world.obstacles
-    mesh = replace(box, primitive=None)  # the triangles of its picture
+    mesh = replace(box, primitive=None)  # its triangles only
     return replace(problem, world=World((mesh, *others), True, problem.world.bounds))
 
 
@@ -92,7 +92,7 @@ def _planners() -> None:
 
 def _collision() -> None:
     problem = small_problem()
-    distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # there may be one on disk
+    distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # may be cached on disk
     verify(problem, simulate(problem, DURATION))
     checker, room = (
         problem.checker(),
@@ -106,7 +106,7 @@ def _collision() -> None:
 
 
 def inside_obstacles(problem: PlanningTask) -> Iterator[Array]:
-    """Yield states (nx,) at which the machine touches an obstacle."""
+    """Yield states (nx,) at which the machine collides with an obstacle."""
     for obstacle in problem.world.obstacles:
         x = problem.start.copy()
         x[:2] = obstacle.vertices.mean(axis=0)[:2]
@@ -132,7 +132,7 @@ def _pictures() -> None:
     animate(problem, simulate(problem, DURATION))
 
 
-# What takes longest comes first, so that no processor waits for it in the end.
+# The longest part comes first, so that no processor waits for it in the end.
 PARTS: dict[str, Callable[[], None]] = {
     "ways around obstacles": _potential_fields,
     "planners": _planners,

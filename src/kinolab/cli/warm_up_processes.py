@@ -1,4 +1,4 @@
-"""Compile all parts, in several processes where that is quicker: numba compiles in one thread."""
+"""Compile all parts in several processes if possible, as numba compiles in one thread."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ MODULE = __name__
 
 @dataclass(frozen=True)
 class Warmed:
-    """What became of a part, or what is becoming of it.
+    """Progress or result of compiling a part.
 
     Attributes:
         part: Its name.
-        functions: Compiled for it; 0 where all of them were on disk.
-        seconds: Spent on compiling them.
-        done: Whether there is nothing left to compile.
-        failure: Why it could not be compiled; empty where it could.
+        functions: Number of functions compiled; 0 if all were cached on disk.
+        seconds: Time spent compiling them, in [s].
+        done: Whether the part is complete.
+        failure: Why it could not be compiled; empty if it could.
     """
 
     part: str
@@ -51,12 +51,12 @@ def warm_up(
     jobs: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Iterator[Warmed]:
-    """Compile what is not on disk yet, and yield what became of each part.
+    """Compile what is not cached on disk, and yield the result of each part.
 
     Args:
         parts: Names of ``PARTS``.
-        jobs: Processes at most; as many as there are processors when left out.
-        progress: Called now and then with how many functions were compiled, of all parts together.
+        jobs: Maximum number of processes; the number of processors if left out.
+        progress: Called periodically with the number of functions compiled in all parts.
 
     Raises:
         WarmUpError: If a part could not be compiled.
@@ -87,7 +87,7 @@ def _in_turn(parts: Sequence[str]) -> Iterator[Warmed]:
 
 
 def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:
-    """Yield what several processes tell, each of which compiles one part after the other."""
+    """Yield the reports of several processes, each of which compiles part after part."""
     left = list(parts)[::-1]
     team = [start_process(MODULE) for _ in range(jobs)]
     try:
@@ -113,7 +113,7 @@ def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:
 
 
 def enter(handle: int) -> None:
-    """Be a process that compiles what it is told.
+    """Run a worker process that compiles the parts it receives.
 
     Args:
         handle: The file descriptor of the connection to the process that started this one.
@@ -127,7 +127,7 @@ def enter(handle: int) -> None:
 
 
 def _compiled(part: str, tell: Callable[[Warmed], None]) -> Warmed:
-    """Compile a part, and tell how far that is."""
+    """Compile a part, and report progress."""
     last = time.monotonic()
 
     def told(so_far: Compilation) -> None:

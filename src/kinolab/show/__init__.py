@@ -1,1 +1,1 @@
-"""Everything that is looked at: films, interactive pages, plots and scenes for Blender."""
+"""Visualisation: animations, interactive pages, plots and scenes for Blender."""

@@ -1,4 +1,4 @@
-"""The machines that come with kinolab: one file each, named like the function in it."""
+"""Built-in machines: one file each, named like its function."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ def get(name: str, **parameters: float) -> System:
 
 
 def summary(name: str) -> str:
-    """Return the first line of a system's description."""
+    """Return the first line of a system's docstring."""
     factory = getattr(import_module(f"{__name__}.{name}"), name)
     return (factory.__doc__ or "").strip().partition("\n")[0]

@@ -1,7 +1,7 @@
-"""Laws that balance a robot on one wheel: aside by a reaction wheel, ahead by its drive.
+"""Balance controllers of a one-wheeled robot: roll by a reaction wheel, pitch by its drive.
 
-Each looks at one plane, as if the machine were a mechanism of that plane with small angles, and
-places its poles by hand: what is left out, the planner sees and the plan's own feedback corrects.
+Each places the poles of a planar mechanism with small angles, in one plane of the machine. What
+this neglects is in the planner's model, and is corrected by feedback along the plan.
 """
 
 from __future__ import annotations
@@ -12,37 +12,37 @@ import sympy
 
 from kinolab.dynamics import rate
 
-TIPPING = 6.0  # [1/s] how fast a lean is taken on, critically damped
-PITCHING, ROLLING = 9.0, 1.0  # [1/s] how fast the pitch settles (twice), and the speed (once)
+TIPPING = 6.0  # [1/s] bandwidth of the lean, critically damped
+PITCHING, ROLLING = 9.0, 1.0  # [1/s] poles of the pitch (double) and of the speed
 
 
 @dataclass(frozen=True)
 class Aside:
-    """A reaction wheel that turns against a pendulum: inertia theta_ddot = moment - torque.
+    """Roll plane, a reaction wheel on a pendulum: inertia theta_ddot = moment - torque.
 
     Attributes:
-        inertia: About the line that the machine rolls along.
-        moment: Of all else about this line: weight, and what turning does.
+        inertia: Moment of inertia about the line that the machine rolls along.
+        moment: Of weight and gyroscopic effects about this line.
     """
 
     inertia: sympy.Expr
     moment: sympy.Expr
 
     def torque(self, theta: sympy.Expr, lean: sympy.Expr) -> sympy.Expr:
-        """Return what makes theta follow a lean with two poles at -TIPPING."""
+        """Return the torque by which theta follows a lean with two poles at -TIPPING."""
         wanted = TIPPING**2 * (lean - theta) - 2 * TIPPING * rate(theta)
         return self.moment - self.inertia * wanted
 
 
 @dataclass(frozen=True)
 class Ahead:
-    """A pendulum on a wheel that drives against it, at a spin s and a pitch alpha.
+    """Pitch plane, a pendulum on a wheel that drives against it, at spin s and pitch alpha.
 
     rolling s_dot + coupling alpha_ddot = torque
     coupling s_dot + tilting alpha_ddot = weight alpha - torque
 
     Attributes:
-        rolling: Moment of inertia of all that rolls, about where the wheel touches.
+        rolling: Moment of inertia of all that rolls, about the contact point.
         coupling: First moment of the pendulum about the axle, times the wheel's radius.
         tilting: Moment of inertia of the pendulum about the axle.
         weight: First moment of the pendulum, times gravity.
@@ -54,7 +54,7 @@ class Ahead:
     weight: sympy.Expr
 
     def torque(self, alpha: sympy.Expr, excess: sympy.Expr) -> sympy.Expr:
-        """Return what brings a spin's excess to zero, poles at -PITCHING, twice, and -ROLLING.
+        """Return the torque that drives the spin error to zero, poles -PITCHING (double), -ROLLING.
 
         With the pitch's acceleration a = -(k_1 alpha + k_2 alpha_dot + k_3 excess) as the input,
         the sum of both equations is s_dot = p alpha - q a, so that the poles are the roots of

@@ -1,4 +1,4 @@
-"""What satellites with reaction wheels share, however many of the wheels still turn."""
+"""Satellite with any number of working reaction wheels, shared by several systems."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.shapes import AxisName
 
-MOMENTS = (10.0, 12.0, 8.0)  # [kg m^2] of the whole satellite with its wheels held
+MOMENTS = (10.0, 12.0, 8.0)  # [kg m^2] of the whole satellite with its wheels locked
 FASTEST = 418.9  # [rad/s], 4000 turns a minute
 STRONGEST = 0.1  # [N m]
-TURNED = 1000.0  # [rad] that a wheel turns in a manoeuvre, which is a large difference
+TURNED = 1000.0  # [rad] scale: rotation of a wheel in a manoeuvre
 SMOOTHING = 0.1  # [rad/s] of dry friction in a bearing
 GOLD, BLUE, DARK, GREY = (0.87, 0.69, 0.3), (0.16, 0.27, 0.52), (0.2, 0.22, 0.26), (0.6, 0.62, 0.65)
 
@@ -40,10 +40,9 @@ SEATS = {"x": (-0.3, -0.2, 0.8), "y": (-0.1, 0.22, 0.8), "z": (0.25, -0.2, 0.68)
 
 
 def satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
-    """Return a satellite whose reaction wheels turn about some of its axes.
+    """Return a satellite with reaction wheels about some of its axes.
 
-    A wheel resists half as much across its axis as along it. What a wheel that does not turn
-    weighs is part of the bus.
+    A wheel's transverse moment of inertia is half its axial one. Failed wheels are part of the bus.
     """
     bus, I_w = orient(rotation("R", speed=0.1)), parameter("I_w", 0.01, "kg m^2")
     moments = [
@@ -77,13 +76,13 @@ def _wheel(bus: Frame, axis: AxisName, q: Coordinate, I_w: Parameter) -> Body:
 
 
 def _bearing(q: Coordinate) -> tuple[Viscous, Coulomb]:
-    """Friction between a wheel and the bus; there is none unless somebody asks for it."""
+    """Friction between a wheel and the bus; zero by default."""
     viscous, dry = parameter("c", 0.0, "N m s/rad"), parameter("tau_c", 0.0, "N m")
     return Viscous(rate(q), viscous), Coulomb(rate(q), dry, SMOOTHING)
 
 
 def _outfit(bus: Frame) -> tuple[Body, ...]:
-    """What the satellite carries; its inertia is the bus's."""
+    """Return the satellite's equipment, whose inertia is included in the bus's."""
     tube = (Cylinder(0.26, 0.9, axis="x", at=(0.95, 0, 0)), Cylinder(0.3, 0.12, "x", (1.4, 0, 0)))
     wings = tuple(
         part

@@ -1,4 +1,4 @@
-"""The robot that three machines of dynobench share; they differ in how it may be driven."""
+"""The first-order unicycle of three dynobench machines, which differ in input limits."""
 
 from kinolab.dynamics import (
     Body,
@@ -14,14 +14,14 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.inputs import Limit
 
-SIZE = Box(0.5, 0.25, 0.2)  # [m]; the benchmark is flat, the height is only drawn
+SIZE = Box(0.5, 0.25, 0.2)  # [m]; the benchmark is planar, the height is visual only
 
 
 def unicycle1(name: str, v: Limit, w: Limit) -> System:
     """Return a robot that rolls without sideslip at a speed v in [m/s] and turns at w in [rad/s].
 
     Args:
-        name: Of the machine.
+        name: Name of the machine.
         v: Largest speed, or (lower, upper), in [m/s].
         w: Largest turn rate, or (lower, upper), in [rad/s].
     """

@@ -1,4 +1,4 @@
-"""Wheels that lean."""
+"""Shapes of wheels that lean."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import math
 from kinolab.dynamics import Disk
 from kinolab.dynamics.language.shapes import Scalar
 
-RIM = 0.2  # share of the thickness that the outer of the two disks has
+RIM = 0.2  # thickness of the outer disk, relative to the whole
 
 
 def leaning_wheel(radius: Scalar, thickness: Scalar, lean: float) -> tuple[Disk, Disk]:
     """Return a wheel about the y axis that rolls on the middle of its tread and may lean.
 
-    Machines that lean roll on circles without thickness. What is drawn and may not touch anything
-    is as much smaller, the farther from the middle, as keeps its edges above the ground.
+    Machines that lean roll on circles without thickness. The visual and collision shape is reduced
+    away from the middle so that its edges stay above the ground.
 
     Args:
-        radius: Of the circle that rolls, in [m].
-        thickness: In [m].
+        radius: Radius of the rolling circle, in [m].
+        thickness: Width of the wheel, in [m].
         lean: Largest angle to the vertical in [rad].
     """
     rim, tread = (

@@ -14,7 +14,7 @@ from kinolab.dynamics import (
     toward,
 )
 
-THICK = 0.1  # [m] of the links, across
+THICK = 0.1  # [m] thickness of the links
 
 
 def acrobot_v0() -> System:

@@ -23,7 +23,7 @@ from kinolab.dynamics import (
 )
 
 TRACK = 1.5  # [m] between left and right wheels
-WHEEL = 0.3  # [m] radius that is drawn; the parameter R is what rolls
+WHEEL = 0.3  # [m] visual radius; the rolling radius is the parameter R
 
 
 def car() -> System:
@@ -34,7 +34,7 @@ def car() -> System:
 
     Source: Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
     """
-    # I_z is that of all but the front wheels, about the vertical through the centre of mass.
+    # I_z excludes the front wheels and is about the vertical through the centre of mass.
     m, I_z = parameter("m", 1200.0, "kg"), parameter("I_z", 2000.0, "kg m^2")
     L, a, R = parameter("L", 2.7, "m"), parameter("a", 1.3, "m"), parameter("R", WHEEL, "m")
     I_w, J_s = parameter("I_w", 2.0, "kg m^2"), parameter("J_s", 5.0, "kg m^2")

@@ -1,4 +1,4 @@
-"""The car with a trailer of dynobench."""
+"""The car with trailer of dynobench."""
 
 from sympy import atan, cos, pi, sin, tan
 
@@ -18,7 +18,7 @@ from kinolab.dynamics import (
     zero,
 )
 
-HEIGHT = 0.2  # [m] that is drawn; the benchmark is flat
+HEIGHT = 0.2  # [m] visual only; the benchmark is planar
 
 
 def car1_v0() -> System:
@@ -35,7 +35,7 @@ def car1_v0() -> System:
     trailer = move(x, y) @ rot_z(theta_1) @ move(-h)
     phi = Control("phi", limit=1.047198, unit="rad")  # steering angle
     V, front = velocity(rear), velocity(rear @ move(L))
-    folded = 2 * atan(abs(tan((theta_0 - theta_1) / 2)))  # their difference, the short way round
+    folded = 2 * atan(abs(tan((theta_0 - theta_1) / 2)))  # their absolute difference, wrapped
     return System(
         "car1_v0",
         bodies=[

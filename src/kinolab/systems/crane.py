@@ -33,8 +33,8 @@ SPAN = 14.0  # [m] between the rails
 def crane() -> System:
     """An overhead crane with two sway angles; its rope carries a package and never pushes.
 
-    The motors turn their current into force and their speed into drag, so that every force stands
-    for a speed: 1.2 m/s of bridge and trolley, 0.5 m/s of the hoist.
+    The motors give a force by current and a drag by speed, so that every force has a steady speed:
+    at most 1.2 m/s of bridge and trolley, 0.5 m/s of the hoist.
 
     Source: Abdel-Rahman, Nayfeh, Masoud, Dynamics and control of cranes: a review, J. Vibration
     and Control 9, 2003.
@@ -87,10 +87,10 @@ def _flat(
     theta_y: Coordinate,
     g: Expr,
 ) -> FlatOutputs:
-    """Return the coordinates that a path of the load asks for.
+    """Return the coordinates as functions of the load's path, its flat outputs.
 
-    The rope's force is all that holds the load but its weight, so that the rope points along the
-    load's acceleration less that of gravity; the little friction of swaying is left out.
+    The rope's force and the weight are the only forces on the load, so that the rope points along
+    the load's acceleration minus gravity; the small friction of swaying is neglected.
 
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """

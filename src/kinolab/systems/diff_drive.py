@@ -23,7 +23,7 @@ from kinolab.dynamics import (
     zero,
 )
 
-RADIUS, TRACK = 0.0975, 0.33  # [m] that are drawn; the parameters r and b are what rolls
+RADIUS, TRACK = 0.0975, 0.33  # [m] visual only; the model uses the parameters r and b
 
 
 def diff_drive() -> System:
@@ -33,7 +33,7 @@ def diff_drive() -> System:
 
     Source: Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
     """
-    # m and I_z are those of all, the wheels' yaw included.
+    # m and I_z are those of the whole robot, including the wheels' yaw inertia.
     m, I_z = parameter("m", 9.0, "kg"), parameter("I_z", 0.2, "kg m^2")
     r, b = parameter("r", RADIUS, "m"), parameter("b", TRACK, "m")
     I_w, c_w = parameter("I_w", 0.005, "kg m^2"), parameter("c_w", 0.08, "N m s/rad")

@@ -21,7 +21,7 @@ from kinolab.dynamics import (
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.9  # [rad] at most
-SPEED, TURN = (1.2, 3.5), 1.5  # [m/s], [rad/s] that its controller follows: it needs its spin
+SPEED, TURN = (1.2, 3.5), 1.5  # [m/s], [rad/s] limits of its references; it needs some spin
 
 
 def falling_disk() -> System:

@@ -22,10 +22,10 @@ from kinolab.dynamics import (
     toward,
 )
 
-LINK = 0.25  # [m] that is drawn; the parameter l is what moves
+LINK = 0.25  # [m] visual only; the model uses the parameter l
 THICK = 0.011  # [m] radius of a link
-LOW, MIDDLE, HIGH = 0.10, 0.13, 0.16  # [m] at which links pass over and under each other
-BENT, APART = 0.1, 0.2  # sines that plans keep, of elbows and between the forearms
+LOW, MIDDLE, HIGH = 0.10, 0.13, 0.16  # [m] heights at which links pass each other
+BENT, APART = 0.1, 0.2  # least sines required of elbows and between the forearms
 ORANGE, STEEL, DARK = (0.85, 0.4, 0.1), (0.6, 0.62, 0.66), (0.2, 0.2, 0.22)
 
 
@@ -33,10 +33,10 @@ def five_bar() -> System:
     """Two arms of two links share a tool, which motors at their shoulders move over a table.
 
     All five bars, the base included, are equally long. The angles are those of the upper arms (a_l,
-    a_r) and of the forearms (f_l, f_r) against where they are at home: the upper arms straight
-    ahead, along y, and the forearms the sides of an equilateral triangle. The elbows bend outwards.
-    Where the forearms line up the motors cannot hold the tool, and where an elbow is straight they
-    cannot move it on: plans keep away from both.
+    a_r) and of the forearms (f_l, f_r) from the home position: the upper arms along y, and the
+    forearms the sides of an equilateral triangle. The elbows bend outwards. If the forearms are
+    aligned the motors cannot hold the tool, and at a straight elbow they cannot move it on: plans
+    must avoid both singularities.
 
     Source: Campos, Bourbonnais, Bonev, Bigras, Development of a five-bar parallel robot with large
     workspace, ASME IDETC 2010, on robots of equal links; sizes and masses are typical ones.
@@ -75,7 +75,7 @@ def five_bar() -> System:
 
 
 def _upper(side: str, shoulder: Frame, reach: Parameter) -> Body:
-    """Return an upper arm, a slender rod along x from its shoulder on."""
+    """Return an upper arm, a slender rod along x from its shoulder."""
     m = parameter("m_u", 0.3, "kg")
     rod = Capsule(THICK, LINK, axis="x")
     place = shoulder @ move(reach / 2, 0, LOW)
@@ -111,6 +111,6 @@ def _tool(tip: Frame) -> Body:
 
 
 def _base() -> Body:
-    """Return the two motors, which stand still."""
+    """Return the base: two fixed motors."""
     motors = tuple(Cylinder(0.03, 0.085, at=(x, 0, 0.0425)) for x in (-LINK / 2, LINK / 2))
     return Body("motors", move(0, 0, 0), shape=motors, touches_ground=True, color=DARK)

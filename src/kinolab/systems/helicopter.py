@@ -23,9 +23,9 @@ from kinolab.dynamics import (
     toward,
 )
 
-MAST, BOOM, FIN = 0.235, 0.91, 0.08  # [m] that are drawn; the parameters h, l_t, h_t are what count
+MAST, BOOM, FIN = 0.235, 0.91, 0.08  # [m] visual only; the model uses h, l_t, h_t
 MAIN, TAIL = 0.775, 0.13  # [m] radii of the rotors
-WHIRL = 11.0  # [rad/s] of film: slow enough to be seen; the true speed is 167 rad/s
+WHIRL = 11.0  # [rad/s] in animations, slow enough to be visible; really 167 rad/s
 DARK = (0.25, 0.27, 0.31)
 
 
@@ -90,7 +90,7 @@ def _main_rotor(fuselage: Body, thrust: Control, back: Control, right: Control) 
 
 
 def _tail_rotor(fuselage: Body, thrust: Control) -> Wrench:
-    """A push to the left at the end of the boom."""
+    """Thrust to the left at the end of the boom."""
     l_t, h_t = parameter("l_t", BOOM, "m"), parameter("h_t", FIN, "m")
     return Wrench(on=fuselage, force=(0, thrust.symbol, 0), at=(-l_t, 0, h_t))
 

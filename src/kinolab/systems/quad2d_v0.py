@@ -18,7 +18,7 @@ from kinolab.dynamics import (
 def quad2d_v0() -> System:
     """A multirotor in a vertical plane, of the size of a Crazyflie (dynobench).
 
-    An input is a rotor's thrust as a share of what it gives in hover.
+    An input is a rotor's thrust relative to that in hover.
 
     Source: Ortiz-Haro and others, dynobench 0.0.4, models/quad2d_v0.yaml.
     """

@@ -18,8 +18,8 @@ from kinolab.dynamics import (
 def quad2dpole_v0() -> System:
     """A multirotor in a vertical plane that carries a point mass on a rod (dynobench).
 
-    An input is a rotor's thrust as a share of what holds the multirotor alone in hover. The pole
-    hangs at q = 0, measured from the multirotor.
+    An input is a rotor's thrust relative to that in hover of the multirotor alone. The pole hangs
+    at q = 0, measured from the multirotor.
 
     Source: Ortiz-Haro and others, dynobench 0.0.4, models/quad2dpole_v0.yaml.
     """

@@ -1,4 +1,4 @@
-"""The quadrotor of dynobench that OMPL.app has too."""
+"""The quadrotor of dynobench and OMPL.app."""
 
 from kinolab.dynamics import (
     Body,
@@ -18,7 +18,7 @@ from kinolab.dynamics import (
 def quad3d_omplapp() -> System:
     """A quadrotor with one thrust and three torques, as in OMPL.app (dynobench).
 
-    The thrust is a share of the weight, the torques are shares of T.
+    The thrust is relative to the weight, the torques are relative to T.
 
     Source: Ortiz-Haro and others, dynobench 0.0.4, models/quad3d_omplapp.yaml.
     """

@@ -14,14 +14,14 @@ from kinolab.dynamics import (
     toward,
 )
 
-# Of each rotor: its place along x and y as shares of a, and which way its drag turns the hull.
+# Of each rotor: its position along x and y in units of a, and the sign of its drag torque.
 ROTORS = ((1, -1, -1), (-1, -1, 1), (-1, 1, -1), (1, 1, 1))
 
 
 def quad3d_v0() -> System:
     """A quadrotor of the size of a Crazyflie with four thrusts (dynobench).
 
-    An input is a rotor's thrust as a share of what it gives in hover.
+    An input is a rotor's thrust relative to that in hover.
 
     Source: Ortiz-Haro and others, dynobench 0.0.4, models/quad3d_v0.yaml.
     """

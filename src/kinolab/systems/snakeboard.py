@@ -21,7 +21,7 @@ from kinolab.dynamics import (
     zero,
 )
 
-HALF = 0.2  # [m] half of the wheelbase that is drawn; the parameter l is what counts
+HALF = 0.2  # [m] visual half wheelbase; the model uses the parameter l
 WHEEL = 0.04  # [m] radius of the wheels
 HEIGHT = 0.1  # [m] of the board above the ground
 
@@ -30,8 +30,8 @@ def snakeboard() -> System:
     """A snakeboard: turning the rotor while the wheels are steered makes it roll.
 
     Both wheel pairs are steered together, the back one by phi, the front one by -phi, and roll
-    without slipping sideways. The back wheels' rotation s gives the board's speed a name that
-    serves at every heading; the front wheels' spin is too small to matter and left out.
+    without slipping sideways. The rate of the back wheels' rotation s is the board's speed
+    coordinate at every heading; the front wheels' spin is negligible and left out.
 
     Source: Lewis, Ostrowski, Murray, Burdick, Nonholonomic mechanics and locomotion: the
     snakeboard example, ICRA 1994; masses as in Bullo, Lewis, Geometric Control of Mechanical

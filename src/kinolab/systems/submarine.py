@@ -32,16 +32,15 @@ from kinolab.errors import InputError, Mistake
 
 ROUND = 1e-6  # relative difference of squared semi-axes below which a section is a circle
 SLENDERNESS = 5.0  # half length over radius of the hull
-HALF_LENGTH = 1.0  # [m] that is drawn; the parameter a is what displaces water
+HALF_LENGTH = 1.0  # [m] visual only; the model uses the parameter a
 
 
 def submarine() -> System:
     """A submarine with a thruster astern and two moments; the water moves with it.
 
-    The hull is a homogeneous ellipsoid of revolution that weighs what it displaces. Its centre of
-    buoyancy lies above its centre of mass, so that it rights itself. Water is an ideal fluid
-    without walls: that a corridor changes the added mass is not modelled. Drag is linear and
-    quadratic.
+    The hull is a homogeneous, neutrally buoyant ellipsoid of revolution. Its centre of buoyancy
+    lies above its centre of mass, so that it rights itself. Water is an unbounded ideal fluid: the
+    effect of walls on the added mass is not modelled. Drag is linear and quadratic.
 
     Source: Leonard, Stability of a bottom-heavy underwater vehicle, Automatica 33(3), 1997; drag as
     in Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, chapter 6.
@@ -79,7 +78,7 @@ def submarine() -> System:
 def added_mass_coefficients(
     a: float, b: float, c: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return what an ideal fluid adds to an ellipsoid, along x, y, z and about x, y, z.
+    """Return the added-mass coefficients of an ellipsoid, along x, y, z and about x, y, z.
 
     The first three, k = alpha / (2 - alpha), are fractions of the displaced mass; the others are
     fractions of the displaced fluid's moment of inertia about the same axis, zero about an axis of
@@ -115,9 +114,9 @@ def added_mass_coefficients(
 
 
 def _turning(y: float, z: float, beta: float, gamma: float) -> float:
-    """Return the share about an axis across which the squared semi-axes are y and z."""
+    """Return the coefficient about an axis with squared transverse semi-axes y and z."""
     gap, total = y - z, y + z
-    if abs(gap) < ROUND * total:  # the share is of third order in the gap
+    if abs(gap) < ROUND * total:  # the coefficient is of third order in the gap
         return 0.0
     slope = (gamma - beta) / gap
     return gap**2 * slope / (total * (2 - total * slope))

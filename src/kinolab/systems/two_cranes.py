@@ -1,4 +1,4 @@
-"""Two gantry cranes on one runway: separate mechanisms that share a hall."""
+"""Two gantry cranes on one runway: separate mechanisms in one workspace."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def two_cranes() -> System:
     """Two trolleys on one runway, each with a load on a rope; only the hall joins them.
 
     Trolleys and hoists are driven: their accelerations are the inputs. The sway of both loads is
-    damped alike, by c_s. A rope cannot push, so that a plan must keep both taut.
+    damped by c_s. A rope cannot push, so that a plan must keep both taut.
 
     Source: Abdel-Rahman, Nayfeh, Masoud, Dynamics and control of cranes: a review, J. Vibration
     and Control 9, 2003.
@@ -47,7 +47,7 @@ def two_cranes() -> System:
 
 
 def _crane(name: str, m: Parameter, g: Parameter, c_s: Parameter) -> dict[str, Any]:
-    """Return what one crane adds to the system, by the name of ``System``'s argument."""
+    """Return one crane's parts of the system, by the name of ``System``'s argument."""
     x = length(f"x_{name}", 0.5, 11.5, speed=1.5)
     l = length(f"l_{name}", 1.0, 5.5, speed=1.0)  # noqa: E741  # the rope's length
     s = angle(f"sway_{name}", -0.6, 0.6, speed=1.5)

@@ -29,10 +29,10 @@ from kinolab.systems._balance import Ahead, Aside
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.6  # [rad] at most, to the side and ahead
-WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] that are drawn; R, h and l are what counts
+WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] visual only; the model uses R, h and l
 HULL = (0.09, 0.07, 0.06)  # [m] edges of the body
 RING = 0.075  # [m] radius of the reaction wheel
-SPEED, LEANS = (0.0, 1.5), 0.2  # [m/s], [rad] that its controller can be asked for
+SPEED, LEANS = (0.0, 1.5), 0.2  # [m/s], [rad] limits of its references
 
 
 def unicycle() -> System:
@@ -41,13 +41,13 @@ def unicycle() -> System:
     The wheel may lean by theta, to the right if positive; alpha is how far the body is pitched
     ahead in the leaning plane, and gamma turns the reaction wheel about the axis that then points
     ahead. The drive turns wheel and body against each other, the other motor body and reaction
-    wheel, so that lean and pitch can be held even at a standstill. Nothing turns the heading there
-    but leaning and pitching in turn; while it rolls, the wheel's momentum turns it into its lean.
-    Its controller follows a speed and a lean, which decides the turn rate: at 1 m/s a lean needs no
-    torque to be kept, as weight and the turn that it makes are in balance.
+    wheel, so that lean and pitch can be held even at a standstill. There, the heading changes only
+    by alternate leaning and pitching; while it rolls, the wheel's angular momentum turns it into
+    its lean. Its controller follows a speed and a lean, which decides the turn rate: at 1 m/s a
+    lean is held without torque, as weight and turning are in balance.
 
-    Masses, sizes and torques are chosen, of the order of robots of this kind, with a wheel so heavy
-    that it steers well. The body is a homogeneous cuboid.
+    Masses, sizes and torques are of the order of such robots, with a wheel heavy enough to steer
+    well. The body is a homogeneous cuboid.
 
     Source: Langius, de Callafon, Dynamic modeling of a moment exchange unicycle robot, ICINCO
     2010; Geist, Fiene, Tashiro, Jia, Trimpe, The Wheelbot, IEEE RA-L 7(4), 2022.
@@ -121,7 +121,7 @@ def unicycle() -> System:
 
 
 def _cuboid(mass: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr, sympy.Expr]:
-    """Return the moments of the body about its centre."""
+    """Return the moments of inertia of the body about its centre."""
     a, b, c = (sympy.Float(edge) ** 2 / 12 for edge in HULL)
     return mass * (b + c), mass * (a + c), mass * (a + b)
 

@@ -1,4 +1,4 @@
-"""The bicycle of the benchmark, with all that lets it stay upright by itself."""
+"""The Whipple bicycle of the benchmark, which can be self-stable."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from kinolab.dynamics import (
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN, TURN = 0.8, 0.8  # [rad] of the frame and of the handlebar at most
-FRONT = 1.1  # [rad] that the front wheel leans at most, steered about a tilted axis
+FRONT = 1.1  # [rad] largest lean of the front wheel, steered about a tilted axis
 TYRE = 0.03  # [m]
 BLUE, CLOTH = (0.1, 0.3, 0.6), (0.55, 0.2, 0.2)
 STEEL, RUBBER = (0.6, 0.6, 0.6), (0.13, 0.13, 0.15)
@@ -96,7 +96,7 @@ def whipple() -> System:
 
 
 def _on_ground(axle: Frame, turn: Coordinate, radius: Parameter) -> tuple[Constraint, ...]:
-    """Keep a wheel's lowest point on the ground, and let it slip neither ahead nor along its axle.
+    """Keep a wheel's lowest point on the ground, without slip ahead or along its axle.
 
     The axle is the frame's y axis. Seen in the frame, up is (a, b, c), of which s, the cosine of
     the lean, is across the axle. The lowest point is at -radius (a, 0, c) / s, and its path leads
@@ -132,7 +132,7 @@ def _wheel(
 
 
 def _frame(chassis: Frame, r_R: Parameter) -> Body:
-    """Return the frame with its rider, who does not move on it, but is drawn apart from it."""
+    """Return the frame with its rigidly attached rider, whose shape is a body of its own."""
     x_B, z_B = parameter("x_B", 0.3, "m"), parameter("z_B", -0.9, "m")
     return Body(
         "frame",
@@ -150,7 +150,7 @@ def _frame(chassis: Frame, r_R: Parameter) -> Body:
 
 
 def _handlebar(upright: Frame, foot: sympy.Expr) -> Body:
-    """Return what turns with the handlebar; ``foot`` is where its axis meets the ground."""
+    """Return the handlebar assembly; ``foot`` is where its axis meets the ground."""
     x_H, z_H = parameter("x_H", 0.9, "m"), parameter("z_H", -0.7, "m")
     return Body(
         "handlebar",
@@ -170,7 +170,7 @@ def _moments(letter: str, *values: float) -> tuple[sympy.Expr, ...]:
 
 
 def _tubes(fork: Frame) -> Body:
-    """Return the handlebar and fork as they are drawn, along the steering axis."""
+    """Return the shape of handlebar and fork, along the steering axis."""
     sides = tuple(Cylinder(0.015, 0.66, at=(0.02, side, 0.69)) for side in (-0.06, 0.06))
     bar = Cylinder(0.015, 0.5, axis="y", at=(0, 0, 1.08))
     return Body(
@@ -179,7 +179,7 @@ def _tubes(fork: Frame) -> Body:
 
 
 def _rider(saddle: Frame) -> Body:
-    """Return the rider as drawn, bent forward about the saddle."""
+    """Return the shape of the rider, bent forward about the saddle."""
     limbs = (
         shape
         for side in (-0.16, 0.16)

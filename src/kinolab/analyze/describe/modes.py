@@ -89,7 +89,7 @@ def _several(system: System) -> Mode:
 
 
 def _transitions(system: System) -> Mode:
-    """Return no: all machines have smooth dynamics, as dry friction is regularised."""
+    """No machine of this vocabulary switches its dynamics: dry friction is regularised."""
     dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, Coulomb))
     why = "one set of laws holds everywhere"
     if dry:

@@ -17,8 +17,8 @@ class StateStorage:
         positions: Dimension of the configurations under holonomic constraints.
         velocities: Independent velocities that are states.
         further: Names of the states with their own differential equations.
-        stored: Numbers in a stored state. quaternions: How many of them are fixed by the unit
-            length of a quaternion.
+        stored: Length of the stored state vector.
+        quaternions: How many of its entries are fixed by the unit length of a quaternion.
     """
 
     positions: int

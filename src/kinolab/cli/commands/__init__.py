@@ -1,1 +1,1 @@
-"""One file per command: what is typed, and what is done."""
+"""One file per command: its options and its action."""

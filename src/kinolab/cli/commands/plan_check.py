@@ -1,4 +1,4 @@
-"""``plan check``: finished runs, verified from their files alone."""
+"""``plan check``: verify finished runs from their files alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``plan describe``: what a machine is and whether it can be controlled."""
+"""``plan describe``: structure and controllability of a machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def command(what: str, as_json: bool) -> int:
     from kinolab.analyze.describe import describe, described_as_text, description_to_json
     from kinolab.loading import find_machine
 
-    with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+    with redirect_stdout(sys.stderr):  # keep output of user code out of the result
         found = describe(find_machine(what))
     if as_json:
         echo_json(description_to_json(found))

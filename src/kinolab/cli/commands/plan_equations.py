@@ -1,4 +1,4 @@
-"""``plan equations``: the equations of motion of a machine."""
+"""``plan equations``: print the equations of motion of a machine."""
 
 from __future__ import annotations
 

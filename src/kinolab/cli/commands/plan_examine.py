@@ -1,4 +1,4 @@
-"""``plan examine``: the laws of mechanics on a machine of one's own."""
+"""``plan examine``: check the laws of mechanics on a user's machine."""
 
 from __future__ import annotations
 

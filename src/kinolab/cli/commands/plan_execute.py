@@ -1,4 +1,4 @@
-"""``plan execute``: does a plan still work where the machine is not quite what was planned for?"""
+"""``plan execute``: execute a plan on perturbed machines in closed loop."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def command(
 
 
 def _values(texts: tuple[str, ...]) -> dict[str, Any]:
-    """Return values by name from ``NAME=VALUE``; whether a machine takes them it says itself."""
+    """Parse ``NAME=VALUE`` into values by name; the machine itself validates them."""
     from kinolab.errors import InputError
     from kinolab.scenario.overrides import apply_overrides
 

@@ -1,4 +1,4 @@
-"""``plan gallery``: many runs on one page."""
+"""``plan gallery``: show many runs on one page."""
 
 from __future__ import annotations
 

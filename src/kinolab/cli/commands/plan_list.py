@@ -1,4 +1,4 @@
-"""``plan list``: scenarios, systems, and planners with their settings."""
+"""``plan list``: list scenarios, systems, and planners with their settings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def command(group: str | None, names: tuple[str, ...], as_json: bool) -> int:
     """
     from kinolab.cli.listing import listed, listed_as_text
 
-    with redirect_stdout(sys.stderr):  # what a planner's file prints is no result
+    with redirect_stdout(sys.stderr):  # keep output of planner files out of the result
         found = listed(group, names) if as_json else listed_as_text(group, names)
     echo_json(found) if as_json else click.echo(found)
     return 0

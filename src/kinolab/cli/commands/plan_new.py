@@ -1,4 +1,4 @@
-"""``plan new``: a commented machine and scenario to start from."""
+"""``plan new``: write a commented machine and scenario to start from."""
 
 from __future__ import annotations
 

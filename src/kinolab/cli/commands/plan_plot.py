@@ -1,4 +1,4 @@
-"""``plan plot``: a finished run as plots for a report."""
+"""``plan plot``: plot a finished run for a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``plan SCENARIO``: search, verify, write, diagnose and draw."""
+"""``plan SCENARIO``: search, verify, write, diagnose and render."""
 
 from __future__ import annotations
 
@@ -121,17 +121,17 @@ def command(
 
 
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> PlanningTask:
-    """Load a scenario; mistakes in options are reported as the options that were typed."""
+    """Load a scenario; mistakes in options are reported under the options' names."""
     from kinolab.api import load
     from kinolab.scenario import override_place, scenario_path
     from kinolab.search.plugins import seen_from
 
-    if shortcuts["planner.name"]:  # a file is meant as the shell completes it, from here
+    if shortcuts["planner.name"]:  # a file is given relative to the working folder
         folder = scenario_path(scenario).parent
         shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
     given = {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
     try:
-        with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+        with redirect_stdout(sys.stderr):  # keep output of user code out of the result
             return load(scenario, overrides=[*overrides, *given])
     except InputError as error:
         typed = {override_place(text): _option_of(key) for text, key in given.items()}
@@ -156,7 +156,7 @@ def _search(
     anytime: bool,
     optimize: bool,
 ) -> tuple[PlanResult, dict[str, Any]]:
-    """Search, and write what was found before it is drawn; return it with its report."""
+    """Search and write the result before rendering; return it with its report."""
     from kinolab.runs import write_run
     from kinolab.solve import solve
 
@@ -213,11 +213,11 @@ def _diagnose(
     report: dict[str, Any],
     progress: Progress,
 ) -> dict[str, Any]:
-    """Look for why no plan was found, and return the report with what was found out."""
+    """Diagnose why no plan was found; return the report with the diagnosis."""
     from kinolab.analyze.diagnose import diagnose
     from kinolab.runs import add_diagnosis
 
-    with redirect_stdout(sys.stderr):  # what a user's planner prints is no result
+    with redirect_stdout(sys.stderr):  # keep output of user planners out of the result
         diagnosis = diagnose(problem, found, progress=progress)
     INTERRUPTS.raise_if_seen()
     with INTERRUPTS.writing():

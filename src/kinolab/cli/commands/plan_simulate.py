@@ -1,4 +1,4 @@
-"""``plan simulate``: a machine that moves by itself, or under inputs from a file."""
+"""``plan simulate``: simulate a machine unforced, or under inputs from a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``plan video``: a finished run as a film."""
+"""``plan video``: render a finished run as a video."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
 VIEWS = click.Choice(["perspective", "top", "front", "side"])
-LEAST, MOST = 16, 4096  # pixels of a side
+LEAST, MOST = 16, 4096  # [pixel] per side
 
 
 class Size(click.ParamType[Any]):
@@ -22,7 +22,7 @@ class Size(click.ParamType[Any]):
     name = "WxH"
 
     def convert(self, value: Any, param: Any, _: Any) -> tuple[int, int]:
-        """Read it, or refuse it with what would work."""
+        """Parse it, or reject it with a hint."""
         found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", str(value))
         sides = tuple(map(int, found.groups())) if found else (0, 0)
         if not all(LEAST <= side <= MOST and side % 2 == 0 for side in sides):

@@ -1,4 +1,4 @@
-"""``plan view``: a finished run, or a scenario before planning, in the browser."""
+"""``plan view``: show a finished run, or a scenario before planning, in the browser."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _page_of_scenario(
     from kinolab.show.view import save_page
 
     progress("deriving and compiling the machine")
-    with redirect_stdout(sys.stderr):  # what a user's code prints is no result
+    with redirect_stdout(sys.stderr):  # keep output of user code out of the result
         problem = load(what, overrides=list(overrides))
     page = out or Path(tempfile.mkdtemp(prefix="kinolab-")) / f"{problem.name}.html"
     return save_page(problem, None, page)

@@ -1,4 +1,4 @@
-"""``plan warm-up``: everything compiled ahead of time."""
+"""``plan warm-up``: compile all inner loops ahead of time."""
 
 from __future__ import annotations
 

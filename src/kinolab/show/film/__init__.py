@@ -1,6 +1,6 @@
-"""Moving pictures: a small software renderer and the GIF and MP4 files that it fills.
+"""Animations: a small software renderer, and GIF and MP4 files.
 
-A ``Picture`` says what is drawn, ``render_frame`` draws it once, ``write_gif`` makes it move.
+A ``Picture`` describes the content, ``render_frame`` draws a frame, ``write_gif`` an animation.
 """
 
 from kinolab.show.film.film import make_film

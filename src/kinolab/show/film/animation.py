@@ -1,4 +1,4 @@
-"""A plan as a moving picture."""
+"""A plan as an animation: GIF or MP4."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinolab.show.film.raster.camera import View
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import BodyGeometry, triangles
 
-CONE_LENGTH = 1.25  # of cones, in reaches of the machine
+CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
@@ -35,16 +35,16 @@ def video(
     speed: float | None = None,
     view: View | None = None,
 ) -> bytes:
-    """Return the trajectory as an MP4 film.
+    """Return the trajectory as an MP4 video.
 
     Args:
-        problem: Where it is.
-        trajectory: What is shown.
-        size: Width and height in [pixel]; even numbers. These and what follows are the scenario's
-            where left out.
+        problem: The machine and its world.
+        trajectory: The motion.
+        size: Width and height in [pixel]; even numbers. Defaults of this and the next settings are
+            the scenario's.
         fps: Frames per second.
         speed: Seconds of motion per second of film.
-        view: From where it is seen.
+        view: The camera's viewpoint.
 
     Raises:
         InputError: If PyAV is not installed, or the size is odd.
@@ -61,7 +61,7 @@ def _film(
     settings: RenderSection | None = None,
     **options: Any,
 ) -> Film:
-    """Set the scene of a trajectory, as the scenario has it or by other settings."""
+    """Build the film of a trajectory, with the scenario's or other settings."""
     settings = settings or problem.scenario.render
     poses = problem.model.frames(trajectory.x)
     shown = picture(problem, poses, problem.model.cables(trajectory.x))
@@ -78,10 +78,10 @@ def _film(
 
 
 def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Picture:
-    """Return what is drawn around bodies and cables that move.
+    """Return the picture in which bodies and cables move.
 
     Args:
-        problem: Where they move.
+        problem: The machine and its world.
         poses: Of the bodies, shape (times, bodies, 12).
         cables: Their ends, shape (times, cables, 2, 3).
     """
@@ -103,7 +103,7 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
 
 
 def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
-    """Yield what axes shall and must not point at, seen from where their bodies start."""
+    """Yield goal and keep-out cones, with apexes at the start of their bodies."""
     length = CONE_LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
     for target in problem.goal.directions:
         apex = _place(poses[target.body])
@@ -115,7 +115,7 @@ def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
 
 
 def _reach(body: BodyGeometry) -> float:
-    """Return how far a body's shapes reach from its origin in [m]."""
+    """Return the bounding radius of a body's shapes about its origin, in [m]."""
     return max(
         (float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in body.shapes), default=0.0
     )
@@ -127,12 +127,12 @@ def _place(pose: np.ndarray) -> tuple[float, float, float]:
 
 
 def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
-    """Return what marks the goal: a point's ball, or the machine where the goal is not free."""
+    """Return the goal's marker: a ball or ring, or the machine at the goal; None if undefined."""
     goal = problem.goal
     if goal.points:
         return GoalMarker(goal.points[0].position, goal.points[0].tolerance)
     if goal.directions or not (goal.indices or goal.attitudes):
-        return None  # cones mark directions; which attitude they leave open nobody knows yet
+        return None  # cones mark directions; the attitude is not determined by them
     x = problem.start.copy()
     x[list(goal.indices)] = goal.targets
     for attitude in goal.attitudes:

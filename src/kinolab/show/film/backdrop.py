@@ -1,4 +1,4 @@
-"""What stands still: floor, grid, goal, path, obstacles with their shadows, ghosts."""
+"""The static backdrop: floor, grid, goal, path, obstacles with their shadows, ghosts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GRID, PATH = (212, 212, 204), (58, 110, 165)
 WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
 START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
 INK = (38, 42, 50)
-CONE_OPACITY = 0.3  # opacity
+CONE_OPACITY = 0.3  # of a cone
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
 
 
@@ -38,7 +38,7 @@ class Floor:
 def backdrop(
     picture: Picture, machine: Sequence[SurfaceMesh], pen: Pen, floor: Floor | None
 ) -> list[Layer]:
-    """Return all that stands still, in the order in which it is drawn."""
+    """Return the static layers, in drawing order."""
     layers: list[Layer] = []
     if floor is not None:
         layers += _floor(floor, pen)

@@ -1,4 +1,4 @@
-"""Cones of directions: where an axis shall point, and where it must not."""
+"""Meshes of direction cones: where an axis shall point, and where it must not."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kinolab.show.film.picture import Cone
 Color: TypeAlias = tuple[float, float, float]
 
 WANTED, FORBIDDEN = (0.10, 0.62, 0.38), (0.85, 0.20, 0.12)
-MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would not be seen
+MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would be invisible
 SEGMENTS = 48
 
 

@@ -1,4 +1,4 @@
-"""A motion, frame by frame, with title and time stamp; how it is stored is left to others."""
+"""Frames of a motion with title and time stamp, independent of the file format."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ Bytes: TypeAlias = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """A motion that is ready to be drawn.
+    """A motion ready to be rendered.
 
     Args:
         stage: The scene and its camera.
-        playback: When the frames are taken; ``nf`` is their number.
+        playback: Times of the frames; ``nf`` is their number.
         poses: Shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), or None.
         title: One line of text.
-        magnifier: What shows the machine large in a corner, if anything does.
+        magnifier: Inset that enlarges the machine in a corner, if any.
     """
 
     stage: Scene
@@ -54,7 +54,7 @@ class Film:
         return lettered(image, self.title, stamp)
 
     def frames(self) -> Iterator[Bytes]:
-        """All frames in order; none is kept."""
+        """All frames in order, rendered lazily."""
         return (self.frame(i) for i in range(len(self)))
 
 
@@ -70,7 +70,7 @@ def make_film(
     video: bool = False,
     magnify: bool = False,
 ) -> Film:
-    """Resample a motion to frames and set its scene; a video may have more frames than a GIF.
+    """Resample a motion to frames and build its scene; a video may have more frames than a GIF.
 
     Args:
         picture: What is drawn.
@@ -81,10 +81,10 @@ def make_film(
         speed: Seconds of motion per second of film.
         title: One line of text.
         video: Whether it may be long.
-        magnify: Whether a machine that is tiny is shown enlarged as well, where there is room.
+        magnify: Whether a tiny machine is also shown enlarged in a free corner.
 
     Raises:
-        ValueError: If times and poses do not fit together, are not finite, or times decrease.
+        ValueError: If shapes are inconsistent, values are not finite, or times decrease.
     """
     t, table = np.asarray(times, dtype=np.float64), pose_table(poses)
     _check(t, table, len(picture.bodies))

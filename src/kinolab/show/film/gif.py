@@ -1,7 +1,7 @@
-"""A motion as an animated GIF: each frame stores only the pixels that changed.
+"""Animated GIF files: each frame stores only the pixels that changed.
 
-Pillow compresses a frame (``getdata``). Its own way to save all of them keeps every frame in
-memory, merges those that are alike, and takes two and a half times as long for the same bytes.
+Pillow compresses single frames (``getdata``). Its own saving of all frames keeps them in memory,
+merges equal ones, and takes two and a half times as long for the same bytes.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from kinolab.show.film.picture import Picture
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-UNCHANGED = 255  # the index that lets the frame before shine through
+UNCHANGED = 255  # transparent index: shows the previous frame
 KEEP = 1  # GIF's disposal method: the next frame is drawn over this one
-LAST_DELAY = 100  # [1/100 s] for which the end is shown before the film starts again
+LAST_DELAY = 100  # [1/100 s] for which the last frame is shown before the loop restarts
 PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
@@ -40,7 +40,7 @@ def write_gif(
     speed: float = 1.0,
     title: str = "",
 ) -> None:
-    """Film a motion and write it whole or not at all.
+    """Render a motion to a GIF file, written atomically.
 
     Args:
         path: Where to write; an existing file is replaced.

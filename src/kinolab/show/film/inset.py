@@ -1,6 +1,6 @@
-"""A part of the picture, enlarged: the machine, where it is too small for one to see what it does.
+"""Inset that enlarges the machine if it is too small to be seen well.
 
-It is the same view through the same camera, with more pixels, in a corner where nothing else is.
+It shows the same view of the same camera at a higher resolution, in an empty corner.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.scene import Scene, machine_facets, nearest_pixel, swept
 from kinolab.show.film.text import heading, label
 
-SMALL_FRACTION = 0.055  # of the picture's height: machines above it are seen well enough
-FILL_FRACTION = 0.45  # of the enlarged part's height that the machine takes
+SMALL_FRACTION = 0.055  # of the picture's height: larger machines need no inset
+FILL_FRACTION = 0.45  # of the inset's height that the machine takes
 MAX_MAGNIFICATION = 12.0  # times
-SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that has room is taken
+SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that fits is taken
 ASPECT_RATIO = 4 / 3  # width for a height of one
-EDGE_MARGIN = 0.02  # of the picture's height that it stays away from the edge
-MAX_COVERED = 0.02  # share of a corner that may show something else than paper
+EDGE_MARGIN = 0.02  # of the picture's height: distance from the edge
+MAX_COVERED = 0.02  # fraction of a corner that may be occupied
 SUPERSAMPLING = 2  # small pixels per pixel and axis
 FRAME = (150, 156, 164)
 
 
 @dataclass(frozen=True, eq=False)
 class Inset:
-    """Puts the enlarged part into pictures.
+    """Draws the inset into pictures.
 
     Args:
         pen: Of the whole picture, enlarged, in small pixels.
         machine: One mesh per body, in the body's frame.
-        layers: What stands still.
-        box: Where the enlarged part goes, in pixels of the picture.
-        times: How much it is enlarged.
+        layers: The static backdrop.
+        box: Position of the inset, in pixels of the picture.
+        times: Magnification.
         shadows: Whether there is ground for the machine's shadow.
     """
 
@@ -53,7 +53,7 @@ class Inset:
     shadows: bool
 
     def put(self, image: Bytes, poses: Array, lines: Array | None) -> None:
-        """Draw it into a picture, with the machine at poses (nb, 12) and cables (nl, 2, 3)."""
+        """Draw the inset into a picture, with poses (nb, 12) and cables (nl, 2, 3)."""
         left, top, right, bottom = self.box
         size = ((right - left) * SUPERSAMPLING, (bottom - top) * SUPERSAMPLING)
         column, row = (_middle(self.pen, poses) - np.array(size) / 2).round().astype(int).tolist()
@@ -71,11 +71,11 @@ class Inset:
 def build_inset(
     picture: Picture, stage: Scene, motion: Array, size: tuple[int, int]
 ) -> Inset | None:
-    """Return what enlarges the machine; None where it is large enough, or there is no room.
+    """Return the inset; None if the machine is large enough, or no corner is free.
 
     Args:
         picture: What is drawn.
-        stage: On which it is drawn.
+        stage: The scene of the picture.
         motion: Poses of all frames, shape (nf, nb, 12).
         size: Width and height of the picture in [pixel].
     """
@@ -106,10 +106,10 @@ def _middle(pen: Pen, poses: Array) -> Array:
 
 
 def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
-    """Yield corners of the picture that show next to nothing, the largest and emptiest first.
+    """Yield nearly empty corners of the picture, the largest and emptiest first.
 
     Args:
-        image: What stands still.
+        image: The backdrop, shape (h, w, 3).
         places: Columns and rows at which the machine will be seen, shape (n, 2).
     """
     height, width = image.shape[:2]

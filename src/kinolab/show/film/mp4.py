@@ -1,4 +1,4 @@
-"""A motion as an MP4 film, which PyAV encodes."""
+"""MP4 files, encoded by PyAV."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 from kinolab.errors import InputError, Mistake
 from kinolab.show.film.film import Film
 
-CODECS = ("libx264", "h264", "mpeg4")  # the first that is there
-QUALITY = "18"  # of x264: what the eye does not tell from the original
-LAST_FRAME_SECONDS = 1.0  # [s] for which the end is shown
+CODECS = ("libx264", "h264", "mpeg4")  # the first available
+QUALITY = "18"  # x264 CRF, visually lossless
+LAST_FRAME_SECONDS = 1.0  # [s] for which the last frame is shown
 
 
 def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
     """Return a film as the bytes of an MP4 file.
 
     Args:
-        film: What is shown.
+        film: The frames.
         size: Width and height in [pixel].
         fps: Frames per second, as the film was made for.
 

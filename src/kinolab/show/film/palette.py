@@ -1,4 +1,4 @@
-"""One palette for all frames of a film, so that nothing flickers."""
+"""A palette shared by all frames of a film, which avoids flicker."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Palette:
 
 
 def shared_palette(images: Sequence[Bytes]) -> Palette:
-    """Choose colours that serve several images, shape (height, width, 3) each.
+    """Choose a palette for several images, shape (height, width, 3) each.
 
-    A colour counts by the square root of its area, or a machine of a few hundred pixels would
-    vanish beside walls and floor of a few hundred thousand.
+    A colour is weighted by the square root of its area; otherwise a machine of a few hundred pixels
+    would be lost against walls and floor of a few hundred thousand.
     """
     seen = np.concatenate([image.reshape(-1, 3) for image in images]).astype(np.uint32)
     packed = seen @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
@@ -68,7 +68,7 @@ def _nearest(colors: NDArray[np.int32], bits: int, table: Bytes) -> None:
                     dr = r * width + width // 2 - colors[k, 0]
                     dg = g * width + width // 2 - colors[k, 1]
                     db = b * width + width // 2 - colors[k, 2]
-                    # Green is seen best and blue least; the weights are the usual 3 : 6 : 1.
+                    # The eye sees green best and blue least; the weights are the usual 3 : 6 : 1.
                     distance = 3 * dr * dr + 6 * dg * dg + db * db
                     if distance < least:
                         best, least = k, distance

@@ -1,4 +1,4 @@
-"""What a picture shows, said without pixels."""
+"""Description of a picture's content, independent of rendering."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Ghost:
 
 @dataclass(frozen=True, eq=False)
 class GoalMarker:
-    """Where the machine should arrive: a ring on the ground, or a ball where there is none."""
+    """The goal region: a ring on the ground, or a ball if there is no ground."""
 
     position: tuple[float, float, float]  # [m]
     radius: float  # [m]
@@ -38,7 +38,7 @@ class Cone:
     """Directions that an axis shall have at the end, or must never have.
 
     Args:
-        apex: Where it starts, in [m].
+        apex: Position of the apex, in [m].
         direction: Of its axis, a unit vector.
         half_angle: In [rad].
         length: In [m].
@@ -54,16 +54,16 @@ class Cone:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Picture:
-    """Everything that is drawn.
+    """The content of a picture.
 
     Args:
-        obstacles: What stands still.
-        bodies: What moves; poses are given in the same order.
+        obstacles: Static obstacles.
+        bodies: Moving bodies; poses are given in the same order.
         ground: Whether the plane z = 0 is drawn; only with ``up`` = z.
         bounds: Limits of the workspace in [m] by axis name; the picture contains them.
         up: Direction that points upward in the picture, shape (3,).
-        view: Where the viewer stands.
-        path: The way of the first body's origin, shape (n, 3), in [m].
+        view: The camera's viewpoint.
+        path: Path of the first body's origin, shape (n, 3), in [m].
         start: Poses at which the machine's ghost is drawn.
         goal: A region, or poses for a second ghost.
         cones: Directions that axes shall or must not have.
@@ -85,6 +85,6 @@ class Picture:
 
     @property
     def stands_on_ground(self) -> bool:
-        """Whether there is a floor to draw on: asked for, and below rather than beside."""
+        """Whether a floor is drawn: requested, and with z pointing upward."""
         up = np.asarray(self.up, dtype=np.float64)
         return self.ground and bool(up[2] > 0.999 * np.linalg.norm(up))

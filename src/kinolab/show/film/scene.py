@@ -1,4 +1,4 @@
-"""A scene that is ready to be filmed: the backdrop is painted, the camera stands."""
+"""A scene ready for rendering: fixed camera and rendered backdrop."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from kinolab.show.film.raster.shading import Pen, pen
 
 SUPERSAMPLING = 3  # small pixels per pixel and axis
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]
-AMBIENT = 0.80  # colours tell bodies apart, so the machine is shaded less than the walls
+AMBIENT = 0.80  # the machine is shaded less than the walls, as colours distinguish its bodies
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Draws the machine over a backdrop; only the pixels that it touches are drawn anew.
+    """Draws the machine over a backdrop; only the pixels that it covers are redrawn.
 
     Args:
         pen: Camera and light.
         machine: One mesh per body, in the body's frame.
         canvas: The backdrop in small pixels, with depth.
-        image: The backdrop as it is seen, shape (h, w, 3).
+        image: The backdrop in full pixels, shape (h, w, 3).
         floor: Ground for the machine's shadow, if there is any.
     """
 
@@ -63,14 +63,14 @@ class Scene:
 def machine_facets(
     pen: Pen, machine: tuple[SurfaceMesh, ...], poses: Array, lines: Array | None, shadows: bool
 ) -> tuple[Facets, list[Array]]:
-    """Return the machine and its cables as facets, and their shadows by lamp where there are any.
+    """Return the machine and its cables as facets, and their shadows by lamp if any.
 
     Args:
         pen: Camera and light.
         machine: One mesh per body, in the body's frame.
         poses: Of the bodies, shape (nb, 12).
         lines: Cables, shape (nl, 2, 3), if any.
-        shadows: Whether there is ground for them.
+        shadows: Whether there is ground for shadows.
     """
     moved = join([mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)])
     facets = pen.faces(moved, AMBIENT) + pen.edges(moved, OUTLINE, INK)
@@ -84,7 +84,7 @@ def machine_facets(
 
 
 def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene:
-    """Frame everything that will be seen, and paint what stands still.
+    """Place the camera to frame everything, and render the backdrop.
 
     Args:
         picture: What is drawn.
@@ -108,7 +108,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
 def nearest_pixel(
     camera: Camera, machine: tuple[SurfaceMesh, ...], motion: Array, size: tuple[int, int]
 ) -> float:
-    """How large a pixel is in [m], where a motion (nt, nb, 12) comes nearest."""
+    """Size of a pixel in [m] where a motion (nt, nb, 12) comes nearest to the camera."""
     paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     if not paths:
         return 0.0
@@ -141,7 +141,7 @@ def seen_points(picture: Picture, machine: tuple[SurfaceMesh, ...], motion: Arra
     found = np.concatenate([np.zeros((0, 3)), *(part.reshape(-1, 3) for part in parts)])
     found = found[np.isfinite(found).all(axis=1)]
     if len(found) == 0:
-        found = np.zeros((1, 3))  # an empty world is seen from near its origin
+        found = np.zeros((1, 3))  # an empty world is viewed from near its origin
     return np.concatenate([found, _bounds(picture, found)])
 
 

@@ -1,4 +1,4 @@
-"""One picture of a machine."""
+"""A single rendered frame of a machine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def render_frame(
     title: str = "",
     lines: ArrayLike | None = None,
 ) -> NDArray[np.uint8]:
-    """Draw the machine at one pose table.
+    """Render the machine at given poses.
 
     Args:
         picture: What is drawn.
@@ -27,7 +27,7 @@ def render_frame(
         time: For the time stamp and for a picture whose ``lines`` is a function, in [s].
         size: Width and height in [pixel].
         title: One line of text.
-        lines: Cables at this moment, shape (nl, 2, 3), where ``picture.lines`` is an array.
+        lines: Cables at this time, shape (nl, 2, 3), if ``picture.lines`` is an array.
 
     Returns:
         RGB pixels, shape (h, w, 3).

@@ -1,4 +1,4 @@
-"""The title and the time stamp."""
+"""Title, time stamp and labels on images."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 Bytes: TypeAlias = NDArray[np.uint8]
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
-FONTS = "mpl-data/fonts/ttf"  # matplotlib carries DejaVu Sans, so no system font is needed
+FONTS = "mpl-data/fonts/ttf"  # matplotlib ships DejaVu Sans, so no system font is needed
 
 
 def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
@@ -31,9 +31,9 @@ def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
     return np.concatenate([np.asarray(sheet), image[strip:]])
 
 
-@lru_cache(maxsize=64)  # stamps that grow by a digit leave less room
+@lru_cache(maxsize=64)  # a longer stamp leaves less space
 def _title(title: str, size: int, edge: int, room: int, strip: tuple[int, int]) -> Image.Image:
-    """How much of every pixel of a strip the title covers, smaller where it has no room."""
+    """Coverage mask of the title in a strip, in smaller letters if it does not fit."""
     length = _font("DejaVuSans-Bold.ttf", size).getlength(title)
     fitting = size if length <= room else max(6, int(size * room / length))
     covered = Image.new("L", strip)
@@ -43,7 +43,7 @@ def _title(title: str, size: int, edge: int, room: int, strip: tuple[int, int]) 
 
 
 def heading(height: int) -> int:
-    """How many rows below the top of a picture belong to title and time stamp."""
+    """Number of rows at the top of a picture reserved for title and time stamp."""
     return 3 * _sizes(height)[0]
 
 
@@ -56,13 +56,13 @@ def label(image: Bytes, text: str) -> Bytes:
 
 
 def _sizes(height: int) -> tuple[int, int]:
-    """Height of letters and distance from the edge in a picture, in [pixel]."""
+    """Font size and distance from the edge, in [pixel]."""
     size = max(10, round(height / 33))
     return size, round(0.8 * size)
 
 
 def time_stamp(time: float, speed: float = 1.0) -> str:
-    """The motion's time, and the film's speed where it is not real time."""
+    """The motion's time, and the film's speed if it is not real time."""
     pace = "" if speed == 1.0 else f"   {speed:.3g}x"
     return f"t = {time:.1f} s{pace}"
 

@@ -1,4 +1,4 @@
-"""When the frames of a film are taken, and where the machine is then."""
+"""Frame times of a film, and interpolation of poses at them."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from scipy.spatial.transform import Rotation
 
 from kinolab.numerics.arrays import Array
 
-MAX_FRAMES = 400  # of a picture that is mailed or shown on a page
-MIN_DELAY = 2  # [1/100 s]; viewers slow down what asks for less
+MAX_FRAMES = 400  # of a GIF
+MIN_DELAY = 2  # [1/100 s]; viewers slow down shorter delays
 MAX_VIDEO_FRAMES = 100_000  # frames: an hour
 
 
 @dataclass(frozen=True, eq=False)
 class Playback:
-    """Times of the motion at which frames are taken, in [s], and how they are shown.
+    """Sample times of the frames, and their display rate.
 
     Args:
-        times: Shape (nf,), the first and last are those of the motion.
-        period: How long a frame stays, in [s].
+        times: In [s], shape (nf,), from the start to the end of the motion.
+        period: Duration of a frame, in [s].
         speed: Seconds of motion per second of film.
     """
 
@@ -31,7 +31,7 @@ class Playback:
 
     @property
     def delay(self) -> int:
-        """How long a frame stays, in [1/100 s]."""
+        """Duration of a frame, in [1/100 s]."""
         return round(100.0 * self.period)
 
 
@@ -40,9 +40,9 @@ def schedule(
 ) -> Playback:
     """Spread frames over a motion.
 
-    A frame stays for a whole number of 1/100 s, as GIF demands, so ``fps`` is met approximately,
-    and there are at most ``MAX_FRAMES`` of them: a long motion is shown faster, at a speed that is
-    a multiple of a half. A video meets ``fps`` and may be long.
+    A GIF's frame lasts a whole number of 1/100 s, so ``fps`` is met approximately, and there are at
+    most ``MAX_FRAMES``: a long motion is shown faster, at a multiple of half the real speed. A
+    video meets ``fps`` and may be long.
 
     Raises:
         ValueError: If the motion ends before it starts, or a rate is not positive.
@@ -63,7 +63,7 @@ def schedule(
 
 
 def interpolate_poses(times: Array, poses: Array, at: Array) -> Array:
-    """Poses between the rows of a motion: positions on a line, rotations about one axis.
+    """Interpolate poses: positions linearly, rotations by slerp.
 
     Args:
         times: Row times in [s], shape (nt,), not decreasing; two equal times are a jump.
@@ -89,14 +89,14 @@ def interpolate_poses(times: Array, poses: Array, at: Array) -> Array:
 
 
 def interpolate_lines(times: Array, lines: Array, at: Array) -> Array:
-    """Segments between the rows of a motion, shape (nt, nl, 2, 3) to (nf, nl, 2, 3)."""
+    """Interpolate segments linearly, shape (nt, nl, 2, 3) to (nf, nl, 2, 3)."""
     row, weight = _bracket(times, at)
     w = weight[:, None, None, None]
     return np.asarray((1.0 - w) * lines[row] + w * lines[row + 1])
 
 
 def _bracket(times: Array, at: Array) -> tuple[NDArray[np.intp], Array]:
-    """The row before each wanted time, and how far it lies toward the next one, in [0, 1]."""
+    """The row before each wanted time, and its fraction of the interval, in [0, 1]."""
     row = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
     length = times[row + 1] - times[row]
     weight = np.divide(at - times[row], length, out=np.ones_like(at), where=length > 0.0)

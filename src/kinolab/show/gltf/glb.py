@@ -1,7 +1,7 @@
-"""A writer of binary glTF 2.0: nodes, meshes, materials and one animation.
+"""Writer of binary glTF 2.0: nodes, meshes, materials and one animation.
 
-Written here because a reader of the format makes the better second opinion: the tests read the
-files with trimesh and pygltflib.
+Written here so that libraries stay independent readers: the tests read the files with trimesh and
+pygltflib.
 
 Source: The Khronos Group, glTF 2.0 Specification, 2021, sections 3 and 4.4.
 """
@@ -28,9 +28,9 @@ WIDTHS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
 class Glb:
-    """A glTF scene that grows; ``to_bytes`` gives the file.
+    """Builder of a glTF scene; ``to_bytes`` returns the file.
 
-    Numbers of nodes, meshes, materials and accessors are what the methods return.
+    Methods return the indices of nodes, meshes, materials and accessors.
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class Glb:
         return number
 
     def material(self, color: Color, opacity: float = 1.0) -> int:
-        """Add a dull material of an sRGB colour in 0..1."""
+        """Add a matte material of an sRGB colour in 0..1."""
         surface = {
             "baseColorFactor": [*map(_linear, color), opacity],
             "metallicFactor": 0.0,
@@ -85,7 +85,7 @@ class Glb:
         return self._primitive(points, ends, material, LINES)
 
     def animate(self, node: int, what: str, times: Array, values: Array) -> None:
-        """Let ``translation``, ``rotation`` or ``scale`` of a node follow keys (nk, 3 or 4)."""
+        """Animate ``translation``, ``rotation`` or ``scale`` of a node by keys (nk, 3 or 4)."""
         t = np.asarray(times, dtype=np.float32)
         extent = {"min": [float(t.min())], "max": [float(t.max())]}
         sampler = {

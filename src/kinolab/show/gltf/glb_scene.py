@@ -23,17 +23,17 @@ from kinolab.show.page.meshes import by_color
 from kinolab.world.geometry import triangles
 
 FLOOR: Color = (0.91, 0.91, 0.90)
-GHOST_OPACITY = 0.4  # opacity of start, goal and cones
-CABLE_RADIUS_FRACTION = 0.002  # radius of a cable, as a share of the scene
+GHOST_OPACITY = 0.4  # of start, goal and cones
+CABLE_RADIUS_FRACTION = 0.002  # radius of a cable, relative to the scene's size
 ROTOR_KEY_ANGLE = 1.0  # [rad] between two keys of a rotor
 MAX_PATH_POINTS = 1000
 
 
 def glb_scene(content: Content) -> bytes:
-    """Return a binary glTF file: what the page shows, with the motion as its animation.
+    """Return a binary glTF file of the page's scene, with the motion as its animation.
 
     The scene is in metres. glTF's up is y: the root node turns the picture's up there, and below
-    it everything is as kinolab has it. Between keys viewers interpolate linearly.
+    it everything is in kinolab's axes. Between keys viewers interpolate linearly.
     """
     glb, picture = Glb(), content.picture
     root = glb.node(f"kinolab: {content.name}", rotation=_upright(picture.up))
@@ -60,14 +60,14 @@ def glb_scene(content: Content) -> bytes:
 
 
 def _upright(up: Array) -> list[float]:
-    """The turn that brings up to y and a front view's right to x, as x, y, z, w."""
+    """The rotation of up to y and of a front view's right to x, as x, y, z, w."""
     across, toward = horizontal_axes(up)
     upward = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     return _numbers(Rotation.from_matrix(np.stack([across, upward, toward])).as_quat())
 
 
 def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: float = 1.0) -> int:
-    """Add a node with a painted mesh, in one piece per colour."""
+    """Add a node with a coloured mesh, one primitive per colour."""
     if not len(mesh.faces):
         return glb.node(name, parent)
     faces, groups = by_color(mesh)
@@ -108,7 +108,7 @@ def _region(goal: GoalMarker) -> SurfaceMesh:
 
 
 def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[SurfaceMesh]) -> None:
-    """Add a node per body, whose transform is its frame; what whirls is a node below it."""
+    """Add a node per body, whose transform is its frame; rotors are nodes below it."""
     keys = content.keys
     for k, (body, mesh) in enumerate(zip(content.picture.bodies, machine, strict=True)):
         place, turn = keys.places[k], keys.turns[k]
@@ -141,7 +141,7 @@ def _add_path(glb: Glb, root: int, content: Content) -> None:
 
 
 def _add_cables(glb: Glb, root: int, curve: Curve, radius: float) -> None:
-    """Add each cable as a rod of length 1 along z that is moved, turned and stretched."""
+    """Add each cable as a unit rod along z with animated translation, rotation and scale."""
     rod = Cylinder(radius, 1.0, at=(0.0, 0.0, 0.5))
     mesh = weld(*triangles(rod), _color([c / 255.0 for c in INK]))
     ends = curve.values.reshape(len(curve.times), -1, 2, 3)
@@ -155,14 +155,14 @@ def _add_cables(glb: Glb, root: int, curve: Curve, radius: float) -> None:
 
 
 def _stretched(ends: Array) -> tuple[Array, Array, Array]:
-    """Place, turn and scale of a rod along z between ends (nk, 2, 3); what is slack has no size."""
+    """Translation, rotation and scale of a rod along z between ends (nk, 2, 3); 0 if slack."""
     slack = np.asarray(~np.isfinite(ends).all(axis=(1, 2)))
     known = np.where(slack[:, None, None], 0.0, ends)
     path = known[:, 1] - known[:, 0]
     length = np.linalg.norm(path, axis=1)
     path[length == 0.0] = (0.0, 0.0, 1.0)
     unit = path / np.linalg.norm(path, axis=1, keepdims=True)
-    # The shortest turn from z: (z x unit, 1 + z . unit), and about x where unit is -z.
+    # The shortest rotation from z: (z x unit, 1 + z . unit), and about x if unit is -z.
     q = np.stack([-unit[:, 1], unit[:, 0], 0.0 * length, 1.0 + unit[:, 2]], axis=1)
     q[np.linalg.norm(q, axis=1) < 1e-6] = (1.0, 0.0, 0.0, 0.0)
     q /= np.linalg.norm(q, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""The interactive page: what it shows, as data, and one file of HTML that shows it."""
+"""The interactive page: its content as data, and a self-contained HTML file."""
 
 from kinolab.show.page.content import Content, Curve, Driving, Keys, Series
 from kinolab.show.page.document import page_html

@@ -1,4 +1,4 @@
-"""The page's ES modules as one script: a file opened from disk may not import its neighbours."""
+"""Bundle the page's ES modules into one script, as a file from disk cannot import others."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ EXPORT = re.compile(r"^export (?:async )?(?:function|const|class) (\w+)", re.MUL
 
 
 def bundle(modules: Mapping[str, str], main: str) -> str:
-    """Return a script in which every module is a function that gives what it exports.
+    """Return a script in which every module is a function that returns its exports.
 
     A module imports only ``{ names }`` from ``"./other.js"``, in whatever folder that lies, at the
     beginning of lines, and exports only functions, constants and classes where they are declared.
 
     Args:
-        modules: Their sources by name.
-        main: The one that everything begins with.
+        modules: Module sources by name.
+        main: The entry module.
 
     Raises:
-        ValueError: If a module is missing, imports go round in a circle, or a name is not exported.
+        ValueError: If a module is missing, imports are circular, or a name is not exported.
     """
     parts = [_wrapped(name, modules) for name in _ordered(modules, main)]
     return "\n".join(['"use strict";', *parts])
 
 
 def _ordered(modules: Mapping[str, str], main: str) -> list[str]:
-    """Return the modules that are needed, each after those that it imports."""
+    """Return the required modules in topological order of imports."""
     done: list[str] = []
 
     def visit(name: str, path: tuple[str, ...]) -> None:
@@ -47,7 +47,7 @@ def _ordered(modules: Mapping[str, str], main: str) -> list[str]:
 
 
 def _wrapped(name: str, modules: Mapping[str, str]) -> str:
-    """Return a module as a function that is called at once."""
+    """Return a module as an immediately invoked function."""
     source = modules[name]
     for names, other in IMPORT.findall(source):
         offered = EXPORT.findall(modules[other])

@@ -1,4 +1,4 @@
-"""What an interactive page shows, said without a word of HTML."""
+"""Content of an interactive page, independent of HTML."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from kinolab.show.film.picture import Picture
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Something that changes with time: a cubic between every two of its keys.
+    """A piecewise cubic Hermite curve over time.
 
-    Rates may jump where inputs do, so that every key has one before and one after it.
+    Rates may jump at keys, as inputs do, so every key has one before and one after it.
 
     Attributes:
         times: Of the keys in [s], shape (nk,), increasing.
@@ -35,9 +35,9 @@ class Keys:
 
     Attributes:
         places: Of every body's origin in [m], d = 3.
-        turns: Of every body, as unit quaternions x, y, z, w, d = 4; what lies between two keys has
-            to be divided by its norm.
-        ends: Of all cables in [m], d = 6 for each of them; None where there is no cable.
+        turns: Of every body, as unit quaternions x, y, z, w, d = 4; values between keys must be
+            normalized.
+        ends: Of all cables in [m], d = 6 for each of them; None if there is no cable.
     """
 
     places: Sequence[Curve]
@@ -50,11 +50,11 @@ class Series:
     """Quantities over time, drawn as one plot each.
 
     Attributes:
-        title: What they are together, such as ``Inputs``.
+        title: Title of the group, such as ``Inputs``.
         names: One per column.
-        units: One per column; empty where there is none.
+        units: One per column; empty if dimensionless.
         values: At the knots, shape (N+1, n), or between them, shape (N, n).
-        held: Whether a value lasts from its knot to the next.
+        held: Whether values are held from knot to knot (zero-order hold).
     """
 
     title: str
@@ -66,12 +66,12 @@ class Series:
 
 @dataclass(frozen=True, eq=False)
 class Driving:
-    """The machine to be simulated by the page itself.
+    """The machine for interactive simulation in the page.
 
     Attributes:
-        code: An expression of JavaScript, as ``javascript_of`` returns it.
-        states: Stored states of the plan, from which one may go on, shape (N+1, nx).
-        facts: Plain data for the page's ``drive.js``: start, step, limits, inputs without a push.
+        code: A JavaScript expression, as returned by ``javascript_of``.
+        states: Stored states of the plan, from which driving may start, shape (N+1, nx).
+        facts: Plain data for the page's ``drive.js``: start, step, limits, idle inputs.
     """
 
     code: str
@@ -84,19 +84,19 @@ class Content:
     """Everything on a page.
 
     Attributes:
-        title: Of the page.
-        name: Of the scenario.
+        title: Title of the page.
+        name: Name of the scenario.
         machine: Name of the system.
         picture: World, machine, start and goal.
-        keys: The motion; a single key where nothing moves.
+        keys: The motion; a single key if nothing moves.
         knots: Times of the stored states in [s], shape (N+1,).
-        series: What is plotted.
-        constraints: Names of what is held at zero.
-        facts: What is told about the plan, by the names of a report's keys; empty before planning.
-        speed: Seconds of motion per second at first.
-        tree: Segments of the search tree in [m], shape (n, 2, 3), None where nobody kept it.
-        driving: The machine for the page to simulate; None where nobody shall drive it.
-        live: Where the page's own server tells how a search goes; None for a page that is a file.
+        series: Plotted quantities.
+        constraints: Names of the constraints.
+        facts: Facts about the plan, by the keys of a report; empty before planning.
+        speed: Initial playback speed: seconds of motion per second.
+        tree: Segments of the search tree in [m], shape (n, 2, 3); None if it was not stored.
+        driving: The machine for interactive simulation; None without it.
+        live: Address of the live search's events; None for a page that is a file.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""Curves through key values with given rates of change, and poses as such curves."""
+"""Cubic Hermite curves, and poses as such curves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kinolab.show.page.content import Curve
 def hermite(
     begin: Array, out: Array, end: Array, into: Array, step: Array, fraction: Array
 ) -> Array:
-    """Return a cubic at a share of each step, from values and rates of change at both ends.
+    """Return a cubic at a fraction of each step, from values and rates of change at both ends.
 
     Shapes broadcast: values and rates (..., d), steps and fractions.
 
@@ -28,7 +28,7 @@ def hermite(
 
 
 def evaluated(curve: Curve, at: Array) -> Array:
-    """Return the values of a curve at times (n,), shape (n, d); before and after, its ends."""
+    """Return the values of a curve at times (n,), shape (n, d), clamped to its ends."""
     if len(curve.times) == 1:
         return np.repeat(curve.values, len(at), axis=0)
     row = np.clip(np.searchsorted(curve.times, at, side="right") - 1, 0, len(curve.times) - 2)
@@ -45,7 +45,7 @@ def quaternions(poses: Array) -> Array:
 
 
 def turn_rates(quaternion: Array, poses: Array, rates: Array) -> Array:
-    """Return how fast quaternions (..., 4) change, from the rates of the poses (..., 12).
+    """Return the rates of quaternions (..., 4), from the rates of poses (..., 12).
 
     With R' = R hat(w), w in body axes, q' = q (w, 0) / 2.
     """
@@ -59,7 +59,7 @@ def turn_rates(quaternion: Array, poses: Array, rates: Array) -> Array:
 
 
 def continued(curve: Curve) -> Curve:
-    """Return a curve of quaternions in which each is the one of two nearer to the one before it."""
+    """Return a curve of quaternions with signs chosen for continuity."""
     q = curve.values
     away = np.sum(q[1:] * q[:-1], axis=-1, keepdims=True) < 0.0
     sign = np.concatenate([[[1.0]], np.where(np.cumsum(away, axis=0) % 2, -1.0, 1.0)])

@@ -1,4 +1,4 @@
-"""The content of a page as plain data: what is small in JSON, what is large in a pack."""
+"""The content of a page as plain data: small values in JSON, arrays in a binary pack."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
 
-FORMAT = 1  # of the data; the page's modules are always of the same version
+FORMAT = 1  # version of the data; the page's modules always match it
 
 
 def page_data(content: Content) -> tuple[dict[str, Any], str]:
-    """Return what a page reads: an object for JSON, and the text of its pack."""
+    """Return the data of a page: an object for JSON, and the text of its pack."""
     pack, picture = Pack(), content.picture
     machine = paint_machine(picture.bodies)
     hull, floor = extent(content, machine)
@@ -107,7 +107,7 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
 
 
 def _driving(driving: Driving | None, pack: Pack) -> dict[str, Any] | None:
-    """Return what the page's ``drive.js`` reads; the machine's code is among the scripts."""
+    """Return the data for the page's ``drive.js``; the machine's code is among the scripts."""
     return None if driving is None else {**driving.facts, "states": pack.add(driving.states, "f8")}
 
 
@@ -116,7 +116,7 @@ def _numbers(values: Any) -> list[float]:
 
 
 def _plain(value: Any) -> Any:
-    """Return plain data in which what is not finite is null, as JSON demands."""
+    """Return plain data with non-finite numbers as null, as JSON requires."""
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""One self-contained file of HTML: template, style, scripts and data put together."""
+"""Assemble a self-contained HTML file from template, style, scripts and data."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from kinolab.show.page.content import Content, Driving
 from kinolab.show.page.data import page_data
 
 LIBRARY = "three.min.js"
-FOLDERS = ("", "drive")  # of modules, no two of which have the same name
+FOLDERS = ("", "drive")  # of modules; their names are unique
 STYLES = ("page.css", "drive/drive.css")
 
 
 def page_html(content: Content) -> str:
-    """Return the page; it asks nobody for anything, a live one only the server it is from."""
+    """Return the page; it makes no network requests, a live one only to its own server."""
     data, pack = page_data(content)
     return filled(
         _source("page.html"),
@@ -34,7 +34,7 @@ def page_html(content: Content) -> str:
 
 
 def library() -> str:
-    """Return three.js as it stands in every page."""
+    """Return three.js as embedded in every page."""
     return _inside_script(_source(LIBRARY))
 
 
@@ -43,7 +43,7 @@ def _source(name: str) -> str:
 
 
 def _modules(driving: Driving | None = None) -> dict[str, str]:
-    """Return the sources of all modules by name; the machine to be driven is one of them."""
+    """Return the sources of all modules by name, including the machine to be driven."""
     machine = "null" if driving is None else driving.code
     return {"driven_machine": f"export const driven_machine = {machine};"} | {
         entry.name.removesuffix(".js"): entry.read_text(encoding="utf-8")
@@ -54,7 +54,7 @@ def _modules(driving: Driving | None = None) -> dict[str, str]:
 
 
 def filled(template: str, parts: Mapping[str, str]) -> str:
-    """Put each part in the place of its {{name}}; what stands inside a part is left alone."""
+    """Replace each {{name}} by its part, without expanding the parts themselves."""
     pieces = template.split("{{")
     filled = [pieces[0]]
     for piece in pieces[1:]:
@@ -64,5 +64,5 @@ def filled(template: str, parts: Mapping[str, str]) -> str:
 
 
 def _inside_script(code: str) -> str:
-    """Write what would end a script element in another way; in code it occurs in strings alone."""
+    """Escape what would end a script element; in code it occurs in strings only."""
     return code.replace("</script", "<\\/script")

@@ -1,4 +1,4 @@
-"""How far a page's scene goes: the hull of everything in it, and the floor below."""
+"""Extent of a page's scene: the convex hull of its content, and the floor."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from kinolab.show.page.content import Content
 
 
 def extent(content: Content, machine: Sequence[SurfaceMesh]) -> tuple[Array, Floor | None]:
-    """Return points whose convex hull holds everything, shape (n, 3), and the floor if any.
+    """Return points whose convex hull contains everything, shape (n, 3), and the floor if any.
 
-    Where there is no floor, nothing shows how far the workspace goes, and it is left out.
+    Without a floor, the workspace's bounds are not shown, and are left out.
     """
     picture = content.picture
     if not picture.stands_on_ground:
@@ -32,16 +32,16 @@ def extent(content: Content, machine: Sequence[SurfaceMesh]) -> tuple[Array, Flo
 
 
 def _hull(cloud: Array) -> Array:
-    """Return the corners of a convex hull, of a box where the points have none."""
+    """Return the vertices of the convex hull, or of the bounding box if it is degenerate."""
     try:
         return np.asarray(cloud[ConvexHull(cloud).vertices])
-    except QhullError:  # all of them lie in a plane
+    except QhullError:  # coplanar points
         ends = np.stack([cloud.min(axis=0), cloud.max(axis=0)])
         return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
 
 
 def _shown(content: Content) -> Array:
-    """Return poses that the picture must contain, shape (n, nb, 12): no more than it needs."""
+    """Return poses that the picture must contain, shape (n, nb, 12)."""
     places = [curve.values for curve in content.keys.places]
     n = min(len(values) for values in places)
     rows = [values[np.linspace(0, len(values) - 1, n).astype(int)] for values in places]

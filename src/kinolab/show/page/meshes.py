@@ -1,4 +1,4 @@
-"""Painted meshes as a page takes them: faces sorted by colour, and the edges that are inked."""
+"""Coloured meshes as page data: faces sorted by colour, and crease edges."""
 
 from __future__ import annotations
 

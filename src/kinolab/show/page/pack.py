@@ -1,4 +1,4 @@
-"""Arrays in a page: all of them in one compressed text, each found by where it begins."""
+"""Arrays of a page, packed into one compressed text and addressed by offset."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from numpy.typing import ArrayLike
 Place: TypeAlias = dict[str, Any]
 
 TYPES = {"f4": "<f4", "f8": "<f8", "u2": "<u2", "u4": "<u4"}
-ALIGNMENT = 8  # bytes, so that typed arrays can look at any of them
+ALIGNMENT = 8  # bytes, as typed arrays require
 
 
 class Pack:
-    """Collects arrays and says where each one is."""
+    """Collects arrays and returns their offsets."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
         self._size = 0
 
     def add(self, array: ArrayLike, type_: str) -> Place:
-        """Store an array and return where it is, for the page's ``pack.js``.
+        """Store an array and return its location, for the page's ``pack.js``.
 
         Args:
             array: Numbers of any shape.
@@ -37,7 +37,7 @@ class Pack:
         return place
 
     def indices(self, array: ArrayLike) -> Place:
-        """Store whole numbers that are not negative, in two bytes each where that is enough."""
+        """Store non-negative integers, in two bytes each if they fit."""
         numbers = np.asarray(array, dtype=np.int64)
         return self.add(numbers, "u2" if numbers.max(initial=0) < 1 << 16 else "u4")
 

@@ -1,4 +1,4 @@
-"""A plane of the configuration space: what is occupied, what was searched, and the plan."""
+"""Plot of a plane of the configuration space: collisions, search graph and plan."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 
 CELLS = 100  # of the grid along each axis
-SLICES = 6  # of the plan from which the other coordinates are taken
-PLOT, FLATTEST = 0.7, 0.15  # height over width: of a plot, and of a map at least
-MARGIN_FRACTION = 0.15  # of what the plan and the search cover: what is shown around it
+SLICES = 6  # states of the plan from which the other coordinates are taken
+PLOT, FLATTEST = 0.7, 0.15  # height over width: of a plot, and minimum of a map
+MARGIN_FRACTION = 0.15  # relative to the extent of plan and search
 
 
 def configuration_plane(
@@ -35,16 +35,16 @@ def configuration_plane(
     title: str,
     plane: tuple[str, str] | None = None,
 ) -> Figure | None:
-    """Draw two coordinates against each other; None where the machine has only one.
+    """Plot two coordinates against each other; None if the machine has only one.
 
-    What is grey collides: the darker, the more often, with all other coordinates as at some places
-    of the plan.
+    Grey cells collide, the darker the more often, with all other coordinates taken from several
+    states of the plan.
 
     Args:
-        problem: Whose plan it is.
+        problem: The problem of the plan.
         trajectory: The plan.
-        graph: What was searched.
-        title: Above the plot.
+        graph: The search graph.
+        title: Title of the plot.
         plane: Names of the coordinates; those in which the plan moves most if left out.
 
     Raises:
@@ -110,7 +110,7 @@ def _occupied(
     columns: list[int],
     spans: list[tuple[float, float]],
 ) -> Array:
-    """Return the share of the plan's places with which each cell collides, shape (CELLS, CELLS)."""
+    """Return the fraction of the plan's states with which each cell collides, (CELLS, CELLS)."""
     middles = (np.arange(CELLS) + 0.5) / CELLS
     across, up = (low + (high - low) * middles for low, high in spans)
     places = np.linspace(0, len(trajectory.x) - 1, min(SLICES, len(trajectory.x))).astype(int)
@@ -144,7 +144,7 @@ def _wrapped(problem: PlanningTask, columns: list[int], points: Array) -> Array:
 def _draw(
     axes: Axes, problem: PlanningTask, columns: list[int], line: Array, **style: object
 ) -> None:
-    """Draw a line; where it goes around the circle it is broken."""
+    """Plot a line, broken where an angle wraps."""
     shown = _wrapped(problem, columns, line)
     jumps = (np.abs(np.diff(shown, axis=0)) > np.pi) & problem.circular[columns]
     shown = np.insert(shown, np.flatnonzero(jumps.any(axis=1)) + 1, np.nan, axis=0)

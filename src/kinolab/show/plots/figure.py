@@ -1,4 +1,4 @@
-"""What all plots look like, and the bytes of a file."""
+"""Common style of plots, and their output as files."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def figure_of(
     """Return a figure with a table of axes, row by row.
 
     Args:
-        rows: How many below one another.
-        columns: How many beside one another.
+        rows: Number of rows.
+        columns: Number of columns.
         size: Width and height, in inches.
-        title: Above them.
+        title: Title of the figure.
     """
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -61,5 +61,5 @@ def written(figure: Figure, form: Format) -> bytes:
 
 
 def label(name: str, unit: str) -> str:
-    """Return how an axis is labelled."""
+    """Return the label of an axis."""
     return f"{name} [{unit}]" if unit else name

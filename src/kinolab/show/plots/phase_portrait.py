@@ -14,12 +14,12 @@ from kinolab.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PORTRAITS_PER_ROW = 3  # portraits beside each other
+PORTRAITS_PER_ROW = 3  # per row
 HEIGHT = 2.2  # inches of each
 
 
 def phase_portraits(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure | None:
-    """Draw the rate over the coordinate wherever both are states; None where no rate is one."""
+    """Plot rate over coordinate wherever both are states; None if no rate is a state."""
     pairs = _pairs(problem)
     if not pairs:
         return None

@@ -15,7 +15,7 @@ from kinolab.show.plots.phase_portrait import phase_portraits
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
 from kinolab.trajectory import Trajectory
 
-LARGEST = 1e150  # of what is drawn; the square of a larger number is not finite
+LARGEST = 1e150  # magnitude that can be drawn; larger numbers overflow when squared
 
 
 def plots(
@@ -26,12 +26,12 @@ def plots(
     form: Format = "svg",
     plane: tuple[str, str] | None = None,
 ) -> dict[str, bytes]:
-    """Return all plots that a plan gives, as files by their names.
+    """Return all plots of a plan, as files by name.
 
     Args:
-        problem: Whose plan it is.
+        problem: The problem of the plan.
         trajectory: The plan.
-        graph: What the search explored, drawn in the configuration plane.
+        graph: The search graph, drawn in the configuration plane.
         form: SVG or PNG.
         plane: Coordinates of the configuration plane; those in which the plan moves most if left
             out.
@@ -55,7 +55,7 @@ def plots(
 
 
 def _check_size(trajectory: Trajectory) -> None:
-    """Refuse numbers beyond what axes can span; the file of a plan has its header in line 1."""
+    """Reject numbers too large for axes; line 1 of a plan's file is its header."""
     t, x, u = trajectory.t[:, None], trajectory.x, trajectory.u
     columns = {("t",): t, trajectory.state_names: x, trajectory.control_names: u}
     mistakes = [

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 HEIGHT = 1.5  # inches of each plot
-SCALE_RATIO = 8.0  # times the size of a quantity: what is drawn beside it
-LIMIT_DISTANCE = 0.5  # of a plot's height: a limit that is farther away than that is not drawn
+SCALE_RATIO = 8.0  # largest ratio of sizes in one plot
+LIMIT_DISTANCE = 0.5  # of a plot's height: farther limits are not drawn
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Line:
     """A quantity over time.
 
     Attributes:
-        name: What it is called.
+        name: Its name.
         unit: Empty for pure numbers.
         values: At the knots, shape (N+1,), or held between them, shape (N,).
-        limits: Lower and upper; infinite where there are none.
+        limits: Lower and upper; infinite if there are none.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Line:
 
 
 def states_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure:
-    """Draw all states, those of one unit and like size together."""
+    """Plot all states, those of one unit and similar size together."""
     units, names = state_units(problem.model), trajectory.state_names
     limits = map(tuple, problem.bounds.tolist())
     columns = zip(names, units, trajectory.x.T, limits, strict=True)
@@ -51,7 +51,7 @@ def states_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) 
 
 
 def inputs_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure | None:
-    """Draw what was held from knot to knot; None where nothing was."""
+    """Plot inputs and references; None if there are none."""
     model, whole = problem.model, problem.whole or problem.model
     lines = list(_held(whole.plant, trajectory.u))
     if trajectory.reference_names:
@@ -78,7 +78,7 @@ def _drawn(lines: list[Line], t: Array, title: str) -> Figure:
 
 
 def _together(lines: list[Line]) -> list[list[Line]]:
-    """Return which quantities share a plot: one unit, and sizes that can be read beside another."""
+    """Group quantities by plot: one unit, and similar sizes."""
     groups: list[list[Line]] = []
     for line in lines:
         fitting = (group for group in groups if all(_fit(line, other) for other in group))

@@ -1,4 +1,4 @@
-"""Plans and problems as things to look at: an interactive page, and a scene for Blender."""
+"""Views of plans and problems: an interactive page, and a scene for Blender."""
 
 from kinolab.show.view.cards import gallery_of
 from kinolab.show.view.page_files import notebook_frame, save_glb, save_page, write_scene

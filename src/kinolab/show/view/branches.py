@@ -1,4 +1,4 @@
-"""Pieces of a motion under inputs that are held, and the machine's way along them."""
+"""Segments of a motion with zero-order-hold inputs, and states along them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-SUBSTEPS = 8  # of the integrator along a piece, or along part of it
+SUBSTEPS = 8  # of the integrator per segment, or part of one
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Pieces of a motion, one per row.
+    """Segments of a motion, one per row.
 
     Attributes:
         begin: Times in [s], shape (n,).
@@ -41,18 +41,18 @@ class Branches:
         return self.end - self.begin
 
     def chosen(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Branches:
-        """Return some of the pieces."""
+        """Return selected segments."""
         return Branches(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     def halved(self, middle: Array) -> Branches:
-        """Return all first halves, then all second ones; ``middle`` are the states between."""
+        """Return all first halves, then all second ones; ``middle`` (n, nx) joins them."""
         time = 0.5 * (self.begin + self.end)
         first = Branches(self.begin, time, self.x, middle, self.u)
         return Branches.joined([first, Branches(time, self.end, middle, self.y, self.u)])
 
     @staticmethod
     def joined(parts: Sequence[Branches]) -> Branches:
-        """Return the pieces of several collections in one."""
+        """Concatenate several collections of segments."""
         names = [field.name for field in fields(Branches)]
         return Branches(
             *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
@@ -60,15 +60,15 @@ class Branches:
 
 
 class BranchPaths:
-    """Where a machine is along pieces of its motion, as [integration] understands it."""
+    """States of a machine along segments of its motion, according to [integration]."""
 
     def __init__(self, problem: PlanningTask) -> None:
         self.model, settings = problem.model.plant, problem.scenario.integration
-        self._straight = settings.truth == "discrete"  # a map says nothing about between
+        self._straight = settings.truth == "discrete"  # a discrete map is undefined between steps
         self._method = settings.accurate_method
 
     def state(self, pieces: Branches, fraction: float) -> Array:
-        """Return the states at a share of each piece, shape (n, nx)."""
+        """Return the states at a fraction of each segment, shape (n, nx)."""
         if self._straight:
             return self._chord(pieces, fraction)
         out = np.empty_like(pieces.x)
@@ -78,7 +78,7 @@ class BranchPaths:
         return out
 
     def rates(self, pieces: Branches) -> tuple[Array, Array]:
-        """Return how the state changes at the beginning and at the end, of shape (n, nx) each."""
+        """Return the state rates at the beginning and at the end, shape (n, nx) each."""
         if self._straight:
             slope = (pieces.y - pieces.x) / pieces.length[:, None]
             return slope, slope

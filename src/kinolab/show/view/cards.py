@@ -1,4 +1,4 @@
-"""Finished runs as the cards of a gallery; each one is checked and drawn anew from its files."""
+"""Gallery cards of finished runs, verified and rendered anew from their files."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from kinolab.show.page.gallery import Card, gallery_html
 from kinolab.show.view.scenes import content_of
 
 POSTER = (480, 360)  # pixels
-POSTER_TIME = 0.5  # of the motion, which a poster shows
-MAX_FILM_BYTES = 2_000_000  # bytes of a film that is taken over
+POSTER_TIME = 0.5  # of the motion, shown on a poster
+MAX_FILM_BYTES = 2_000_000  # largest animation that is embedded
 
 
 def gallery_of(
     folders: Sequence[Path], title: str, told: Callable[[Path], None] = lambda _: None
 ) -> tuple[str, list[Card]]:
-    """Return a page with all runs, and its cards.
+    """Return a gallery page of runs, and its cards.
 
-    Nothing that somebody wrote into a page or a report is taken over: verdicts and pages are made
-    from the machine, the scenario and the trajectory.
+    Stored pages and verdicts are not trusted: both are made anew from the machine, the scenario and
+    the trajectory.
 
     Args:
-        folders: Of finished runs.
-        title: Of the page.
-        told: Is called with each folder before it is read.
+        folders: Folders of finished runs.
+        title: Title of the page.
+        told: Called with each folder before it is read.
     """
     cards = []
     for folder in folders:
@@ -68,14 +68,14 @@ def _facts(run: Run) -> tuple[tuple[str, str], ...]:
 
 
 def _film(folder: Path) -> bytes:
-    """Return the run's film if it is one, and not too large."""
+    """Return the run's animation if it is a GIF, and not too large."""
     path = folder / "animation.gif"
     content = path.read_bytes() if path.is_file() and path.stat().st_size <= MAX_FILM_BYTES else b""
     return content if content.startswith(b"GIF8") else b""
 
 
 def _poster(run: Run) -> bytes:
-    """Draw the machine in the middle of its motion, as PNG."""
+    """Render the machine in the middle of its motion, as PNG."""
     problem, trajectory = run.problem, run.trajectory
     poses = problem.model.frames(trajectory.x)
     shown = picture(problem, poses, problem.model.cables(trajectory.x))

@@ -1,4 +1,4 @@
-"""What a page needs to simulate the machine itself, so that its reader can drive it."""
+"""Data for interactive simulation in a page, in which the user drives the machine."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from kinolab.problem import PlanningTask
 from kinolab.show.page import Driving
 from kinolab.trajectory import Trajectory
 
-MAX_HOLD_TIME = 1 / 30  # [s]; keys are felt late where an input is held for longer
-RESPONSE_TIME = 1.5  # [s] in which a key brings the first speed that it moves to its limit
-# of the way to a limit, where inputs are velocities or set points themselves
+MAX_HOLD_TIME = 1 / 30  # [s]; longer holds make keys respond late
+RESPONSE_TIME = 1.5  # [s] in which a key drives the first speed to its limit
+# of the range to a limit, if inputs are velocities or set points themselves
 SETPOINT_FRACTION = 0.5
 
 
 def driving_of(problem: PlanningTask, trajectory: Trajectory) -> Driving:
-    """Return the machine as JavaScript, and how it is stepped from where.
+    """Return the machine as JavaScript, with its steps and start states.
 
     Args:
-        problem: Whose machine it is, with what [bounds] leave of its inputs' limits.
-        trajectory: The plan's stored states, from which one may go on.
+        problem: The machine, with input limits narrowed by [bounds].
+        trajectory: The plan's stored states, from which driving may start.
     """
     settings, model = problem.scenario.integration, problem.model
     idle = _idle(problem)
@@ -45,9 +45,9 @@ def driving_of(problem: PlanningTask, trajectory: Trajectory) -> Driving:
 
 
 def driven_step(problem: PlanningTask) -> float:
-    """Return how long inputs are held in [s]: the problem's step, or an equal part of it.
+    """Return the hold time of inputs in [s]: the problem's step, or an equal part of it.
 
-    A controller and a discrete machine are what they are at the problem's own step.
+    Controllers and discrete machines are only defined at the problem's own step.
     """
     closed = problem.model.plant is not problem.model
     if closed or problem.scenario.integration.truth == "discrete":
@@ -56,7 +56,7 @@ def driven_step(problem: PlanningTask) -> float:
 
 
 def _idle(problem: PlanningTask) -> Array:
-    """Return inputs while no key is pressed: those that hold the machine at its start, if any."""
+    """Return the idle inputs, shape (nu,): those that hold the machine at its start, if any."""
     names = problem.model.control_names
     held = static_holding(problem, problem.start)
     return (
@@ -65,18 +65,18 @@ def _idle(problem: PlanningTask) -> Array:
 
 
 def _least(model: Model) -> Array:
-    """Return the inputs that are nearest to nothing."""
+    """Return the inputs within limits nearest to zero, shape (nu,)."""
     return np.clip(np.zeros(model.nu), *model.control_bounds.T)
 
 
 def _hands(problem: PlanningTask, model: Model, idle: Array | None) -> dict[str, list[float]]:
-    """Return idle inputs, and the share of its way to a limit that a key pushes each of them."""
+    """Return idle inputs, and the fraction of the range to a limit that a key applies."""
     least = _least(model) if idle is None else idle
     return {"idle": least.tolist(), "usual": _usual(problem, model, least).tolist()}
 
 
 def _usual(problem: PlanningTask, model: Model, idle: Array) -> Array:
-    """Return shares in (0, 1] with which a person can drive; full inputs make toys of machines."""
+    """Return input fractions in (0, 1], shape (nu,), at which a person can drive."""
     shares = np.full(model.nu, SETPOINT_FRACTION)
     if model.plant is not model or not len(model.speeds):
         return shares

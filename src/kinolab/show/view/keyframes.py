@@ -1,4 +1,4 @@
-"""Key poses of a motion, as many as cubic curves need to follow it between the stored knots."""
+"""Key poses of a motion, refined until cubic curves follow it between stored knots."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from kinolab.trajectory import Trajectory
 
 Marks: TypeAlias = NDArray[np.bool_]
 
-CURVE_TOLERANCE = 2e-5  # [m], [rad] between curve and motion; a page promises five times as much
+CURVE_TOLERANCE = 2e-5  # [m], [rad] between curve and motion; a page guarantees five times as much
 MAX_TURN = 1.0  # [rad] between two keys: a cubic of quaternions cannot count whole turns
-MAX_HALVINGS = 12  # of halving
-SHARES = (0.25, 0.5)  # of a piece, where curve and motion are compared
+MAX_HALVINGS = 12  # per segment
+SHARES = (0.25, 0.5)  # of a segment, where curve and motion are compared
 
 
 def key_poses(problem: PlanningTask, trajectory: Trajectory) -> Keys:
-    """Return every stored knot as a key, and more where a curve between two would leave the motion.
+    """Return every stored knot as a key, and more where a curve would deviate from the motion.
 
-    Each body has keys of its own: a flywheel needs many, the satellite around it few.
+    Each body has its own keys: a flywheel needs many, the satellite around it few.
 
     Args:
-        problem: Whose motion it is; [integration] says what happens between knots.
+        problem: The problem; [integration] defines the motion between knots.
         trajectory: Its knots.
     """
     if len(trajectory.t) == 1:
@@ -43,10 +43,10 @@ def key_poses(problem: PlanningTask, trajectory: Trajectory) -> Keys:
 
 
 def _refined(paths: BranchPaths, pieces: Branches) -> tuple[Branches, Marks]:
-    """Halve pieces until cubics follow the motion along all of them.
+    """Bisect segments until cubics follow the motion along all of them.
 
     Returns:
-        The pieces in the order of time, and for each the channels of which its end is a key.
+        The segments in order of time, and for each the tracks of which its end is a key.
     """
     count = len(tracks(paths.model, pieces.x[:1], np.zeros_like(pieces.x[:1])))
     keys: Marks = np.ones((len(pieces), count), dtype=bool)
@@ -74,9 +74,9 @@ def _still(channel: Track) -> Curve:
 
 
 def _leaves(paths: BranchPaths, pieces: Branches) -> Marks:
-    """Say of each piece and channel whether a cubic is too far from the motion, or turns too far.
+    """Return where a cubic is too far from the motion, or turns too far.
 
-    Shape (pieces, channels).
+    Shape (segments, tracks).
     """
     begins, ends = _both_ends(paths, pieces)
     far = np.zeros((len(pieces), len(begins)), dtype=bool)
@@ -98,7 +98,7 @@ def _both_ends(paths: BranchPaths, pieces: Branches) -> tuple[list[Track], list[
 
 
 def _curves(paths: BranchPaths, pieces: Branches, keys: Marks) -> list[Curve]:
-    """Return a curve per channel through the ends of consecutive pieces that are its keys."""
+    """Return a curve per track through the ends of consecutive segments that are its keys."""
     times = np.append(pieces.begin, pieces.end[-1])
     curves = []
     for k, (a, b) in enumerate(zip(*_both_ends(paths, pieces), strict=True)):

@@ -1,4 +1,4 @@
-"""A page that shows a search while it goes on, served to this computer alone."""
+"""A live page of a running search, served to this computer only."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from kinolab.trajectory import Trajectory
 
 HOST = "127.0.0.1"
 EVENTS, PLAN = "/events", "/plan"
-# [s] without news, after which a line that means nothing shows who is still there
+# [s] without events, after which a comment line detects closed connections
 HEARTBEAT_SECONDS = 5.0
-FETCH_SECONDS = 10.0  # [s] that a page has to fetch the finished one
-ARRIVAL_SECONDS = 20.0  # [s] that a browser which was just started has to come
+FETCH_SECONDS = 10.0  # [s] for a page to fetch the finished one
+ARRIVAL_SECONDS = 20.0  # [s] for a browser that was just started to connect
 
 
 class LivePage:
-    """The page of a problem, and what is told to all who look at it.
+    """The live page of a problem, with events to all its viewers.
 
     Args:
-        problem: That is searched.
-        words: What is going on, to begin with.
+        problem: The problem being solved.
+        words: The initial status message.
 
     Attributes:
-        address: To be opened in a browser on this computer.
+        address: URL for a browser on this computer.
     """
 
     def __init__(self, problem: PlanningTask, words: str) -> None:
@@ -50,7 +50,7 @@ class LivePage:
 
     @contextmanager
     def served(self) -> Iterator[None]:
-        """Serve it inside, by a thread of its own."""
+        """Serve the page inside, in a thread of its own."""
         thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
         thread.start()
         try:
@@ -61,7 +61,7 @@ class LivePage:
             self._server.server_close()
 
     def say(self, words: str) -> None:
-        """Tell what is going on."""
+        """Show a status message."""
         self._news.tell("words", " ".join(words.split()))
 
     def explored(self, graph: SearchGraph) -> None:
@@ -69,16 +69,16 @@ class LivePage:
         self._news.tell("tree", _packed(branches(self._problem, graph)))
 
     def found(self, trajectory: Trajectory) -> None:
-        """Show the way of the machine's first body along a motion."""
+        """Show the path of the machine's first body along a motion."""
         places = self._problem.model.frames(trajectory.x)[:, 0, 3::4]
         self._news.tell("path", _packed(places))
 
     def end(self, page: bytes | None, *, expected: bool = False) -> None:
-        """Hand over to the finished page, and wait until everybody who looks on has it.
+        """Redirect viewers to the finished page, and wait until all have fetched it.
 
         Args:
-            page: The finished one; None leaves what is seen as it is.
-            expected: Whether somebody comes who may not be there yet.
+            page: The finished page; None leaves the live page as it is.
+            expected: Whether a browser may still have to connect.
         """
         if expected:
             self._news.wait_for(lambda: self._news.came > 0, ARRIVAL_SECONDS)
@@ -91,13 +91,13 @@ class LivePage:
 
 
 class _News:
-    """The newest of each kind of event, and who waits for it.
+    """The newest event of each kind, and counts of listeners.
 
     Attributes:
-        came: How many have begun to listen.
-        listening: How many listen now.
-        sent_on: How many were told where the finished page is.
-        fetched: How many times it was fetched.
+        came: Number of listeners so far.
+        listening: Number of current listeners.
+        sent_on: Number of listeners redirected to the finished page.
+        fetched: Number of times it was fetched.
     """
 
     def __init__(self) -> None:
@@ -106,31 +106,31 @@ class _News:
         self._count = self.came = self.listening = self.sent_on = self.fetched = 0
 
     def tell(self, kind: str, text: str) -> None:
-        """Tell everybody; what nobody has heard yet of the same kind is forgotten."""
+        """Publish an event; an unread one of the same kind is replaced."""
         with self._changed:
             self._count += 1
             self._newest[kind] = (self._count, text)
             self._changed.notify_all()
 
     def count(self, what: str, by: int = 1) -> None:
-        """Count somebody."""
+        """Change a count and notify."""
         with self._changed:
             setattr(self, what, getattr(self, what) + by)
             self._changed.notify_all()
 
     def since(self, number: int) -> tuple[int, list[tuple[str, str]]]:
-        """Wait for news after that number; return the newest number, and (kind, text) in order."""
+        """Wait for events after a number; return the newest number, and (kind, text) in order."""
         with self._changed:
             self._changed.wait_for(lambda: self._count > number, HEARTBEAT_SECONDS)
             news = sorted((k, kind, text) for kind, (k, text) in self._newest.items() if k > number)
             return self._count, [(kind, text) for _, kind, text in news]
 
     def wait_for(self, held: Any, seconds: float) -> None:
-        """Wait until something holds, so long at most."""
+        """Wait until a condition holds, or time runs out."""
         end = time.monotonic() + seconds
         with self._changed:
             while not held() and (left := end - time.monotonic()) > 0:
-                self._changed.wait(min(left, 0.2))  # short, so that Ctrl-C is heard
+                self._changed.wait(min(left, 0.2))  # short, so that Ctrl-C is handled
 
 
 class _Server(ThreadingHTTPServer):
@@ -139,17 +139,17 @@ class _Server(ThreadingHTTPServer):
     news: _News
 
     def handle_error(self, *_: Any) -> None:
-        """Say nothing: whoever asked is gone."""
+        """Ignore errors: the client is gone."""
 
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server
 
     def do_GET(self) -> None:
-        """Answer a browser on this computer that means this server."""
+        """Answer a browser on this computer that addresses this server."""
         port = self.server.server_port
         if self.headers.get("Host") not in {f"{HOST}:{port}", f"localhost:{port}"}:
-            self.send_error(403)  # a page from elsewhere, whose name was made to point here
+            self.send_error(403)  # DNS rebinding from another site
         elif self.path == EVENTS:
             self._tell_events()
         elif self.path in self.server.pages:
@@ -171,7 +171,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def _tell_events(self) -> None:
-        """Send server-sent events until the search has ended, or nobody listens any more.
+        """Send server-sent events until the search has ended, or the client is gone.
 
         Source: HTML Living Standard, 9.2 Server-sent events.
         """
@@ -190,14 +190,14 @@ class _Handler(BaseHTTPRequestHandler):
                     ended = ended or kind == "end"
             news.count("sent_on")
         except ConnectionError:
-            pass  # nobody listens any more
+            pass  # the client is gone
         finally:
             news.count("listening", -1)
 
     def log_message(self, *_: Any) -> None:
-        """Say nothing: stderr tells how the search goes."""
+        """Log nothing: stderr shows the progress of the search."""
 
 
 def _packed(points: Array) -> str:
-    """Return numbers as base64 of single precision, smallest byte first."""
+    """Return numbers as base64 of little-endian single precision."""
     return base64.b64encode(np.ascontiguousarray(points, dtype="<f4").tobytes()).decode()

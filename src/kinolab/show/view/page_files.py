@@ -1,4 +1,4 @@
-"""A plan in three dimensions: ``scene.html`` and ``result.glb``, and a frame in a notebook."""
+"""3D views of a plan: ``scene.html``, ``result.glb``, and a notebook frame."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def write_scene(
     facts: Mapping[str, Any],
     graph: SearchGraph | None = None,
 ) -> None:
-    """Write ``scene.html`` and ``result.glb`` of a motion, each whole or not at all.
+    """Write ``scene.html`` and ``result.glb`` of a motion, each atomically.
 
     Args:
-        folder: Of the run.
+        folder: The run's folder.
         problem: The machine in its world.
-        trajectory: How it moves.
+        trajectory: The motion.
         facts: The run's report.
-        graph: What the search explored.
+        graph: The search graph.
     """
     content = content_of(problem, trajectory, facts, graph)
     write_whole(folder / PAGE, utf_8(page_html(content)))
@@ -45,9 +45,9 @@ def save_page(problem: PlanningTask, plan: PlanResult | None, path: str | Path) 
     """Write the interactive page of a plan; with None that of the problem before planning.
 
     Args:
-        problem: What was planned.
-        plan: What came of it.
-        path: Of the file, which is written whole or not at all.
+        problem: The planning problem.
+        plan: The result of planning.
+        path: Of the file, which is written atomically.
 
     Returns:
         The path.
@@ -61,9 +61,9 @@ def save_glb(problem: PlanningTask, plan: PlanResult, path: str | Path) -> Path:
     """Write the scene of a plan with its motion as binary glTF, which Blender opens.
 
     Args:
-        problem: What was planned.
-        plan: What came of it.
-        path: Of the file, which is written whole or not at all.
+        problem: The planning problem.
+        plan: The result of planning.
+        path: Of the file, which is written atomically.
 
     Returns:
         The path.
@@ -74,13 +74,13 @@ def save_glb(problem: PlanningTask, plan: PlanResult, path: str | Path) -> Path:
 
 
 def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
-    """Return the interactive page as HTML that a notebook shows and keeps.
+    """Return the interactive page as HTML for a notebook.
 
-    It runs in a frame of its own, from which neither the notebook nor a network can be reached.
+    It runs in a sandboxed frame without access to the notebook or a network.
 
     Args:
         problem: The machine in its world.
-        plan: What came of planning; None shows the problem alone.
+        plan: The result of planning; None shows the problem alone.
     """
     page = html.escape(page_html(_content(problem, plan)))
     style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"

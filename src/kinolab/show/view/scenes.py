@@ -1,4 +1,4 @@
-"""A plan, or a scenario before planning, as the content of a page."""
+"""Page content of a plan, or of a scenario before planning."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from kinolab.trajectory import Trajectory
 
 
 def plotted(model: Model, trajectory: Trajectory) -> list[Series]:
-    """Return what is plotted of a plan: its states, then what is held from knot to knot."""
+    """Return the plotted series of a plan: its states, then its inputs and references."""
     found = [Series("States", trajectory.state_names, state_units(model), trajectory.x)]
     if len(trajectory.u):
         found.append(_held("Inputs", model.plant, trajectory.u))
@@ -47,13 +47,13 @@ def content_of(
     *,
     drive: bool = True,
 ) -> Content:
-    """Return everything that a page shows.
+    """Return the content of a page.
 
     Args:
         problem: The machine in its world.
-        trajectory: The plan's; without one the machine stands at its start.
-        facts: About the plan, by the names of a report's keys.
-        graph: What its search explored.
+        trajectory: The plan's; without one the machine is shown at its start.
+        facts: About the plan, by the keys of a report.
+        graph: Its search graph.
         drive: Whether the page can simulate the machine.
     """
     shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)
@@ -77,13 +77,13 @@ def content_of(
 
 
 def branches(problem: PlanningTask, graph: SearchGraph) -> Array:
-    """Return how the machine's first body went from state to state, shape (edges, 2, 3)."""
+    """Return the search graph's edges as segments of the first body, shape (edges, 2, 3)."""
     places = problem.model.frames(graph.x)[:, 0, 3::4]
     return np.asarray(places[graph.edges])
 
 
 def facts_of(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
-    """Return about a plan what its report would tell a page."""
+    """Return the facts about a plan, by the keys of a report."""
     checks = plan.certificate.checks if plan.certificate else ()
     return {
         "status": plan.status,
@@ -101,7 +101,7 @@ def facts_of(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
 
 
 def readiness(problem: PlanningTask) -> dict[str, Any]:
-    """Return whether a problem can be planned for, and what is wrong with its start and goal."""
+    """Return whether start and goal of a problem are valid, and why not."""
     try:
         problem.check_endpoints()
     except EndpointError as error:
@@ -110,7 +110,7 @@ def readiness(problem: PlanningTask) -> dict[str, Any]:
 
 
 def _standing(problem: PlanningTask) -> Trajectory:
-    """Return the machine at its start, as a motion of a single knot."""
+    """Return the machine at its start, as a trajectory of a single knot."""
     names = problem.model.plant.control_names
     return Trajectory(
         np.zeros(1),

@@ -1,4 +1,4 @@
-"""What moves, number by number: places and turns of bodies, ends of cables, and their rates."""
+"""Animated quantities and rates: positions and rotations of bodies, ends of cables."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.show.page.curves import quaternions, turn_rates
 
-FD_STEP = 1e-5  # [s] over which rates are taken as differences
+FD_STEP = 1e-5  # [s] of finite differences
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One thing that moves, at several states.
+    """One animated quantity, at several states.
 
     Attributes:
         values: Shape (n, d).
-        rates: How they change with time, shape (n, d).
-        turns: Whether the values are unit quaternions, of which q and -q are the same.
+        rates: Their rates of change, shape (n, d).
+        turns: Whether the values are unit quaternions; q and -q are equivalent.
     """
 
     values: Array
@@ -30,18 +30,18 @@ class Track:
 
     @property
     def turning(self) -> Array:
-        """How fast it turns in [rad/s], shape (n,); 0 for what does not turn."""
+        """Angular speed in [rad/s], shape (n,); 0 if not a rotation."""
         return np.asarray(2.0 * self.turns * np.linalg.norm(self.rates, axis=1))
 
     def toward(self, other: Track) -> Track:
-        """The same, each quaternion the one of two that is nearer to another channel's."""
+        """The same track, with quaternion signs nearest to another track's."""
         if not self.turns:
             return self
         sign = np.where(np.sum(self.values * other.values, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
         return Track(sign * self.values, sign * self.rates, turns=True)
 
     def apart(self, values: Array) -> Array:
-        """How far other values (n, d) are from these, shape (n,), in [m] or [rad]."""
+        """Distance of other values (n, d) from these, shape (n,), in [m] or [rad]."""
         if not self.turns:
             return np.asarray(np.abs(values - self.values).max(axis=1))
         unit = values / np.linalg.norm(values, axis=1, keepdims=True)
@@ -52,9 +52,9 @@ class Track:
 
 
 def tracks(model: Model, x: Array, rate: Array) -> list[Track]:
-    """Return what moves at states (n, nx) that change at a rate (n, nx).
+    """Return the tracks at states (n, nx) with rates (n, nx).
 
-    First the places of all bodies, then their turns, then all cables together if there are any.
+    First the positions of all bodies, then their rotations, then all cables together if any.
     """
     poses, slopes = model.frames(x), _slope(model.frames, x, rate)
     q = quaternions(poses)

@@ -1,1 +1,1 @@
-"""What is drawn, as coloured triangles."""
+"""Coloured triangle meshes of machines and ground."""

@@ -1,4 +1,4 @@
-"""The floor: a slab with a grid, and what is painted on it."""
+"""Meshes of the floor: a slab with a grid, and rings on it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def grid(low: Array, high: Array) -> Array:
 
 
 def grid_step(length: float) -> float:
-    """1 m where that gives 3 to 30 lines; else the step from 1, 2, 5, 10, ... that does."""
+    """1 m if that gives 3 to 30 lines; else the step from 1, 2, 5, 10, ... that does."""
     if 3.0 <= length <= MAX_LINES:
         return 1.0
     return next((step for step in STEPS if length / step <= MAX_LINES), length)

@@ -1,4 +1,4 @@
-"""How bodies are coloured: round ones in sectors, so that one sees them turn."""
+"""Coloured meshes of bodies: round ones in sectors, so that rotation is visible."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ COLORS: tuple[Color, ...] = (
     (0.000, 0.620, 0.451),
 )
 PALE: Color = (0.99, 0.97, 0.93)
-MARK: Color = (0.13, 0.16, 0.22)  # the one sector by which a full turn is counted
+MARK: Color = (0.13, 0.16, 0.22)  # one sector, to count full turns by
 
 SECTORS = 8
 SEGMENTS = (8, 16, 48)  # of a circle, multiples of SECTORS: their borders coincide
 CORNERS = (16, 32, SECTIONS)  # of a circle, half as many on a capsule
-QUARTERED = (1, 2, 3)  # how often the faces of an octahedron are, for a ball
-COARSE = (2.0, 8.0)  # [pixel]: radii up to which the first, and the second of them, look round
+QUARTERED = (1, 2, 3)  # subdivisions of an octahedron, for a ball
+COARSE = (2.0, 8.0)  # [pixel]: radii up to which the first, and the second, look round
 AXES = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # cyclic, so orientation is kept
 
 
@@ -43,9 +43,9 @@ def paint_machine(bodies: Sequence[BodyGeometry], pixel: float = 0.0) -> tuple[S
     """One mesh per body in the body's frame, in its own colour or in the next free one.
 
     Args:
-        bodies: To be painted.
-        pixel: Size of a pixel in [m], where they are nearest; what is small in the picture gets
-            fewer faces.
+        bodies: The bodies.
+        pixel: Size of a pixel in [m], where they are nearest; shapes small in the picture get fewer
+            faces.
     """
     return tuple(
         join(
@@ -65,7 +65,7 @@ def _painted(shape: Shape, body: BodyGeometry, color: Color, pixel: float) -> Su
 
 
 def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
-    """The surface of a shape in its body's frame, with a pattern where a turn would go unseen."""
+    """The surface of a shape in its body's frame, with a pattern that makes rotation visible."""
     tint = np.asarray(color, dtype=np.float64)
     if isinstance(shape, Disk):
         return _round(shape.radius, shape.thickness, shape.axis, shape.at, tint, pixel)
@@ -94,7 +94,7 @@ def pale(color: Array) -> Array:
 
 
 def _fineness(radius: Any, pixel: float) -> int:
-    """Return which of the finenesses what is round needs: 0 is the coarsest."""
+    """Return the level of detail that a radius in [m] needs: 0 is the coarsest."""
     return sum(float(radius) > most * pixel for most in COARSE)
 
 

@@ -1,4 +1,4 @@
-"""Rotors: discs that whirl too fast for a film, drawn as blades that turn slowly in a ring."""
+"""Rotors: discs that spin too fast for a film, drawn as blades that turn slowly in a ring."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
 
 SEGMENTS = 48
 RIM, CHORD, HUB = 0.975, 0.075, 0.06  # of the radius: the ring's inside, a blade's width, the hub's
-PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which only shows how far the blades reach
+PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which marks the blade tips
 
 
 def rotor(disk: Disk, color: Array) -> SurfaceMesh:
@@ -55,7 +55,7 @@ def _circle(segments: int) -> Array:
 
 
 def _plate(outline: Array, thickness: float, color: Array) -> SurfaceMesh:
-    """A flat solid over a convex outline (n, 2), in the middle of which lies z = 0."""
+    """A flat solid over a convex outline (n, 2), centred at z = 0."""
     n, half = len(outline), 0.5 * thickness
     top, bottom = (np.column_stack([outline, np.full(n, z)]) for z in (half, -half))
     a = np.arange(n)

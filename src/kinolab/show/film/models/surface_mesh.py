@@ -1,4 +1,4 @@
-"""Triangle meshes with a colour per face and the edges that a draughtsman would ink."""
+"""Triangle meshes with a colour per face and crease edges."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from kinolab.numerics.arrays import Array
 
 Indices: TypeAlias = NDArray[np.int64]
 
-CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and stay blank
+CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and are not drawn
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMesh:
-    """A painted surface.
+    """A coloured triangle mesh.
 
     Args:
         vertices: Points in [m], shape (n, 3).
@@ -58,7 +58,7 @@ class SurfaceMesh:
 
 
 def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> SurfaceMesh:
-    """Make a mesh in which equal points are one vertex, so that neighbouring faces know each other.
+    """Make a mesh with equal points merged to one vertex, so that faces share edges.
 
     ``colors`` are RGB in 0..1, shape (3,), or one per face, shape (m, 3).
     """
@@ -94,7 +94,7 @@ def normals(vertices: Array, faces: Indices) -> Array:
 
 
 def is_room(mesh: SurfaceMesh) -> bool:
-    """Whether a closed mesh looks inward (negative volume), so that one looks into it."""
+    """Whether a closed mesh has inward normals (negative volume), like a room."""
     centred = mesh.vertices - mesh.vertices.mean(axis=0)
     a, b, c = (centred[mesh.faces[:, i]] for i in range(3))
     return bool(mesh.is_closed and np.sum(a * np.cross(b, c)) < 0.0)

@@ -1,1 +1,1 @@
-"""From triangles to pixels."""
+"""A software rasteriser: triangles to pixels."""

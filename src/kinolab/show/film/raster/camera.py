@@ -1,4 +1,4 @@
-"""Where the viewer stands, and where a point of the world lands in the picture."""
+"""Pinhole camera: projection of world points, and framing of a scene."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from kinolab.numerics.arrays import Array
 
 View: TypeAlias = Literal["perspective", "top", "front", "side"]
 
-WIDE, NARROW = np.radians(30.0), np.radians(8.0)  # a corner view; nearly parallel plans
-AZIMUTH = np.radians(18.0)  # off the front, so that both sides of a box are seen
-FLAT, TALL = np.radians(58.0), np.radians(20.0)  # elevation over a floor plan, beside a tower
+WIDE, NARROW = np.radians(30.0), np.radians(8.0)  # corner view; nearly parallel plans
+AZIMUTH = np.radians(18.0)  # off the front view, so that two sides of a box are visible
+FLAT, TALL = np.radians(58.0), np.radians(20.0)  # elevation over a flat scene, and for a tall one
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Camera:
         seen = (np.asarray(points, dtype=np.float64) - self.position) @ self.axes().T
         depth = seen[..., 2]
         focal = 0.5 * height / np.tan(0.5 * self.fov)
-        with np.errstate(divide="ignore", invalid="ignore"):  # beside the pinhole: at infinity
+        with np.errstate(divide="ignore", invalid="ignore"):  # in the pinhole's plane: at infinity
             column = 0.5 * width + focal * seen[..., 0] / depth
             row = 0.5 * height - focal * seen[..., 1] / depth
         return np.stack([column, row, depth], axis=-1)
@@ -82,12 +82,12 @@ def frame_scene(
     """Choose the nearest camera whose picture contains every point.
 
     Args:
-        points: What must be seen, shape (n, 3) with n > 0, in [m].
+        points: Points to be visible, shape (n, 3) with n > 0, in [m].
         up: Direction that points upward, shape (3,).
         view: From a raised corner ("perspective"), or from the top, the front or a side.
         size: Width and height of the picture in [pixel].
-        margin: What stays empty at both sides, and above and below (where the
-            title goes), as fractions of the picture.
+        margin: Empty margins at both sides, and above and below (for the title), as fractions of
+            the picture.
 
     Raises:
         ValueError: If there is no point, or a point is not finite.
@@ -106,7 +106,7 @@ def frame_scene(
 
 
 def _line_of_sight(cloud: Array, up: Array, view: View) -> tuple[Array, Array]:
-    """The unit vector from the scene to the viewer, and the one upward in the picture."""
+    """The unit vectors from the scene to the viewer, and upward in the picture."""
     across, toward = horizontal_axes(up)
     if view == "top":
         return up, -toward
@@ -121,7 +121,7 @@ def _line_of_sight(cloud: Array, up: Array, view: View) -> tuple[Array, Array]:
 
 
 def _elevation(extent: Array) -> float:
-    """Steep over a floor plan, where walls hide the floor, and low beside something tall."""
+    """Elevation in [rad]: steep over a flat scene, where walls hide the floor, low if tall."""
     slenderness = extent[2] / max(extent[0], extent[1], 1e-12)
     return float(np.interp(slenderness, [0.25, 0.8], [FLAT, TALL]))
 
@@ -129,8 +129,8 @@ def _elevation(extent: Array) -> float:
 def _nearest_pinhole(seen: Array, slopes: Array) -> Array:
     """The nearest pinhole, in camera axes, from which |x| <= slope z holds for all points.
 
-    A point's two conditions per axis are linear in the pinhole's place (c, d):
-    ``c - slope d >= x - slope z`` and ``-c - slope d >= -x - slope z``; their sum bounds d.
+    A point's two conditions per axis are linear in the pinhole's position (c, d): ``c - slope d >=
+    x - slope z`` and ``-c - slope d >= -x - slope z``; their sum bounds d.
     """
     seen = np.where(np.abs(seen) < 1e-12, 0.0, seen)
     right = np.max(seen[:, :2] - slopes * seen[:, 2:], axis=0)
@@ -138,7 +138,7 @@ def _nearest_pinhole(seen: Array, slopes: Array) -> Array:
     depth = float(np.min(-(right + left) / (2.0 * slopes)))
     nearest = float(np.min(seen[:, 2]))
     extent = float(np.ptp(seen, axis=0).max())
-    room = 0.05 * extent if extent > 0.0 else 1.0  # a single point is seen from 1 m
+    room = 0.05 * extent if extent > 0.0 else 1.0  # a single point is viewed from 1 m
     return np.array([*(right - left) / 2.0, min(depth, nearest - room)])
 
 

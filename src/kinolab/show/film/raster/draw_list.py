@@ -1,4 +1,4 @@
-"""What is drawn one after the other on a canvas, whole or what falls into a part of it."""
+"""Layers drawn one after the other on a canvas, whole or clipped to a part of it."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from kinolab.show.film.raster.rasterizer import (
 
 
 class Layer(ABC):
-    """Something to be drawn over what a canvas holds."""
+    """Something to be drawn over the content of a canvas."""
 
     @abstractmethod
     def on(self, canvas: Canvas) -> None:
-        """Draw it."""
+        """Draw the layer."""
 
     @abstractmethod
     def within(self, box: Box) -> Layer:
-        """Return what of it may be seen in a part of the canvas, for a canvas of that size."""
+        """Return the layer clipped to a box, for a canvas of the box's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,27 +51,27 @@ class _OfFacets(Layer):
 
 @dataclass(frozen=True, eq=False)
 class Solid(_OfFacets):
-    """Surfaces that hide what is farther away."""
+    """Opaque surfaces, with depth test."""
 
     kind: int = OTHER
 
     def on(self, canvas: Canvas) -> None:
-        """Draw it."""
+        """Draw the layer."""
         draw(canvas, self.facets, self.kind)
 
     def within(self, box: Box) -> Layer:
-        """Return what of it may be seen in a part."""
+        """Return the layer clipped to a box."""
         return Solid(self._cut(box), self.kind)
 
 
 @dataclass(frozen=True, eq=False)
 class FloorPaint(_OfFacets):
-    """Colour on the visible floor; paint has no thickness, so depth plays no part."""
+    """Colour on the visible floor, drawn without depth test."""
 
     opacity: float = 1.0
 
     def on(self, canvas: Canvas) -> None:
-        """Draw it."""
+        """Draw the layer."""
         if self.opacity == 1.0:
             paint_ground(canvas, self.facets)
         elif len(self.facets.corners):
@@ -81,18 +81,18 @@ class FloorPaint(_OfFacets):
             _mix(canvas, layer, (layer.color != canvas.color).any(axis=-1), self.opacity)
 
     def within(self, box: Box) -> Layer:
-        """Return what of it may be seen in a part."""
+        """Return the layer clipped to a box."""
         return FloorPaint(self._cut(box), self.opacity)
 
 
 @dataclass(frozen=True, eq=False)
 class Veil(_OfFacets):
-    """A body that is mixed into the picture; it hides nothing that is drawn later."""
+    """Translucent surfaces, which do not hide what is drawn later."""
 
     opacity: float
 
     def on(self, canvas: Canvas) -> None:
-        """Draw it."""
+        """Draw the layer."""
         if not len(self.facets.corners):
             return
         width, height = canvas.size
@@ -101,7 +101,7 @@ class Veil(_OfFacets):
         _mix(canvas, layer, layer.nearness != canvas.nearness, self.opacity)
 
     def within(self, box: Box) -> Layer:
-        """Return what of it may be seen in a part."""
+        """Return the layer clipped to a box."""
         return Veil(self._cut(box), self.opacity)
 
 
@@ -116,11 +116,11 @@ class Shadows(Layer):
         return [_reach(corners) for corners in self.corners]
 
     def on(self, canvas: Canvas) -> None:
-        """Draw it."""
+        """Draw the layer."""
         darken(canvas, self.corners, SHADOW ** (1.0 / LIGHT_SAMPLES))
 
     def within(self, box: Box) -> Layer:
-        """Return what of it may be seen in a part."""
+        """Return the layer clipped to a box."""
         cuts = [_seen(reach, box) for reach in self._reaches]
         return Shadows(
             [
@@ -131,20 +131,20 @@ class Shadows(Layer):
 
 
 def _reach(corners: Array) -> Array:
-    """The least column and row of triangles, then the largest of both, shape (4, m)."""
+    """Bounding boxes of triangles: least column and row, then largest, shape (4, m)."""
     places = corners[:, :, :2]
     return np.concatenate([places.min(axis=1), places.max(axis=1)], axis=1).T.copy()
 
 
 def _seen(reach: Array, box: Box) -> tuple[NDArray[np.intp], Array]:
-    """Which triangles may be seen in a part, and where it begins."""
+    """Indices of the triangles that overlap a box, and its origin, shape (3,)."""
     left, top, right, bottom = box
     seen = (reach[0] < right) & (reach[1] < bottom) & (reach[2] > left) & (reach[3] > top)
     return np.flatnonzero(seen), np.array([left, top, 0.0])
 
 
 def drawn(layers: Sequence[Layer], size: tuple[int, int], paper: ArrayLike) -> Canvas:
-    """Draw layers on paper of a colour (r, g, b)."""
+    """Draw layers on a background of a colour (r, g, b)."""
     canvas = blank(size, paper)
     for layer in layers:
         layer.on(canvas)

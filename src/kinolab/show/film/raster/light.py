@@ -1,4 +1,4 @@
-"""Lamps: how bright a face is, and where its shadow falls on the ground."""
+"""Lighting: brightness of faces, and their shadows on the ground."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.camera import Camera
 
-AMBIENT, FULL = 0.66, 1.06  # brightness of a face that looks away from the lamp, and into it
+AMBIENT, FULL = 0.66, 1.06  # brightness of a face turned away from the lamp, and toward it
 LIGHT_SAMPLES = 6  # one lamp, jittered: their shadows overlap to a soft edge
 LIGHT_JITTER = 0.04  # [rad], half the apparent width of the lamp
 SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour remains where no lamp reaches
@@ -22,7 +22,7 @@ def main_light(camera: Camera, up: Array) -> Array:
 
 
 def light_samples(light: Array) -> Array:
-    """Directions toward the corners of a small lamp, shape (LAMPS, 3)."""
+    """Directions toward the corners of a small lamp, shape (LIGHT_SAMPLES, 3)."""
     a = np.cross(light, (0.3, 0.5, 0.8))
     a /= np.linalg.norm(a)
     b = np.cross(light, a)
@@ -39,9 +39,9 @@ def shade(
 
 
 def shadow_points(points: Array, toward: Array) -> Array:
-    """Where the rays from a lamp through points, shape (..., 3), meet the ground z = 0.
+    """Project points, shape (..., 3), along rays from a lamp onto the ground z = 0.
 
-    What lies below the ground casts the shadow of its foot on the ground.
+    Points below the ground are projected vertically.
     """
     height = np.clip(points[..., 2:], 0.0, None)
     fallen = points - height / toward[2] * toward

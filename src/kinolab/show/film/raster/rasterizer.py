@@ -1,4 +1,4 @@
-"""Triangles to pixels, with a depth buffer: what is nearer wins, in whatever order it is drawn."""
+"""Rasterise triangles with a depth buffer: the nearest wins, in any drawing order."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ Bytes: TypeAlias = NDArray[np.uint8]
 Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom in [pixel], half open
 
 COUNTS = np.array([bin(byte).count("1") for byte in range(256)], dtype=np.uint8)  # of bits
-OTHER, GROUND = 0, 1  # what a pixel shows; lamp k adds 2 << k once it is hidden from there
+OTHER, GROUND = 0, 1  # kind of a pixel; bit 2 << k marks it as shadowed from lamp k
 
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """Pixels that know how near they are and whether a shadow can fall on them.
+    """Pixels with depth, and flags for ground and shadows.
 
     Args:
         color: RGB, shape (h, w, 3).
         nearness: 1 / depth in [1/m], shape (h, w); 0 is infinitely far.
-        kind: ``OTHER`` or ``GROUND`` and the lamps that do not reach it, shape (h, w).
+        kind: ``OTHER`` or ``GROUND`` and bits of shadowing lamps, shape (h, w).
     """
 
     color: Bytes
@@ -69,7 +69,7 @@ class Facets:
     colors: Bytes
 
     def __add__(self, other: Facets) -> Facets:
-        """Both, the others after these."""
+        """Concatenate, the others after these."""
         return Facets(
             np.concatenate([self.corners, other.corners]),
             np.concatenate([self.colors, other.colors]),
@@ -80,7 +80,7 @@ NO_FACETS = Facets(np.zeros((0, 3, 3)), np.zeros((0, 3), dtype=np.uint8))
 
 
 def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
-    """Paint triangles where they are nearer than what the canvas holds.
+    """Draw triangles where they are nearer than the content of the canvas.
 
     A pixel belongs to a triangle that contains its centre. Triangles that share an edge neither
     overlap nor leave a gap. Triangles with a corner behind the camera are left out.
@@ -89,15 +89,15 @@ def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
 
 
 def paint_ground(canvas: Canvas, facets: Facets) -> None:
-    """Colour the ground inside triangles, however near they are; the last one wins."""
+    """Colour the ground inside triangles, without depth test; the last one wins."""
     _paint(canvas.color, canvas.kind, facets.corners, facets.colors)
 
 
 def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
-    """Let triangles on the ground hide it from lamps; each pixel darkens once per lamp.
+    """Darken the ground inside shadow triangles, each pixel once per lamp.
 
     Args:
-        canvas: What is darkened.
+        canvas: The canvas.
         shadows: For each lamp, of 6 at most, its triangles: column and row in [pixel], shape
             (m, 3, 3).
         factor: What remains of red, green and blue without one lamp, in [0, 1], shape (3,).
@@ -132,7 +132,7 @@ def average(pixels: Bytes, block: int) -> Bytes:
 
 @allocating_kernel  # type: ignore[untyped-decorator]
 def _extent(points: Array) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of points before the camera; left > right if none is."""
+    """Left, top, right and bottom of points in front of the camera; left > right if none is."""
     left, top, right, bottom = np.inf, np.inf, -np.inf, -np.inf
     for k in range(points.shape[0]):
         x, y = points[k, 0], points[k, 1]
@@ -144,7 +144,7 @@ def _extent(points: Array) -> tuple[float, float, float, float]:
 
 @allocating_kernel  # type: ignore[untyped-decorator]
 def _lines(tri: Array, lines: Array) -> None:
-    """Write a triangle's edges as rows where they begin and end, first column, columns per row."""
+    """Write a triangle's edges: first and last row, first column, columns per row."""
     for i in range(3):
         a, b = tri[i], tri[0 if i == 2 else i + 1]
         lines[i, 0], lines[i, 1], lines[i, 2] = a[1], b[1], a[0]
@@ -196,7 +196,7 @@ def _draw(
     colors: Bytes,
     tag: int,
 ) -> None:
-    """Paint triangles where they are nearer.
+    """Draw triangles with depth test.
 
     Args:
         color, nearness, kind: Of ``Canvas``, (h, w, 3), (h, w) and (h, w); written.
@@ -214,7 +214,7 @@ def _draw(
             continue
         aw, bw = tri[1, 2] - tri[0, 2], tri[2, 2] - tri[0, 2]
         slope_x, slope_y = (aw * by - bw * ay) / area, (ax * bw - bx * aw) / area
-        # Rounding must not carry a face that is seen edge-on beyond its own corners.
+        # Rounding must not extrapolate an edge-on face beyond its own corners.
         farthest = min(tri[0, 2], tri[1, 2], tri[2, 2])
         nearest = max(tri[0, 2], tri[1, 2], tri[2, 2])
         first, last = _rows(tri, height)
@@ -251,7 +251,7 @@ def _paint(color: Bytes, kind: Bytes, corners: Array, colors: Bytes) -> None:
 
 @allocating_kernel  # type: ignore[untyped-decorator]
 def _hide(kind: Bytes, corners: Array, bit: int) -> None:
-    """Mark the ground inside triangles, without a branch: so many pixels are marked at once."""
+    """Mark the ground inside triangles, branch-free so that it is vectorised."""
     height, width = kind.shape
     mark, lines = np.uint8(bit), np.empty((3, 4))
     for k in range(corners.shape[0]):
@@ -267,7 +267,7 @@ def _hide(kind: Bytes, corners: Array, bit: int) -> None:
 
 @allocating_kernel  # type: ignore[untyped-decorator]
 def _dim(color: Bytes, before: Bytes, after: Bytes, left: Bytes) -> None:
-    """Darken each pixel by as many lamps as have been hidden from it; ``left`` says to what."""
+    """Darken each pixel by its number of newly shadowing lamps; ``left`` is the result."""
     for i in range(before.shape[0]):
         for j in range(before.shape[1]):
             new = before[i, j] ^ after[i, j]

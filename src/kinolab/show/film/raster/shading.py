@@ -1,4 +1,4 @@
-"""From meshes in the world to facets in the picture: shaded faces and inked edges."""
+"""Shading: meshes in the world to facets in the picture, faces and edges."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kinolab.show.film.raster.light import AMBIENT, light_samples, main_light, s
 from kinolab.show.film.raster.rasterizer import Facets
 from kinolab.show.film.raster.stroke import strokes
 
-GROUND_TOLERANCE = 1e-6  # [m] below the ground that is rounding
+GROUND_TOLERANCE = 1e-6  # [m] below the ground: rounding
 EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m
 
 
@@ -23,7 +23,7 @@ class Pen:
     """Draws for one camera, one light and one canvas.
 
     Args:
-        camera: Where the viewer stands.
+        camera: The camera.
         size: Width and height of the canvas in its own, small pixels.
         light: Direction toward the light, shape (3,).
         scale: Small pixels per pixel of the finished picture.
@@ -42,19 +42,19 @@ class Pen:
         return seen
 
     def faces(self, mesh: SurfaceMesh, ambient: float = AMBIENT) -> Facets:
-        """Every face in its colour and light."""
+        """All faces, shaded."""
         corners = self.at(mesh.vertices)
         normal, front = self._facing(mesh)
         toward_viewer = np.where(front[:, None], normal, -normal)
         return Facets(corners[mesh.faces], shade(mesh.colors, toward_viewer, self.light, ambient))
 
     def front_faces(self, mesh: SurfaceMesh) -> Facets:
-        """Only the faces that look at the viewer: one looks into a room through its near walls."""
+        """Only the faces toward the viewer, so that a room's near walls are invisible."""
         facets, front = self.faces(mesh), self._facing(mesh)[1]
         return Facets(facets.corners[front], facets.colors[front])
 
     def edges(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> Facets:
-        """Creases that are in view, and the outline of curved surfaces; width in [pixel]."""
+        """Visible creases, and the silhouette of curved surfaces; width in [pixel]."""
         front = self._facing(mesh)[1][mesh.sides]
         inked = (mesh.creases & front.any(axis=1)) | (front[:, 0] != front[:, 1])
         segments = self.at(mesh.vertices)[mesh.ends[inked]]
@@ -67,7 +67,7 @@ class Pen:
     def shadows(self, mesh: SurfaceMesh) -> list[Array]:
         """The mesh's shadow on the ground for every lamp, as triangles of shape (m, 3, 3).
 
-        Of a closed surface above the ground, the faces that look at a lamp cast the whole shadow.
+        For a closed surface above the ground, the faces toward a lamp suffice.
         """
         whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -GROUND_TOLERANCE)
         return [
@@ -92,5 +92,5 @@ class Pen:
 
 
 def pen(camera: Camera, size: tuple[int, int], up: Array, scale: int) -> Pen:
-    """A pen for a picture of (w, h) pixels, of which each is made of scale x scale small ones."""
+    """A pen for a picture of (w, h) pixels, supersampled by scale x scale."""
     return Pen(camera, (scale * size[0], scale * size[1]), main_light(camera, up), scale)

@@ -1,4 +1,4 @@
-"""Lines of constant width in the picture, as triangles that respect depth."""
+"""Lines of constant width in the picture, as triangles with depth."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def strokes(segments: Array, width: float, color: ArrayLike, lead: float = 0.0) 
         segments: End points as column, row and nearness, shape (n, 2, 3).
         width: In [pixel].
         color: RGB in 0..255.
-        lead: Fraction by which the line is moved toward the viewer, so that an edge wins against
-            the faces that it borders.
+        lead: Fraction by which the line is moved toward the viewer, so that an edge is in front of
+            its own faces.
     """
     segments = segments[np.isfinite(segments).all(axis=(1, 2))]
     if len(segments) == 0:

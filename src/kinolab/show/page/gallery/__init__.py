@@ -1,4 +1,4 @@
-"""Many runs on one page, each with its own interactive page behind it."""
+"""A gallery page of many runs, each with its interactive page."""
 
 from kinolab.show.page.gallery.gallery_document import Card, gallery_html
 

@@ -1,4 +1,4 @@
-"""One self-contained file with a card per run; what all pages share is in it once."""
+"""A self-contained gallery file with a card per run; shared code is embedded once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from kinolab.show.page.document import filled, library
 
-MARK = "{{library}}"  # in the pages, where the library goes
+MARK = "{{library}}"  # placeholder of the library in the pages
 
 
 @dataclass(frozen=True)
@@ -20,9 +20,9 @@ class Card:
     """A run in the gallery.
 
     Attributes:
-        name: Where it lies, or what its author called it.
-        title: Of the scenario; what went wrong where the run could not be read.
-        verdict: Whether its files were checked and passed, failed, or could not be read.
+        name: Its folder, or a name given by its author.
+        title: Title of the scenario; the error if the run could not be read.
+        verdict: Whether verification of its files passed, failed, or they could not be read.
         facts: Labels and values, in this order.
         poster: A picture of it, GIF or PNG; empty for none.
         page: Its interactive page; empty for none.
@@ -37,13 +37,13 @@ class Card:
 
 
 def gallery_html(title: str, cards: Sequence[Card]) -> str:
-    """Return the page; it needs no network and asks for none.
+    """Return the page, which makes no network requests.
 
     The interactive pages open in frames that may run scripts and nothing else.
 
     Args:
-        title: Of the gallery.
-        cards: In the order in which they are shown.
+        title: Title of the gallery.
+        cards: In display order.
     """
     shared = library()
     runs = [_card(card, shared) for card in cards]
@@ -78,7 +78,7 @@ def _data_address(picture: bytes) -> str:
 
 
 def _as_json(value: Any) -> str:
-    """Write data so that nothing in it can end the script element that it stands in."""
+    """Write data as JSON that cannot end its script element."""
     return json.dumps(value, ensure_ascii=False).replace("<", "\\u003c")
 
 
