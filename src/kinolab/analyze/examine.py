@@ -28,7 +28,7 @@ class LawCheck:
     """Result of checking one law.
 
     Attributes:
-        law: What must hold.
+        law: The law that must hold.
         value: The largest violation, relative.
         limit: What rounding and finite differences explain.
         note: What a violation would mean; or, if it holds, what was observed.

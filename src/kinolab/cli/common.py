@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
     from kinolab.solve import PlanResult
 
-FAILED = 7  # exit code: a motion or a machine is not what it claims to be
+FAILED = 7  # exit code: a motion or a machine failed its checks
 MAX_JOBS = 256  # processes; each of them loads every library
 PATH: click.Path = click.Path(path_type=Path)
 

@@ -132,7 +132,7 @@ def _pictures() -> None:
     animate(problem, simulate(problem, DURATION))
 
 
-# The longest part comes first, so that no processor waits for it in the end.
+# The longest part comes first, so that no processor idles at the end.
 PARTS: dict[str, Callable[[], None]] = {
     "ways around obstacles": _potential_fields,
     "planners": _planners,

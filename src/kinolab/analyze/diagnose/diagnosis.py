@@ -75,7 +75,7 @@ class Diagnosis:
     Attributes:
         sentences: The findings in words, the most useful one first.
         rejections: Fraction of all rejected motions, by cause and source.
-        approach: What the goal asks for and what was reached, worst first.
+        approach: The goal's entries with targets and reached values, worst first.
         start_clearance: Clearance at the start.
         goal_clearance: Largest clearance in the goal; None if no goal state was found.
         start_held: How inputs hold the machine at the start; None if it cannot be evaluated.

@@ -16,7 +16,7 @@ from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 
 LARGE_DEVIATION = 0.2  # of what [metric] calls large: a large deviation from the plan
-LARGE_CORRECTION = 0.25  # of the range between an input's limits: a correction that counts as large
+LARGE_CORRECTION = 0.25  # of the range between an input's limits: a large correction
 HOLD_STEPS = 1000  # steps after the plan over which its end is held
 TERMINAL_WEIGHT = 10.0  # weight of a deviation at the plan's end, relative to one along it
 

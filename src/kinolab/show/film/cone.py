@@ -1,4 +1,4 @@
-"""Meshes of direction cones: where an axis shall point, and where it must not."""
+"""Meshes of goal cones and keep-out cones of axes."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def make_film(
     """Resample a motion to frames and build its scene; a video may have more frames than a GIF.
 
     Args:
-        picture: What is drawn.
+        picture: The picture to draw.
         times: Row times in [s], shape (nt,), not decreasing.
         poses: One pose per row and body, shape (nt, nb, 12).
         size: Width and height in [pixel].

@@ -44,7 +44,7 @@ def write_gif(
 
     Args:
         path: Where to write; an existing file is replaced.
-        picture: What is drawn.
+        picture: The picture to draw.
         times: Row times in [s], shape (nt,), not decreasing.
         poses: One pose per row and body, shape (nt, nb, 12).
         size: Width and height in [pixel].
@@ -62,7 +62,7 @@ def write_gif(
 
 
 def gif_parts(film: Film, size: tuple[int, int]) -> Iterator[bytes]:
-    """Yield a film as the bytes of a GIF file, piece by piece; ``size`` in [pixel]."""
+    """Yield a film as the bytes of a GIF file, in chunks; ``size`` in [pixel]."""
     sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int))
     palette = shared_palette([film.frame(i) for i in sampled])
     yield _header(size, palette)

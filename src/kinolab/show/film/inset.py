@@ -74,7 +74,7 @@ def build_inset(
     """Return the inset; None if the machine is large enough, or no corner is free.
 
     Args:
-        picture: What is drawn.
+        picture: The picture to draw.
         stage: The scene of the picture.
         motion: Poses of all frames, shape (nf, nb, 12).
         size: Width and height of the picture in [pixel].
@@ -110,7 +110,7 @@ def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
 
     Args:
         image: The backdrop, shape (h, w, 3).
-        places: Columns and rows at which the machine will be seen, shape (n, 2).
+        places: Columns and rows that the machine will cover, shape (n, 2).
     """
     height, width = image.shape[:2]
     taken = (image != np.array(PAPER, dtype=np.uint8)).any(axis=-1)

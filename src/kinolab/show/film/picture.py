@@ -35,7 +35,7 @@ class GoalMarker:
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """Directions that an axis shall have at the end, or must never have.
+    """A cone of directions that an axis must reach at the goal, or must avoid.
 
     Args:
         apex: Position of the apex, in [m].
@@ -66,7 +66,7 @@ class Picture:
         path: Path of the first body's origin, shape (n, 3), in [m].
         start: Poses at which the machine's ghost is drawn.
         goal: A region, or poses for a second ghost.
-        cones: Directions that axes shall or must not have.
+        cones: Goal cones and keep-out cones of axes.
         lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion, or a
             function that gives shape (nl, 2, 3) at a time. Segments that are not finite are slack.
     """

@@ -87,7 +87,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
     """Place the camera to frame everything, and render the backdrop.
 
     Args:
-        picture: What is drawn.
+        picture: The picture to draw.
         motion: Poses that the picture must contain, shape (nt, nb, 12).
         size: Width and height of the picture in [pixel].
     """
@@ -123,7 +123,7 @@ def pose_table(poses: ArrayLike) -> Array:
 
 
 def seen_points(picture: Picture, machine: tuple[SurfaceMesh, ...], motion: Array) -> Array:
-    """Points whose convex hull contains all that is drawn, shape (n, 3)."""
+    """Points whose convex hull contains everything that is drawn, shape (n, 3)."""
     parts = [np.asarray(body.vertices, dtype=np.float64) for body in picture.obstacles]
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
     tables = [motion, *(pose_table(ghost.poses)[None] for ghost in ghosts)]

@@ -22,7 +22,7 @@ def render_frame(
     """Render the machine at given poses.
 
     Args:
-        picture: What is drawn.
+        picture: The picture to draw.
         poses: One pose per body, shape (nb, 12).
         time: For the time stamp and for a picture whose ``lines`` is a function, in [s].
         size: Width and height in [pixel].

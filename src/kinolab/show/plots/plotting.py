@@ -1,4 +1,4 @@
-"""All plots of a plan."""
+"""All plots of a plan, as files."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class LivePage:
         self._news.tell("words", " ".join(words.split()))
 
     def explored(self, graph: SearchGraph) -> None:
-        """Show what a search has explored so far."""
+        """Show the search graph so far."""
         self._news.tell("tree", _packed(branches(self._problem, graph)))
 
     def found(self, trajectory: Trajectory) -> None:

@@ -107,7 +107,7 @@ class Veil(_OfFacets):
 
 @dataclass(frozen=True, eq=False)
 class Shadows(Layer):
-    """The ground where lamps do not reach it: triangles of shape (m, 3, 3), one entry per lamp."""
+    """Shadows on the ground: triangles of shape (m, 3, 3), one entry per lamp."""
 
     corners: Sequence[Array]
 

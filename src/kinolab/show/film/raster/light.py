@@ -11,7 +11,7 @@ from kinolab.show.film.raster.camera import Camera
 AMBIENT, FULL = 0.66, 1.06  # brightness of a face turned away from the lamp, and toward it
 LIGHT_SAMPLES = 6  # one lamp, jittered: their shadows overlap to a soft edge
 LIGHT_JITTER = 0.04  # [rad], half the apparent width of the lamp
-SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour remains where no lamp reaches
+SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour in full shadow
 
 
 def main_light(camera: Camera, up: Array) -> Array:

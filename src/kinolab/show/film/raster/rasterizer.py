@@ -100,7 +100,7 @@ def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
         canvas: The canvas.
         shadows: For each lamp, of 6 at most, its triangles: column and row in [pixel], shape
             (m, 3, 3).
-        factor: What remains of red, green and blue without one lamp, in [0, 1], shape (3,).
+        factor: On red, green and blue per shadowing lamp, in [0, 1], shape (3,).
     """
     before = canvas.kind.copy()
     for lamp, corners in enumerate(shadows):
