@@ -88,7 +88,7 @@ def execute(arguments: list[str]) -> int:
         print(f"error: {error}", file=sys.stderr)
         return USAGE
     except Exception:
-        INTERRUPTS.raise_if_seen()  # as a library may have converted it
+        INTERRUPTS.raise_if_seen()  # a library's reaction to Ctrl-C
         traceback.print_exc()
         print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
         return INTERNAL

@@ -5,8 +5,8 @@ its result; it is asked again if that takes long, and within a second the proces
 The second Ctrl-C exits at once.
 
 All of this is done in Python's signal handlers, so that libraries which swallow KeyboardInterrupt
-while importing or compiling have no effect; native code that blocks Python is killed by the parent
-process (`supervisor`).
+while importing or compiling have no effect; a process in native code that blocks Python is killed
+by its parent (`supervisor`).
 """
 
 from __future__ import annotations

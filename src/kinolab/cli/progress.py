@@ -11,7 +11,7 @@ from kinolab.cli.interrupts import INTERRUPTS
 
 
 def escaped(text: str) -> str:
-    """Return a text that encodes as UTF-8, which file names may not."""
+    """Return a text that encodes as UTF-8, as file names may not."""
     return text.encode(errors="backslashreplace").decode()
 
 

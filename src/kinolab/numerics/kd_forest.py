@@ -228,7 +228,7 @@ def bound(boxes, query, period, bounds):  # type: ignore[no-untyped-def]
 
 @kernel
 def nearest(forest, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[no-untyped-def]
-    """Return the index of a point nearest to a query (d,), and its squared distance.
+    """Return index and squared distance of an approximate nearest neighbour of a query (d,).
 
     No point is nearer by more than a tenth, unless ``slack`` says otherwise.
 

@@ -14,7 +14,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.inputs import Limit
 
-SIZE = Box(0.5, 0.25, 0.2)  # [m]; the benchmark is planar, the height is visual only
+SIZE = Box(0.5, 0.25, 0.2)  # [m]; the benchmark is planar, the height is only that of the shape
 
 
 def unicycle1(name: str, v: Limit, w: Limit) -> System:

@@ -23,7 +23,7 @@ from kinolab.dynamics import (
 )
 
 TRACK = 1.5  # [m] between left and right wheels
-WHEEL = 0.3  # [m] visual radius; the rolling radius is the parameter R
+WHEEL = 0.3  # [m] radius of the shapes; the rolling radius is the parameter R
 
 
 def car() -> System:

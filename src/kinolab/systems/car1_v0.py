@@ -18,7 +18,7 @@ from kinolab.dynamics import (
     zero,
 )
 
-HEIGHT = 0.2  # [m] visual only; the benchmark is planar
+HEIGHT = 0.2  # [m] of the shapes; the benchmark is planar
 
 
 def car1_v0() -> System:

@@ -23,7 +23,7 @@ from kinolab.dynamics import (
     zero,
 )
 
-RADIUS, TRACK = 0.0975, 0.33  # [m] visual only; the model uses the parameters r and b
+RADIUS, TRACK = 0.0975, 0.33  # [m] of the shapes; the dynamics use the parameters r and b
 
 
 def diff_drive() -> System:

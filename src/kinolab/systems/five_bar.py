@@ -22,7 +22,7 @@ from kinolab.dynamics import (
     toward,
 )
 
-LINK = 0.25  # [m] visual only; the model uses the parameter l
+LINK = 0.25  # [m] of the shapes; the dynamics use the parameter l
 THICK = 0.011  # [m] radius of a link
 LOW, MIDDLE, HIGH = 0.10, 0.13, 0.16  # [m] heights at which links pass each other
 BENT, APART = 0.1, 0.2  # least sines required of elbows and between the forearms

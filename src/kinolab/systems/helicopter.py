@@ -23,7 +23,7 @@ from kinolab.dynamics import (
     toward,
 )
 
-MAST, BOOM, FIN = 0.235, 0.91, 0.08  # [m] visual only; the model uses h, l_t, h_t
+MAST, BOOM, FIN = 0.235, 0.91, 0.08  # [m] of the shapes; the dynamics use h, l_t, h_t
 MAIN, TAIL = 0.775, 0.13  # [m] radii of the rotors
 WHIRL = 11.0  # [rad/s] in animations, slow enough to be visible; really 167 rad/s
 DARK = (0.25, 0.27, 0.31)

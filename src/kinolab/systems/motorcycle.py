@@ -29,8 +29,8 @@ from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.8  # [rad] at most
 SPEED, LEANS = (5.0, 12.0), 0.4  # [m/s], [rad] limits of the rider's references
-BASE, AHEAD, HEIGHT = 1.4, 0.7, 0.65  # [m] visual only; the model uses b, c and p
-WHEEL, TYRE = 0.3, 0.14  # [m] visual radius (the model uses R) and width
+BASE, AHEAD, HEIGHT = 1.4, 0.7, 0.65  # [m] of the shapes; the dynamics use b, c and p
+WHEEL, TYRE = 0.3, 0.14  # [m] radius of the shapes (where it rolls, R) and width
 RAKE = 0.4  # [rad] of the drawn fork; the model's steering axis is upright
 RED, LEATHER = (0.78, 0.1, 0.12), (0.2, 0.25, 0.4)
 RUBBER, STEEL = (0.13, 0.13, 0.15), (0.6, 0.62, 0.65)

@@ -21,7 +21,7 @@ from kinolab.dynamics import (
     zero,
 )
 
-HALF = 0.2  # [m] visual half wheelbase; the model uses the parameter l
+HALF = 0.2  # [m] half wheelbase of the shapes; the dynamics use the parameter l
 WHEEL = 0.04  # [m] radius of the wheels
 HEIGHT = 0.1  # [m] of the board above the ground
 

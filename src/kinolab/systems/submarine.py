@@ -32,7 +32,7 @@ from kinolab.errors import InputError, Mistake
 
 ROUND = 1e-6  # relative difference of squared semi-axes below which a section is a circle
 SLENDERNESS = 5.0  # half length over radius of the hull
-HALF_LENGTH = 1.0  # [m] visual only; the model uses the parameter a
+HALF_LENGTH = 1.0  # [m] of the shape; the dynamics use the parameter a
 
 
 def submarine() -> System:

@@ -29,7 +29,7 @@ from kinolab.systems._balance import Ahead, Aside
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN = 0.6  # [rad] at most, to the side and ahead
-WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] visual only; the model uses R, h and l
+WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] of the shapes; the dynamics use R, h and l
 HULL = (0.09, 0.07, 0.06)  # [m] edges of the body
 RING = 0.075  # [m] radius of the reaction wheel
 SPEED, LEANS = (0.0, 1.5), 0.2  # [m/s], [rad] limits of its references

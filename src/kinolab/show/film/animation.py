@@ -40,8 +40,7 @@ def video(
     Args:
         problem: The machine and its world.
         trajectory: The motion.
-        size: Width and height in [pixel]; even numbers. Defaults of this and the next settings are
-            the scenario's.
+        size: Width and height in [pixel], even; the scenario's if left out, as are speed and view.
         fps: Frames per second.
         speed: Seconds of motion per second of film.
         view: The camera's viewpoint.
