@@ -1,4 +1,4 @@
-"""What a planner is, what a search gives, and how trees, roadmaps and potentials search."""
+"""Planner interface, search results, and tree, roadmap and potential-field searches."""
 
 from kinolab.numerics.arrays import Array
 from kinolab.search.budget import Budget

@@ -1,4 +1,4 @@
-"""How long a search or an optimisation may take, and who may end it."""
+"""Budget of a search or an optimisation: time, iterations and cancellation."""
 
 from __future__ import annotations
 
@@ -14,35 +14,34 @@ from kinolab.search.graph import SearchGraph
 
 T = TypeVar("T")
 
-PICTURE_PERIOD = 0.5  # [s] between two pictures of what is explored
-READY = 30.0  # [s] to get ready that do not count: code is loaded, on a slow computer, too
-PICTURE_COST_FACTOR = 4.0  # times what a picture takes, at least, until the next
+PICTURE_PERIOD = 0.5  # [s] between snapshots of the search graph
+READY = 30.0  # [s] of preparation that do not count, such as loading code on a slow computer
+PICTURE_COST_FACTOR = 4.0  # minimum interval between snapshots, in multiples of their cost
 
 
 @dataclass
 class Budget:
-    """How long work may take: a cancellation token, a time limit and a number of iterations.
+    """Termination condition: a time limit, an iteration limit and a cancellation token.
 
-    A planner asks ``spent`` once per iteration, and passes ``expired`` on as the token of what
-    takes long within one.
+    A planner calls ``spent`` once per iteration, and passes ``expired`` as the cancellation token
+    to long operations within one.
 
     Attributes:
         time_limit: In [s].
         max_iterations: None for no limit.
-        progress: Called about four times a second with the iterations and the seconds so far.
-        viewer: Called about twice a second with what was explored so far, by planners that can say.
+        progress: Called about four times a second with the iterations and seconds so far.
+        viewer: Called about twice a second with the search graph, by planners that provide it.
         interrupted: Set from outside to end the search soon.
-        improve: Seconds after its first motion in which a planner may itself look for shorter ones;
-            None for those of the scenario.
-        below: Duration in [s]; there is a motion as short already, and a planner may leave out what
-            cannot be shorter.
-        abandoned: Set from outside where nobody wants to know any more what was found.
-        iterations: Made so far.
-        started: When the time began to count, by the clock.
-        prepared: Seconds apart from it, in which a planner got everything it needs.
-        clock: Tells the time in [s].
-        compiled: Tells how many seconds were spent on compiling, which never count.
-        cancelled: Says that somebody else wants it to end.
+        improve: Seconds after its first motion for which a planner may search for shorter ones;
+            None for the scenario's.
+        below: Duration in [s] of a known motion; a planner may prune what cannot be shorter.
+        abandoned: Set from outside when the result is no longer wanted.
+        iterations: Iterations so far.
+        started: Clock time from which time counts.
+        prepared: Seconds of preparation, which do not count.
+        clock: Returns the time in [s].
+        compiled: Returns the seconds spent on compilation, which never count.
+        cancelled: Cancellation token of the caller.
     """
 
     time_limit: float
@@ -54,7 +53,7 @@ class Budget:
     below: float = math.inf
     abandoned: bool = False
     iterations: int = 0
-    started: float = math.nan  # now, where it is not given
+    started: float = math.nan  # now by default
     prepared: float = 0.0
     clock: Callable[[], float] = time.monotonic
     compiled: Callable[[], float] = lambda: 0.0
@@ -62,7 +61,7 @@ class Budget:
     _next_report: float = 0.25
     _next_look: float = 0.0
     _calls: int = 0  # of ``end``
-    _patience: float = float("inf")  # calls of ``end`` that do not break off what is running
+    _patience: float = float("inf")  # calls of ``end`` before running work is aborted
     _broken: bool = False
 
     def __post_init__(self) -> None:
@@ -70,9 +69,9 @@ class Budget:
             self.started = self.clock()
 
     def restart(self) -> None:
-        """Begin to count the time now, when a planner has everything it needs.
+        """Restart the clock, once a planner is prepared.
 
-        What it took to build the world and the like counts where it is more than the whole limit.
+        Preparation other than compilation still counts as far as it exceeds the limit and READY.
         """
         now = self.clock()
         taken = now - self.started
@@ -81,7 +80,7 @@ class Budget:
 
     @contextmanager
     def preparing(self) -> Iterator[None]:
-        """Count what is compiled or loaded inside as preparation, though the search has begun."""
+        """Count the time inside as preparation, though the search has begun."""
         begun = self.clock()
         try:
             yield
@@ -91,7 +90,7 @@ class Budget:
             self.started += taken
 
     def end(self) -> None:
-        """End the search soon; a handler of signals calls this, and again where it takes long."""
+        """End the search soon; called by signal handlers, repeatedly if it takes long."""
         self.interrupted = True
         self._calls += 1
         if self._calls > self._patience:
@@ -99,17 +98,17 @@ class Budget:
             raise KeyboardInterrupt
 
     def breaking(self, work: Callable[[], T], *, patience: int = 0) -> T | None:
-        """Return what work gives, None where ``end`` broke it off by an exception.
+        """Run work that ``end`` may abort by an exception; None if it did.
 
         Args:
-            work: Takes long and may be given up at any line.
-            patience: Calls of ``end`` before that happens, for work that looks at ``interrupted``.
+            work: Long work that may be aborted at any line.
+            patience: Calls of ``end`` before that happens, for work that checks ``interrupted``.
         """
         before, self._broken = self._patience, False
         try:
             self._patience = patience
             return work()
-        except BaseException:  # a library may have made something else of the interrupt
+        except BaseException:  # a library may have converted the interrupt
             if not self._broken:
                 raise
             return None
@@ -122,29 +121,29 @@ class Budget:
         return self.clock() - self.started
 
     def expired(self) -> bool:
-        """Say whether not even the iteration that is being made may go on; this counts nothing."""
+        """Say whether even the current iteration must end; counts nothing."""
         return self.interrupted or self.elapsed > self.time_limit or self.cancelled()
 
     @property
     def over(self) -> bool:
-        """Whether no further iteration may be made; asking counts nothing."""
+        """Whether no further iteration may be made; counts nothing."""
         too_many = self.max_iterations is not None and self.iterations >= self.max_iterations
         return too_many or self.expired()
 
     @property
     def left(self) -> float:
-        """How many iterations may still be made; infinite without a limit."""
+        """Iterations left; infinite without a limit."""
         return math.inf if self.max_iterations is None else self.max_iterations - self.iterations
 
     @property
     def unspent(self) -> float:
-        """How many iterations are left where they are limited, else how many seconds."""
+        """Iterations left if they are limited, otherwise seconds left."""
         return self.time_limit - self.elapsed if self.max_iterations is None else self.left
 
     def fraction(self, fraction: float = 1.0) -> Callable[[], float]:
-        """Return what tells how much is spent of a fraction of ``unspent``: 1 where all of it is.
+        """Return a function for how much of a fraction of ``unspent`` is spent, 1 for all of it.
 
-        It is asked before each subproblem, which counts as an iteration.
+        It is called before each subproblem and counts an iteration.
         """
         before = self.unspent
 
@@ -156,12 +155,12 @@ class Budget:
         return spent
 
     def spend(self, iterations: int) -> None:
-        """Count iterations that were made at once."""
+        """Count a batch of iterations."""
         self.iterations += iterations
         self._report()
 
     def take_back(self) -> None:
-        """Count an iteration no more that was not finished: as many whole ones repeat a search."""
+        """Uncount an unfinished iteration, so that the count reproduces the search."""
         self.iterations -= 1
 
     def spent(self) -> bool:
@@ -172,7 +171,7 @@ class Budget:
         return False
 
     def show(self, explored: Callable[[], SearchGraph]) -> None:
-        """Let somebody watch what is explored, if anybody does and it is time."""
+        """Send the search graph to the viewer, if there is one and a snapshot is due."""
         if self.viewer and (elapsed := self.elapsed) > self._next_look:
             self.viewer(explored())
             self._next_look = self.elapsed + max(

@@ -1,4 +1,4 @@
-"""What a search has explored: states, and which of them it joined."""
+"""Search graph: the states that a search explored and the edges between them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinolab.numerics.arrays import Array
 
 Integers: TypeAlias = NDArray[np.integer]
 
-MAX_STATES = 10_000  # states that are kept of a tree: a picture shows no more
+MAX_STATES = 10_000  # states kept of a tree: a picture shows no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class SearchGraph:
 
     Attributes:
         x: States, shape (n, nx).
-        edges: Pairs of rows of ``x`` that were joined, the earlier one first, shape (m, 2).
+        edges: Pairs of rows of ``x``, the earlier one first, shape (m, 2).
     """
 
     x: Array
@@ -36,14 +36,14 @@ class SearchGraph:
     def of_tree(
         cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = MAX_STATES
     ) -> SearchGraph:
-        """Return a tree, thinned to so many states where it has more.
+        """Return the graph of a tree, thinned to about ``most`` states.
 
-        What is left is joined to its nearest ancestor that is left.
+        Each remaining state is connected to its nearest remaining ancestor.
 
         Args:
-            states: Returns the states of some rows, shape (rows, nx).
+            states: Returns the states of given rows, shape (rows, nx).
             parents: Row of each state's parent, shape (n,); -1 for a root.
-            most: States that are kept.
+            most: Approximate number of states to keep.
         """
         size = len(parents)
         kept = np.zeros(size, dtype=bool)
@@ -58,7 +58,7 @@ class SearchGraph:
         return cls(np.array(states(own)), edges.astype(np.int32))
 
     def to_npz(self, state_names: Sequence[str]) -> bytes:
-        """Return the file format of ``search.npz``."""
+        """Serialise as ``search.npz``."""
         out = io.BytesIO()
         np.savez_compressed(
             out, x=self.x, edges=self.edges.astype(np.int32), state_names=np.array(state_names)

@@ -1,4 +1,4 @@
-"""What a planner is: settings, one method, and a result that may be a failure."""
+"""The planner interface: settings as fields, and ``solve``."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ __all__ = [
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractPlanner(ABC):
-    """A search for a trajectory: its fields are its settings.
+    """A motion planner; its fields are its settings.
 
     A subclass is a frozen dataclass with a ``name``, defaults for all its settings, and ``solve``.
 
     Attributes:
         name: What a scenario writes after ``[planner] name =``.
         in_threads: Whether several searches may run in threads of one process: ``solve`` writes to
-            nothing that they share, and releases the interpreter's lock for most of the time.
+            no shared data, and releases the GIL most of the time.
     """
 
     name: ClassVar[str]
@@ -51,7 +51,7 @@ class AbstractPlanner(ABC):
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Search for inputs that bring the machine from the start into the goal region.
 
-        Not finding any is a result; only a wrong question raises.
+        Failure to find any is a result; only an invalid problem raises.
         """
 
     @classmethod
@@ -59,7 +59,7 @@ class AbstractPlanner(ABC):
         """Make a planner from the keys of a scenario.
 
         Raises:
-            InputError: With every unknown key and every value that does not fit.
+            InputError: With every unknown key and every invalid value.
         """
         mistakes = [
             Mistake(f"[planner] {key}", what, remedy) for key, what, remedy in cls.misfits(settings)
@@ -70,7 +70,7 @@ class AbstractPlanner(ABC):
 
     @classmethod
     def misfits(cls, settings: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-        """Yield (key, what is wrong, what would work) of settings that do not fit."""
+        """Yield (key, what is wrong, remedy) of invalid settings."""
         known = {entry.name: entry for entry in settings_of(cls)}
         for key, value in settings.items():
             if key not in known and OLD_NAMES.get(key) in known:
@@ -84,13 +84,13 @@ class AbstractPlanner(ABC):
         yield from cls(**sound).conflicts()
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
-        """Yield (key, what is wrong, what would work) of settings that contradict each other."""
+        """Yield (key, what is wrong, remedy) of settings that contradict each other."""
         yield from ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractTreeSearch(AbstractPlanner):
-    """A planner that grows a tree from the start by inputs that are held."""
+    """A planner that grows a tree from the start by constant inputs."""
 
     min_steps: int = setting(
         1,
@@ -117,7 +117,7 @@ class AbstractTreeSearch(AbstractPlanner):
     )
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:
-        """Yield steps that exclude each other."""
+        """Yield contradicting step limits."""
         if self.min_steps > self.max_steps:
             what = f"{self.min_steps} is more than max_steps, {self.max_steps}."
             yield "min_steps", what, "Lower it, or raise max_steps."

@@ -1,4 +1,4 @@
-"""Problem -> planner -> re-simulation -> verification -> optimisation -> Plan, for any seeds."""
+"""Planning pipeline: problem -> search -> re-simulation -> verification -> optimisation -> plan."""
 
 from kinolab.solve.pipeline import solve
 from kinolab.solve.plan import EXIT_CODES, Attempt, Improvement, PlanResult, make_planner

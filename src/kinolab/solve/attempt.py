@@ -1,4 +1,4 @@
-"""One seed: search, re-simulate what was found, verify it, and say how it ended."""
+"""One attempt with one seed: search, re-simulate and verify."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ T = TypeVar("T")
 
 MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # the true motion may reach the goal
 
-# In threads one motion at a time: judged at once, each would take as long as all.
+# Threads verify one motion at a time: concurrently, each would take as long as all.
 judging = RLock()
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a search's result is worth; the attributes are those of a plan."""
+    """Verification outcome of a search result; the attributes are those of a plan."""
 
     status: str
     message: str
@@ -54,14 +54,14 @@ def attempt(
     *,
     keep_approach: bool = True,
 ) -> PlanResult:
-    """Search with one seed and judge what it gave; what was done before an interrupt is kept.
+    """Search with one seed and verify the result; on interrupt, keep what is complete.
 
     Args:
-        problem: What to solve.
+        problem: The planning problem.
         searcher: The planner with its settings.
-        seed: Of the random numbers.
+        seed: Random seed.
         budget: When to stop.
-        keep_approach: Whether a motion that misses the goal is worth re-simulating.
+        keep_approach: Whether to re-simulate a motion that misses the goal.
     """
     timings: dict[str, float] = {}
     result = _searched(problem, searcher, seed, budget, timings)
@@ -92,12 +92,12 @@ def attempt(
 def motion(
     problem: PlanningTask, searcher: AbstractPlanner, seed: int, budget: Budget
 ) -> Trajectory | None:
-    """Return the true motion of what a search found, which nobody has verified; None if nothing.
+    """Search and re-simulate without verification; None if no solution is found.
 
     Args:
-        problem: What to solve.
+        problem: The planning problem.
         searcher: The planner with its settings.
-        seed: Of the random numbers.
+        seed: Random seed.
         budget: When to stop.
     """
     try:
@@ -115,7 +115,7 @@ def _timed(
     stage: str,
     patience: int = 0,
 ) -> T | None:
-    """Return what a stage gives, None where it is broken off; its seconds go into ``timings``."""
+    """Run a stage and record its seconds in ``timings``; None if it is aborted."""
     begun = time.perf_counter()
     done = budget.breaking(work, patience=patience)
     timings[stage] = time.perf_counter() - begun
@@ -129,14 +129,14 @@ def _searched(
     budget: Budget,
     timings: dict[str, float],
 ) -> SearchResult:
-    """Search, or return that nothing was found in time."""
+    """Search; an aborted search gives an empty, interrupted result."""
     with old_objects_left_alone(), compilation() as compiling:
         budget.compiled = lambda: compiling.seconds
         found = _timed(
             lambda: search(searcher, problem, seed, budget), budget, timings, "search", patience=1
         )
     timings |= {"prepare": budget.prepared, "search": timings["search"] - budget.prepared}
-    if found is None:  # it did not look at the budget
+    if found is None:  # it did not check the budget
         nothing = np.zeros((0, problem.model.nu))
         return SearchResult(Outcome.INTERRUPTED, np.zeros(1), nothing, budget.iterations)
     return found
@@ -145,7 +145,7 @@ def _searched(
 def _simulated(
     problem: PlanningTask, result: SearchResult, budget: Budget, timings: dict[str, float]
 ) -> Trajectory | None:
-    """Return the true motion, or the planner's own where the user does not wait for it."""
+    """Re-simulate a search result; fall back to the planner's own motion if interrupted."""
     true = _timed(lambda: resimulate(problem, result.t, result.u), budget, timings, "simulate")
     if true is not None:
         return true
@@ -162,7 +162,7 @@ def _simulated(
 def _judged(
     problem: PlanningTask, result: SearchResult, budget: Budget, timings: dict[str, float]
 ) -> Verdict:
-    """Re-simulate what was found, and verify it where that is worth it."""
+    """Re-simulate a search result, and verify it if it may be a solution."""
     try:
         trajectory = _simulated(problem, result, budget, timings)
     except DivergedError as error:
@@ -181,7 +181,7 @@ def _judged(
         certificate = _timed(lambda: verify(problem, trajectory), budget, timings, "verify")
     if certificate is None:
         return replace(UNVERIFIED, trajectory=trajectory if found else None, goal_distance=distance)
-    if certificate.passed:  # the true motion may reach what the planner's own missed
+    if certificate.passed:  # re-simulation may reach a goal that the planner missed
         return Verdict("solved", Outcome.SOLVED.value, kept, certificate, distance)
     missed = outcome in MISSED
     if unsteady := _unsteady(problem, certificate, trajectory):
@@ -191,10 +191,10 @@ def _judged(
 
 
 def _unsteady(problem: PlanningTask, certificate: Certificate, trajectory: Trajectory) -> str:
-    """Say why what was found is no motion at all, where steps made it up; empty else.
+    """Explain a motion that is an artefact of an unstable integrator; empty if it is none.
 
-    What a method makes of a stiff machine passes limits and walls that the machine keeps from,
-    or keeps from what the machine runs into: to name one of them would blame the wrong thing.
+    With too long steps on a stiff machine, limit violations and collisions are as spurious as their
+    absence: to name one of them would blame the wrong thing.
     """
     wrong = any(check.name != "goal" for check in certificate.failures)
     found = stiffness(problem, trajectory.x) if wrong else None
@@ -203,12 +203,12 @@ def _unsteady(problem: PlanningTask, certificate: Certificate, trajectory: Traje
 
 @contextmanager
 def old_objects_left_alone() -> Iterator[None]:
-    """Let the garbage collector look only at what is made inside.
+    """Exclude existing objects from garbage collection inside this context.
 
-    There are a million objects or so of imported modules and derived equations. A look at all of
-    them takes a tenth of a second, in which nobody looks at the clock, and finds nothing.
+    Imported modules and derived equations make about a million objects. A full collection takes a
+    tenth of a second, in which no budget is checked, and frees nothing.
     """
-    mine = not gc.get_freeze_count()  # else somebody has done it already, and may undo it
+    mine = not gc.get_freeze_count()  # otherwise a caller froze them and will unfreeze them
     if mine:
         gc.freeze()
     try:

@@ -1,6 +1,6 @@
-"""After a first motion: made exact, made shorter, and searched for again as long as it may take.
+"""Plan improvement after a first solution: make it exact, shorten it, and search again.
 
-What comes out is never worse than what was found, and each motion that is kept has been verified.
+The result is never worse than the first solution, and every incumbent has been verified.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ from kinolab.verification import verify
 T = TypeVar("T")
 
 SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alone had missed."
-# subproblems that stand for a second where a search must repeat bit by bit
+# subproblems that replace a second of time where runs must be reproducible
 SUBPROBLEMS_PER_SECOND = 40
-# of what is left for one round of shortening: each one is verified and kept
+# of the remaining time, for one round of shortening; each is verified before the next
 SHORTENING_FRACTION = 0.7
-# of the time for improving: to make a long motion exact before it is shortened
+# of the improvement time, to make a long motion exact before it is shortened
 EXACTNESS_FRACTION = 0.25
-# of the time for improving: a verification that does not keep from shortening
+# of the improvement time: verification up to this long may precede shortening
 VERIFICATION_FRACTION = 0.2
-MIN_GAIN = 1e-3  # fraction of the duration that is worth another round
-# of the time that is left to search: for a motion that the verifier refuses
+MIN_GAIN = 1e-3  # fraction of the duration that justifies another round
+# of the remaining search time, for repairing a motion that the verifier rejects
 REPAIR_TIME_FRACTION = 0.25
-MIN_REPAIR_SECONDS = 2.0  # [s] for it in any case
+MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
 
 
 @dataclass
 class Incumbent:
-    """Keeps the better one of two motions if it passes the verifier.
+    """The best verified plan so far.
 
     Attributes:
-        problem: That they solve.
-        best: The best plan so far, as its search gave it but for the motion.
-        budget: By which the user may interrupt.
-        time: Tells the seconds since the first search began.
+        problem: The planning problem.
+        best: The best plan so far: its search's result with the improved motion.
+        budget: Carries interrupts by the user.
+        time: Returns the seconds since the first search began.
         on_improved: Called with each verified plan that is better than those before.
         improvements: All verified motions.
     """
@@ -63,25 +63,25 @@ class Incumbent:
     improvements: list[Improvement] = field(default_factory=list)
 
     def cancelled(self) -> bool:
-        """Say whether nobody waits any more."""
+        """Say whether the user has interrupted or the search was abandoned."""
         return self.budget.interrupted or self.budget.abandoned
 
     def begin(self) -> None:
-        """Note the plan that the search gave."""
+        """Record the search's plan."""
         if self.best.status == "solved":
             self._keep(self.best, "search")
 
     def tried(self, work: Callable[[], T]) -> T | None:
-        """Return what some work gives, None where it fails or the user does not wait for it."""
+        """Run some work; None if it fails or is interrupted."""
         if self.cancelled():
             return None
         try:
             return self.budget.breaking(work, patience=1)
         except (KinolabError, ArithmeticError):
-            return None  # there is a plan already, and no need for another one
+            return None  # there is a plan already
 
     def take(self, trajectory: Trajectory, by: str) -> bool:
-        """Verify a motion that would be better than the best one; return whether it is kept."""
+        """Verify a motion that would improve on the best; return whether it is kept."""
         found = replace(
             self.best,
             status="solved",
@@ -91,7 +91,7 @@ class Incumbent:
         )
         certificate = None
         if rank(found) < rank(self.best):
-            with judging:  # it may be a while until it is this thread's turn
+            with judging:  # may block for a while
                 if not self.cancelled():
                     certificate = self.budget.breaking(lambda: verify(self.problem, trajectory))
         kept = certificate is not None and certificate.passed
@@ -104,7 +104,7 @@ class Incumbent:
         timings: Mapping[str, float] | None = None,
         statistics: Mapping[str, float] | None = None,
     ) -> PlanResult:
-        """Return the best plan with all that is known of it."""
+        """Return the best plan with timings, statistics and improvements."""
         return replace(
             self.best,
             timings={**self.best.timings, **(timings or {})},
@@ -126,10 +126,10 @@ class PlanImprover:
     """Improves the plans of one process or thread.
 
     Attributes:
-        problem: That they solve.
-        searcher: That found them, to search again.
-        request: How long, and with how many seeds.
-        elapsed: Tells the seconds since the first search began.
+        problem: The planning problem.
+        searcher: The planner, to search again.
+        request: Time limit, seeds and options.
+        elapsed: Returns the seconds since the first search began.
         watch: Called with the budget of each further search, so that it can be interrupted.
         on_improved: Called with each verified plan that is better than those before with this seed.
     """
@@ -141,21 +141,21 @@ class PlanImprover:
     watch: Callable[[Budget], None] | None = None
     on_improved: Callable[[PlanResult], None] | None = None
     _shortest: float = math.inf  # [s] of all plans
-    _gained: float = 1.0  # the most that a motion's duration was divided by
+    _gained: float = 1.0  # largest factor by which a duration was reduced
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
-        """Return the best that can be made of a plan, or the same one.
+        """Return an improved plan, or the same one.
 
         Args:
-            found: As a search gave it.
-            budget: Of that search.
+            found: A search's plan.
+            budget: The budget of that search.
         """
         with compilation() as compiled:
             incumbent = Incumbent(
                 self.problem,
                 found,
                 budget,
-                lambda: self.elapsed() - compiled.seconds,  # compiling costs no time
+                lambda: self.elapsed() - compiled.seconds,  # compilation does not count
                 self.on_improved,
             )
             incumbent.begin()
@@ -176,23 +176,23 @@ class PlanImprover:
         return found.status != "solved" or self._promises(found.cost)
 
     def _promises(self, duration: float | None) -> bool:
-        """Say whether a motion gets shorter than all others if it gains as much as they did."""
+        """Say whether a motion would beat all others if it gained as much as they did."""
         return duration is not None and duration < self._gained * self._shortest
 
     def _learn(self, incumbent: Incumbent, gained: float = 1.0) -> None:
-        """Take in how short a motion is now, and what one's duration was divided by."""
+        """Update the shortest duration and the largest reduction factor."""
         if incumbent.best.status == "solved" and incumbent.best.cost is not None:
             self._shortest = min(self._shortest, incumbent.best.cost)
             self._gained = max(self._gained, gained)
 
     def _improve(self, incumbent: Incumbent, first: Trajectory) -> int:
-        """Improve a motion, and others; return how many more searches were made.
+        """Improve a motion, then those of further searches; return the number of searches.
 
-        One that the verifier refuses is mended, if it can be; the caller searches for others.
+        A rejected motion is repaired if possible; otherwise the caller searches again.
         """
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds = self._seconds
-        if refused:  # most of the time is for finding another one
+        if refused:  # most of the time is for another search
             seconds = min(
                 seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * (limit - incumbent.time()))
             )
@@ -215,12 +215,12 @@ class PlanImprover:
         return self._search_again(incumbent, first, remaining)
 
     def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
-        """Make a motion exact, and shorter as long as there is time."""
+        """Make a motion exact, then shorten it while time remains."""
         long = is_long(self.problem, given)
         exact = self._exact(
             incumbent, given, remaining.fraction(EXACTNESS_FRACTION if long else 1.0)
         )
-        # A plan that is found late is made exact all the same, but no more than that.
+        # A plan found late is still made exact, but not shortened.
         limit = self.request.time_limit - remaining.started
         remaining.time_limit = min(remaining.time_limit, limit)
         at_once = exact is not None and (
@@ -242,16 +242,16 @@ class PlanImprover:
         return incumbent.tried(lambda: make_exact(self.problem, given, lambda: spent() >= 1.0))
 
     def _verified_soon(self, best: PlanResult) -> bool:
-        """Say whether to verify a motion before it is shortened: if that leaves time to do so."""
+        """Say whether verification is fast enough to precede shortening."""
         return (
             best.status != "solved"
             or best.timings.get("verify", 0.0) <= VERIFICATION_FRACTION * self._seconds
         )
 
     def _shortened(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> Trajectory:
-        """Return the shortest verified motion that came of an exact one, or that one itself.
+        """Return the shortest verified motion derived from the given one, or that one itself.
 
-        Where verifying takes so long that no second round would follow, the first one takes all.
+        If verification is too slow for a second round, the first one gets all the time.
         """
         part = SHORTENING_FRACTION if self._verified_soon(incumbent.best) else 1.0
         while not remaining.over:
@@ -269,7 +269,7 @@ class PlanImprover:
         return given
 
     def _search_again(self, incumbent: Incumbent, first: Trajectory, remaining: Budget) -> int:
-        """Search for motions that may become shorter, and return how often."""
+        """Search for motions that may become shorter; return the number of searches."""
         seed, last = incumbent.best.seed, first
         for k in count(1):
             if remaining.unspent < incumbent.budget.prepared or remaining.over:
@@ -278,13 +278,13 @@ class PlanImprover:
             if self.watch:
                 self.watch(budget)
             if incumbent.cancelled():
-                return k - 1  # that was meant for this search, which was not known yet
+                return k - 1  # interrupted before this budget was registered
             incumbent.budget = budget
             found = motion(self.problem, self.searcher, stream(seed, k), budget)
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):
-                return k  # nothing in this planner is drawn at random
+                return k  # the planner is deterministic
             last = found
             if self._promises(found.duration):
                 self._refine(incumbent, found, remaining)

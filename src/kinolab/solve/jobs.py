@@ -1,4 +1,4 @@
-"""Several searches at once, each of them seen by the one that started it."""
+"""Parallel search jobs, in processes or threads, as seen by the process that started them."""
 
 from __future__ import annotations
 
@@ -27,36 +27,36 @@ from kinolab.solve.worker import (
 )
 
 INTERRUPTED = "interrupted."
-PROCESS_EXIT_SECONDS = 5.0  # [s] for a process that has told everything to leave
-# [s] for a thread to leave; what it is still busy with ends by itself
+PROCESS_EXIT_SECONDS = 5.0  # [s] for a process to exit after its last message
+# [s] for a thread to exit; after that it ends in the background
 THREAD_EXIT_SECONDS = 0.2
 
 
 class AbstractJob(ABC):
-    """Who searches, and what has been told.
+    """A search job and its progress.
 
     Args:
-        connection: By which it tells.
-        request: What to search for.
-        pool: Where its plans go.
+        connection: Receives its messages.
+        request: The searches to make.
+        pool: Collects its plans.
 
     Attributes:
-        connection: Readable when it has something to tell, or has left.
-        iterations: Of all its searches so far.
-        seconds: Of searching so far.
-        over: Whether it will tell nothing more.
-        failure: The exit code that its failure deserves, 0 where it has not failed.
+        connection: Readable when a message is waiting or the job has exited.
+        iterations: Total of all its searches so far.
+        seconds: Search time so far.
+        over: Whether it will send no more messages.
+        failure: Exit code of its failure, 0 if it has not failed.
     """
 
     def __init__(self, connection: Connection, request: Request, pool: SolutionPool) -> None:
         self.connection, self._pool = connection, pool
         self.iterations, self.seconds, self.over, self.failure = 0, 0.0, False, 0
         self._seeds = request.seeds()
-        self._seed = next(self._seeds, None)  # it searches with; None when it is through
-        self._finished = 0  # iterations of searches that are over
+        self._seed = next(self._seeds, None)  # of the current search; None when done
+        self._finished = 0  # iterations of finished searches
 
     def hear(self) -> None:
-        """Take in one message."""
+        """Process one message."""
         try:
             message = self.connection.recv()
         except (EOFError, OSError):
@@ -77,31 +77,31 @@ class AbstractJob(ABC):
 
     @abstractmethod
     def end_search(self) -> None:
-        """Ask it to end its search and tell what it has; urge it, the second time."""
+        """Ask it to end its search and send its result; a second call aborts the current stage."""
 
     @abstractmethod
     def kill(self) -> None:
-        """End it, whatever it is doing."""
+        """Kill it unconditionally."""
 
     def drop(self, reason: str) -> None:
-        """End it, and hear nothing more of what it has; ``reason`` says why."""
+        """Kill it and discard its result; ``reason`` says why."""
         self.kill()
         self._note("ended", reason)
 
     @abstractmethod
     def close(self, reason: str) -> None:
-        """Wait until it has left; ``reason`` says why a search was not finished, if any was not."""
+        """Wait until it has exited; ``reason`` is recorded for an unfinished search."""
 
     @abstractmethod
     def _left(self) -> None:
-        """See how it ended, now that it tells nothing more."""
+        """Record how it ended after its connection closed."""
 
     def _fail(self, exit_code: int, reason: str) -> None:
         self.failure = exit_code
         self._note("failed", reason)
 
     def _note(self, status: str, detail: str) -> None:
-        """Note how the search ended that was going on, if any was."""
+        """Record how the current search ended, if any."""
         self.over = True
         if self._seed is not None:
             tried = max(self.iterations - self._finished, 0)
@@ -111,50 +111,50 @@ class AbstractJob(ABC):
 
 @final
 class ProcessJob(AbstractJob):
-    """A process, and what it has told.
+    """A job in a process of its own.
 
     Args:
         parcel: The problem, pickled.
-        request: What to search for.
-        pool: Where its plans go.
+        request: The searches to make.
+        pool: Collects its plans.
 
     Raises:
         InputError: If this platform cannot start such processes.
-        OSError: If the system has no room for one more.
+        OSError: If the system cannot start another process.
     """
 
     def __init__(self, parcel: bytes, request: Request, pool: SolutionPool) -> None:
         self._process, connection = start_process()
         super().__init__(connection, request, pool)
-        # The pipe is smaller than most problems, and the process reads only once it is awake.
+        # Most problems exceed the pipe's buffer, and the process reads only once it has started.
         deliver = threading.Thread(target=_deliver, args=(connection, request, parcel))
         deliver.daemon = True
         deliver.start()
         self._delivery, self._asked = deliver, False
 
     def end_search(self) -> None:
-        """Ask it to end its search and tell what it has; urge it, the second time."""
+        """Ask it to end its search and send its result; a second call aborts the current stage."""
         self._asked = True
         self._process.terminate()
 
     def kill(self) -> None:
-        """End it, whatever it is doing."""
+        """Kill it unconditionally."""
         self._process.kill()
 
     def close(self, reason: str) -> None:
-        """Wait until it has left; ``reason`` says why a search was not finished, if any was not."""
+        """Wait until it has exited; ``reason`` is recorded for an unfinished search."""
         bury(self._process)
-        self._delivery.join()  # nobody reads any more, which ends it
+        self._delivery.join()  # ends because the pipe has no reader any more
         self.connection.close()
         if not self.over:
             self._note("ended", reason)
 
     def _left(self) -> None:
-        """See how a process ended that tells nothing more."""
+        """Record how the process ended after its connection closed."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(PROCESS_EXIT_SECONDS)
         code = self._process.returncode
-        if code == 0:  # it used up its time; the next seed was not begun
+        if code == 0:  # out of time; the next seed was not begun
             self.over = True
         elif self._asked and code == -signal.SIGTERM:
             self._note("ended", INTERRUPTED)
@@ -163,12 +163,12 @@ class ProcessJob(AbstractJob):
 
 
 def _deliver(connection: Connection, request: Request, parcel: bytes) -> None:
-    with suppress(OSError):  # the process has left, which its silence tells
+    with suppress(OSError):  # the process has exited, which its closed connection shows
         connection.send((request, parcel))
 
 
 def _failure(code: int | None) -> tuple[int, str]:
-    """Return the exit code and the words for a process that left with an exit code of its own."""
+    """Return the exit code and message for a process that exited abnormally."""
     if code is None:
         return INTERNAL, "its process has fallen silent."
     if code >= 0:
@@ -181,18 +181,18 @@ def _failure(code: int | None) -> tuple[int, str]:
 
 @final
 class ThreadJob(AbstractJob):
-    """A thread, and what it has told, for planners that release the interpreter's lock.
+    """A job in a thread, for planners that release the GIL.
 
-    It begins at once and has the compiled loops, the machine and the world already, where a process
-    loads all of it anew.
+    It starts at once and shares the compiled kernels, the machine and the world, which a process
+    has to load again.
 
     Args:
-        problem: What to solve; threads share it.
-        request: What to search for.
-        pool: Where its plans go.
+        problem: The planning problem, shared between threads.
+        request: The searches to make.
+        pool: Collects its plans.
 
     Raises:
-        OSError: If the system has no room for one more.
+        OSError: If the system cannot start another thread.
     """
 
     def __init__(self, problem: PlanningTask, request: Request, pool: SolutionPool) -> None:
@@ -208,31 +208,31 @@ class ThreadJob(AbstractJob):
             raise OSError(str(error)) from error
 
     def end_search(self) -> None:
-        """Ask it to end its search and tell what it has."""
+        """Ask it to end its search and send its result."""
         self._asked = True
         self._pass_on()
 
     def kill(self) -> None:
-        """Let it end at its next look at the budget, and do nothing more."""
+        """Let it end at its next budget check and do nothing more."""
         self._asked = self._killed = True
         self._pass_on()
 
     def close(self, reason: str) -> None:
-        """Give it a moment to leave; ``reason`` says why a search was not finished, if any was."""
-        self.connection.close()  # nobody listens any more, which ends what it tells
+        """Wait briefly for it to exit; ``reason`` is recorded for an unfinished search."""
+        self.connection.close()  # its next message fails, which ends it
         self._thread.join(THREAD_EXIT_SECONDS)
         if not self.over:
             self._note("ended", reason)
 
     def _left(self) -> None:
-        self.over = True  # it used up its time; the next seed was not begun
+        self.over = True  # out of time; the next seed was not begun
 
     def _search(self, connection: Connection, problem: PlanningTask, request: Request) -> None:
         with connection, suppress(BrokenPipeError, ConnectionResetError):
             search_and_tell(connection, lambda: problem, request, self._heed)
 
     def _heed(self, budget: Budget) -> None:
-        """Let a search that begins be ended as well."""
+        """Pass a stop request on to a search that begins."""
         self._budget = budget
         self._pass_on()
 

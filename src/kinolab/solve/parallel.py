@@ -1,7 +1,7 @@
-"""Several searches at once, each with seeds of its own.
+"""Parallel searches, each with its own seeds.
 
-In threads where a planner says that it releases the interpreter's lock while it searches; in
-processes otherwise: OMPL holds it.
+They run in threads if the planner releases the GIL while it searches, in processes otherwise: OMPL
+holds it.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from kinolab.solve.plan import Attempt, Request
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import OUT_OF_MEMORY
 
-POLL_SECONDS = 0.05  # [s] between two looks at whether the user has interrupted
-REQUEST_SECONDS = 0.25  # [s] in which a search that is asked to end may do so by itself
-URGE_SECONDS = 0.2  # [s] more, in which what keeps it from ending is broken off
+POLL_SECONDS = 0.05  # [s] between checks for an interrupt by the user
+REQUEST_SECONDS = 0.25  # [s] for a search to end on request
+URGE_SECONDS = 0.2  # [s] more to abort the current stage
 
 
 class JobsError(KinolabError):
-    """No search of several came to an end; ``.attempts`` says what became of each."""
+    """No search of several completed; ``.attempts`` says how each ended."""
 
     def __init__(self, attempts: Iterable[Attempt], exit_code: int) -> None:
         self.attempts, self.exit_code = tuple(attempts), exit_code
@@ -41,11 +41,11 @@ def solve_at_once(
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
 ) -> None:
-    """Search ``pool.jobs`` times at once until one has a plan, or until all have ended.
+    """Run ``pool.jobs`` searches in parallel until one has a plan or all have ended.
 
     Raises:
-        InputError: If this platform has no such processes.
-        JobsError: If the searches cannot be started, or none of them came to an end.
+        InputError: If this platform cannot start such processes.
+        JobsError: If the searches cannot be started, or none of them completed.
     """
     budget = Budget(request.time_limit)
     if watch:
@@ -61,7 +61,7 @@ def solve_at_once(
 
 
 class _Team:
-    """The processes or threads, from the start of the first to the end of the last."""
+    """Owns the processes or threads, from the first start to the last exit."""
 
     def __init__(self, pool: SolutionPool, request: Request) -> None:
         self._pool, self._request = pool, request
@@ -69,7 +69,7 @@ class _Team:
 
     @property
     def exit_code(self) -> int:
-        """What the command returns where all have failed: the first failure's code."""
+        """Exit code if all have failed: the first failure's."""
         return next((job.failure for job in self._jobs if job.failure), OUT_OF_MEMORY)
 
     def start(self, problem: PlanningTask, in_threads: bool) -> None:
@@ -92,7 +92,7 @@ class _Team:
                 raise JobsError([failed], OUT_OF_MEMORY) from error
 
     def listen(self, budget: Budget, progress: Callable[[int, float], None] | None) -> None:
-        """Hear what they tell until one has won, all have ended, or the user has waited enough."""
+        """Process messages until one has won, all have ended, or an interrupt times out."""
         ending = _Ending()
         while self._running and not self._won and not ending.reached:
             ready = wait([job.connection for job in self._running], POLL_SECONDS)
@@ -106,7 +106,7 @@ class _Team:
                 progress(sum(job.iterations for job in self._jobs), seconds)
 
     def _let_win(self, winner: AbstractJob) -> None:
-        """End the others when one has a plan, which that one then improves alone."""
+        """Stop the others when one has a plan, which it then improves alone."""
         if not self._solved:
             return
         for job in self._running:
@@ -114,7 +114,7 @@ class _Team:
                 job.drop(self._reason)
 
     def close(self) -> None:
-        """End what still runs."""
+        """Kill what still runs."""
         reason = self._reason
         for job in self._jobs:
             job.kill()
@@ -132,22 +132,22 @@ class _Team:
 
     @property
     def _solved(self) -> bool:
-        """Whether one has a plan that is enough."""
+        """Whether one has a sufficient plan."""
         best = self._pool.best
         return not self._request.anytime and best is not None and best.status == "solved"
 
     @property
     def _won(self) -> bool:
-        """Whether that one has also come to its end."""
+        """Whether that one has also finished."""
         best = self._pool.best
         return self._solved and any(best and a.seed == best.seed for a in self._pool.attempts)
 
 
 class _Ending:
-    """Ends searches more and more firmly, so that all is over well within a second.
+    """Escalating shutdown of searches, complete well within a second.
 
     Attributes:
-        reached: Whether there is no more time to hear what they have.
+        reached: Whether the grace period for their results is over.
     """
 
     def __init__(self) -> None:
@@ -156,7 +156,7 @@ class _Ending:
         self._calls = 0
 
     def press(self, jobs: Iterable[AbstractJob]) -> None:
-        """Ask, urge or give up, whichever is due."""
+        """Request an end, abort stages or give up, whichever is due."""
         now = time.monotonic()
         self._begun = self._begun or now
         due = 2 if now > self._begun + REQUEST_SECONDS else 1

@@ -1,4 +1,4 @@
-"""Solve a problem: the one function behind ``problem.solve`` and ``plan SCENARIO``."""
+"""The planning pipeline: the one function behind ``problem.solve`` and ``plan SCENARIO``."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ def solve(
 ) -> PlanResult:
     """Search for a plan, re-simulate it, verify it, and make it exact and shorter.
 
-    The scenario says in ``[planner] improve`` how many seconds that last takes, from the first
-    verified plan on; with ``max_iterations`` a number of subproblems takes the place of time.
+    ``[planner] improve`` in the scenario limits the seconds of this last stage, counted from the
+    first verified plan; with ``max_iterations`` a number of subproblems replaces the time.
 
     Args:
-        problem: What to solve.
+        problem: The planning problem.
         planner: Name of the planner; the scenario's when left out, as are the next three.
-        seed: Seed of the random numbers.
+        seed: Random seed.
         time_limit: Of the search, in [s].
         max_iterations: Of the search with each seed.
-        jobs: Number of searches at once, with this seed and the following ones: in threads with a
+        jobs: Number of parallel searches, with this seed and the following ones: in threads with a
             compiled planner, else in processes. The first verified plan ends the others.
-        anytime: Whether to plan on until the time limit, with further seeds, and keep the
-            verified plan of the shortest duration.
-        optimize: Whether to make exact and shorten what is found, and search for more; without
-            it the plan is what the planner found, which may then use ``improve`` itself.
+        anytime: Whether to continue until the time limit with further seeds and keep the verified
+            plan of the shortest duration.
+        optimize: Whether to make the solution exact and shorter, and search again; without it the
+            plan is the planner's own, which may then use ``improve`` itself.
         progress: Called during the search with the iterations and seconds so far.
         watch: Called with the budget before each search, so that it can be interrupted.
         improved: Called with each verified plan that is better than those before.
@@ -56,7 +56,7 @@ def solve(
     Raises:
         EndpointError: If the start or the goal is impossible.
         InputError: If the planner or a setting does not exist.
-        JobsError: If no process of several came to an end.
+        JobsError: If no process of several completed.
     """
     if jobs < 1:
         raise InputError([Mistake("jobs", f"{jobs} processes cannot search.", "Give 1 or more.")])

@@ -1,4 +1,4 @@
-"""What planning gave, and how every seed that was tried ended."""
+"""Plan results, attempts with each seed, and search requests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinolab.search.plugins import full_reference
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
 
-REFUSED = "verification_failed"  # the status of what the verifier refused
+REFUSED = "verification_failed"  # the status of a plan that the verifier rejected
 EXIT_CODES = {
     "solved": 0,
     "simulated": 0,
@@ -35,15 +35,15 @@ class Attempt:
     """How the search with one seed ended.
 
     Attributes:
-        seed: Seed of its random numbers.
-        status: As of a plan, or ``ended`` where another seed had won or the user interrupted,
-            or ``failed`` where its process or thread did not come to an end by itself.
-        iterations: Number of extensions it tried.
-        cost: Duration of the motion in [s], None where there is none.
-        goal_distance: Norm of the goal errors at the end in SI units, None where that is unknown.
+        seed: Random seed.
+        status: As of a plan, or ``ended`` if another seed had won or the user interrupted, or
+            ``failed`` if its process or thread did not complete.
+        iterations: Number of attempted extensions.
+        cost: Duration of the motion in [s], None if there is none.
+        goal_distance: Norm of the goal errors at the end in SI units, None if unknown.
         after: Seconds from the beginning of the first search in its process or thread to its end.
-        detail: A sentence where there is more to say.
-        refused: How many motions it found that the verifier refused.
+        detail: Further explanation, if any.
+        refused: Number of motions that the verifier rejected.
     """
 
     seed: int
@@ -58,16 +58,16 @@ class Attempt:
 
 @dataclass(frozen=True, order=True)
 class Improvement:
-    """A verified motion on the way to a plan.
+    """A verified intermediate solution.
 
     Attributes:
         after: Seconds from the beginning of the first search in its process or thread, without
-            what was compiled and loaded.
+            compilation and loading.
         duration: Of the motion in [s]; one that ends exactly in the goal's centre may take longer
-            than the one that it was made of.
+            than the one it was derived from.
         goal_distance: Norm of the goal errors at the end, in SI units.
-        by: What made it: ``search``, ``repair`` or ``shorten``.
-        seed: Of the search that it began with.
+        by: The stage that produced it: ``search``, ``repair`` or ``shorten``.
+        seed: Of the first search with its seed.
     """
 
     after: float
@@ -79,28 +79,28 @@ class Improvement:
 
 @dataclass(frozen=True)
 class PlanResult:
-    """What planning gave.
+    """Result of planning.
 
     Attributes:
         status: ``solved`` (found and verified), ``approximate``, ``local_minimum``,
             ``not_found``, ``verification_failed`` or ``interrupted``.
-        trajectory: The re-simulated motion, None where nothing was found.
-        certificate: The outcome of all checks, None where nothing was found.
+        trajectory: The re-simulated motion, None if nothing was found.
+        certificate: The outcome of all checks, None if nothing was found.
         planner: Name of the planner.
-        seed: Seed of its random numbers.
-        iterations: Number of extensions it tried until its first motion that was not refused.
+        seed: Random seed.
+        iterations: Number of attempted extensions until the first motion that was not rejected.
         goal_distance: Norm of the goal errors at the end, in SI units.
         timings: Seconds per stage.
-        statistics: What the planner counted.
-        rejections: Fraction of all refused motions, by cause and by who is to blame.
-        message: A sentence for the user.
-        jobs: Number of searches at once.
-        attempts: How every seed ended that was tried, this one's included.
-        interrupted: Whether the user ended the search; a plan that was verified before is kept.
-        improvements: All motions that were verified, in the order of time.
-        graph: What the search explored that the motion began with; None where that is not kept.
-        refused: How many motions the search found that the verifier refused, by the checks that
-            they did not pass; the search went on.
+        statistics: The planner's counters.
+        rejections: Fractions of all rejected extensions, by cause and by source.
+        message: Explanation for the user.
+        jobs: Number of parallel searches.
+        attempts: Outcome of every seed tried, including this one.
+        interrupted: Whether the user ended the search; a plan verified before that is kept.
+        improvements: All verified motions, in order of time.
+        graph: Search graph of the motion's first search; None if not kept.
+        refused: Number of motions that the verifier rejected, by failed checks; the search
+            continued.
     """
 
     status: str
@@ -130,23 +130,23 @@ class PlanResult:
 
     @property
     def cost(self) -> float | None:
-        """Duration in [s], None where nothing was found."""
+        """Duration in [s], None if nothing was found."""
         return None if self.trajectory is None else self.trajectory.duration
 
 
 @dataclass(frozen=True)
 class Request:
-    """Which searches to make, one after the other.
+    """A sequence of searches to make.
 
     Attributes:
         planner: Name of the planner; None for the scenario's.
-        settings: Of the planner, over the scenario's.
+        settings: Of the planner, overriding the scenario's.
         seed: Of the first search.
-        stride: From one seed to the next.
+        stride: Increment from one seed to the next.
         time_limit: Of all searches of one process or thread together, in [s].
         max_iterations: Of each search, None for no limit.
-        anytime: Whether to go on with further seeds until the time is over.
-        optimize: Whether to make exact and shorten what is found.
+        anytime: Whether to continue with further seeds until the time limit.
+        optimize: Whether to make solutions exact and shorter.
     """
 
     planner: str | None
@@ -163,7 +163,7 @@ class Request:
         return count(self.seed, self.stride) if self.anytime else iter((self.seed,))
 
     def split(self, jobs: int) -> Iterator[Request]:
-        """Yield what each of several at once does, so that none tries a seed of another's."""
+        """Yield the request of each parallel job, with disjoint seeds."""
         for k in range(jobs):
             yield replace(self, seed=self.seed + k, stride=jobs)
 
@@ -171,9 +171,9 @@ class Request:
 def make_planner(
     problem: PlanningTask, name: str | None, settings: dict[str, Any]
 ) -> AbstractPlanner:
-    """Return a planner with the scenario's settings, overridden by those given here.
+    """Return a planner with the scenario's settings, overridden by the given ones.
 
-    The scenario's settings are those of the planner that it names: another one has its own.
+    The scenario's settings apply only to the planner that it names.
 
     Raises:
         InputError: If the planner or a setting does not exist.
@@ -186,5 +186,5 @@ def make_planner(
 
 
 def stream(seed: int, k: int) -> int:
-    """Return the seed of the k-th further search after one with a seed."""
+    """Derive the seed of the k-th further search from the first one's."""
     return int(np.random.SeedSequence((seed, k)).generate_state(1)[0])

@@ -1,7 +1,7 @@
-"""Fresh Python processes, connected to this one, that Ctrl-C does not reach.
+"""Worker processes connected by a pipe and shielded from Ctrl-C.
 
-They are interpreters of their own and not forks, since native libraries do not survive a fork; and
-they do not read the user's script again, as those of ``multiprocessing`` do.
+They are fresh interpreters, not forks, since native libraries do not survive a fork; and unlike
+those of ``multiprocessing`` they do not re-import the user's script.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ENTRY = (
     "from {module} import enter; enter(int(sys.argv[2]))"
 )
 SEARCHES = "kinolab.solve.worker"
-STDERR = 2  # where all output goes: stdout belongs to the result
+STDERR = 2  # all output goes there: stdout is for the result
 
 _running: set[Process] = set()
 
@@ -33,11 +33,11 @@ def start_process(module: str = SEARCHES) -> tuple[Process, Connection]:
     """Start a process and return it with the connection to it.
 
     Args:
-        module: Whose ``enter`` it runs, with the file descriptor of its end of the connection.
+        module: Its ``enter`` is run with the file descriptor of the other end of the connection.
 
     Raises:
-        InputError: If this platform cannot pass a connection on.
-        OSError: If the system has no room for one more.
+        InputError: If this platform cannot inherit a connection.
+        OSError: If the system cannot start another process.
     """
     if sys.platform == "win32":
         what = "several processes are not to be had on Windows."
@@ -58,13 +58,13 @@ def start_process(module: str = SEARCHES) -> tuple[Process, Connection]:
 
 
 def bury(process: Process) -> None:
-    """Wait until a process that was killed has left."""
+    """Reap a killed process."""
     process.wait()
     _running.discard(process)
 
 
 def kill_all() -> None:
-    """Kill all processes, for one that leaves without coming back to what it was doing."""
+    """Kill all processes, for exits that skip the usual clean-up."""
     for process in tuple(_running):
         process.kill()
     for process in tuple(_running):
@@ -73,7 +73,7 @@ def kill_all() -> None:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Start processes that Ctrl-C does not reach, not even before they can say so themselves."""
+    """Block SIGINT, so that processes started here are shielded before they can ignore it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

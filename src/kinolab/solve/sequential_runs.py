@@ -1,6 +1,6 @@
-"""Searches one after the other in one process: search, simulate, certify, improve, for each seed.
+"""Sequential runs in one process: search, simulate, verify and improve, for each seed.
 
-Where the verifier refuses a motion, another search with the same seed's numbers follows.
+If the verifier rejects a motion, another search with a seed derived from the same one follows.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ def sequential_runs(
     watch: Callable[[Budget], None] | None = None,
     better: Callable[[PlanResult], None] | None = None,
 ) -> Iterator[tuple[PlanResult, float]]:
-    """Yield the plan of each seed, and the seconds from the beginning of the first search.
+    """Yield the plan of each seed, and the seconds since the beginning of the first search.
 
-    A search that ends by itself leaves the rest of the time to the next seed; one whose motion the
-    verifier refuses leaves it, and its iterations, to another search with the same seed's numbers.
+    A search that ends early leaves its remaining time to the next seed; one whose motion the
+    verifier rejects leaves it, and its iterations, to another search derived from the same seed.
 
     Args:
-        problem: What to solve.
+        problem: The planning problem.
         searcher: The planner with its settings.
-        request: With which seeds, and how long.
+        request: Seeds and limits.
         progress: Called during a search with the iterations and seconds so far, of all searches.
         watch: Called with the budget before each search, so that it can be interrupted.
         better: Called with each verified plan that is better than those before with its seed.
@@ -54,9 +54,9 @@ def sequential_runs(
             if watch:
                 watch(budget)
             if last is not None and last.interrupted:
-                break  # that was meant for this one, which was not known yet
+                break  # interrupted before this budget was registered
             if request.optimize:
-                budget.improve = 0.0  # the time is better spent on making the first motion shorter
+                budget.improve = 0.0  # shortening the first motion is a better use of the time
             found = attempt(problem, searcher, searches.next_seed, budget, keep_approach=not solved)
             clock.add(budget)
             found = replace(found, seed=seed)
@@ -73,13 +73,13 @@ def sequential_runs(
 
 @dataclass
 class RepeatedSearch:
-    """What the searches with one seed have come to.
+    """State of the repeated searches with one seed.
 
     Attributes:
-        seed: Of the first one.
-        most: Iterations of all together, None for no limit.
+        seed: Of the first search.
+        most: Iteration limit of all together, None for no limit.
         made: Iterations so far.
-        refused: How many motions the verifier refused, by the checks that they did not pass.
+        refused: Number of motions that the verifier rejected, by failed checks.
     """
 
     seed: int
@@ -87,8 +87,8 @@ class RepeatedSearch:
     made: int = 0
     refused: Counter[str] = field(default_factory=Counter)
     _last: PlanResult | None = None
-    _best: PlanResult | None = None  # of those refused
-    _again: bool = False  # whether the last motion had been refused before
+    _best: PlanResult | None = None  # of those rejected
+    _again: bool = False  # whether the last motion had been rejected before
     _seen: set[bytes] = field(default_factory=set)
     _timings: Counter[str] = field(default_factory=Counter)
 
@@ -104,14 +104,14 @@ class RepeatedSearch:
 
     @property
     def left(self) -> int | None:
-        """Iterations of the next search, None for no limit."""
+        """Iterations left for the next search, None for no limit."""
         return None if self.most is None else self.most - self.made
 
     @property
     def over(self) -> bool:
-        """Whether no other search may find what the verifier accepts.
+        """Whether no further search follows: not rejected, interrupted, out of budget, or repeated.
 
-        It cannot where a motion comes again: nothing in that planner is drawn at random.
+        A repeated motion shows that the planner is deterministic.
         """
         last = self._last
         if last is None:
@@ -120,11 +120,11 @@ class RepeatedSearch:
         return last.status != REFUSED or last.interrupted or self._again or spent
 
     def add(self, found: PlanResult, last: PlanResult) -> None:
-        """Take in how one more search ended.
+        """Record the outcome of one more search.
 
         Args:
-            found: As the search gave it.
-            last: What has been made of it.
+            found: The search's plan.
+            last: The same after improvement.
         """
         self.made += found.iterations
         self._timings.update(last.timings)
@@ -136,7 +136,7 @@ class RepeatedSearch:
             self._best = min((self._best or last, last), key=rank)
 
     def plan(self) -> PlanResult:
-        """Return the verified motion, else the best that was refused, else what there is."""
+        """Return the verified plan, else the best rejected one, else the last."""
         last, best = self._last, self._best
         assert last is not None, "a search has ended"
         return replace(
@@ -148,7 +148,7 @@ class RepeatedSearch:
         )
 
     def _known(self, found: PlanResult) -> bool:
-        """Say whether a motion has these inputs that was refused before, and remember them."""
+        """Say whether a motion with the same inputs was rejected before, and remember it."""
         if found.trajectory is None:
             return False
         inputs, known = found.trajectory.inputs.tobytes(), len(self._seen)
@@ -157,7 +157,7 @@ class RepeatedSearch:
 
 
 def _checks(refused: PlanResult) -> str:
-    """Name the checks that a motion did not pass; one that cannot be followed is none."""
+    """Name the failed checks; ``motion`` if it cannot be simulated."""
     certificate = refused.certificate
     return "motion" if certificate is None else ", ".join(c.name for c in certificate.failures)
 
@@ -172,17 +172,17 @@ class _Clock:
 
     @property
     def elapsed(self) -> float:
-        """Seconds since the first search began; 0 before its end."""
+        """Seconds since the first search began; 0 until that has ended."""
         return 0.0 if self._begun is None else time.monotonic() - self._begun
 
     def report(self, iterations: int, seconds: float) -> None:
-        """Pass on how far the running search is."""
+        """Report the progress of the running search."""
         if self._progress:
             elapsed = seconds if self._begun is None else self.elapsed
             self._progress(self._iterations + iterations, elapsed)
 
     def add(self, budget: Budget) -> None:
-        """Count a search that is over."""
+        """Add a finished search."""
         if self._begun is None:
             self._begun = budget.started
         self._iterations += budget.iterations

@@ -1,4 +1,4 @@
-"""What all seeds came to: the best plan, and how each of them ended."""
+"""Solution pool: the best plan over all seeds, and the outcome of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from kinolab.solve.plan import Attempt, Improvement, PlanResult
 
-CENTRE_TOLERANCE = 1e-4  # SI units between the goal and a motion that ends in the middle of it
+CENTRE_TOLERANCE = 1e-4  # SI units, goal distance of a motion that ends in the goal's centre
 CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
 
 
@@ -17,10 +17,10 @@ class SolutionPool:
     """Collects plans and keeps the best one.
 
     Attributes:
-        jobs: Number of searches at once.
+        jobs: Number of parallel searches.
         improved: Called with each verified plan that is better than all before.
-        best: None as long as no search has ended.
-        attempts: How each seed ended.
+        best: None until a search has ended.
+        attempts: Outcome of each seed.
     """
 
     jobs: int
@@ -35,14 +35,14 @@ class SolutionPool:
         return tuple(sorted(self.attempts, key=lambda attempt: attempt.seed))
 
     def add(self, found: PlanResult, after: float) -> None:
-        """Count a search that is over, ``after`` seconds of searching."""
+        """Add a finished search, ``after`` seconds from the beginning of the first one."""
         self.attempts.append(ended(found, after))
         self.compare(found)
         if self.best is not None and found.seed == self.best.seed:
-            self.best = found  # with all that there is to say about it
+            self.best = found  # now complete
 
     def compare(self, found: PlanResult) -> None:
-        """Keep a plan if it is better than all before, and pass it on if it is verified."""
+        """Keep a plan if it is the best so far, and report it if it is verified."""
         self._improvements.update(found.improvements)
         if self.best is None or rank(found) < rank(self.best):
             self.best = found
@@ -50,7 +50,7 @@ class SolutionPool:
                 self.improved(self._with_all(found))
 
     def plan(self, *, interrupted: bool) -> PlanResult | None:
-        """Return the best plan, with how all seeds ended; None where none came to an end."""
+        """Return the best plan with all attempts; None if no search has ended."""
         if self.best is None:
             return None
         return replace(self._with_all(self.best), interrupted=interrupted)
@@ -61,7 +61,7 @@ class SolutionPool:
 
 
 def ended(found: PlanResult, after: float) -> Attempt:
-    """Return how a search ended that came to its end."""
+    """Return the attempt of a completed search."""
     distance = found.goal_distance if math.isfinite(found.goal_distance) else None
     return Attempt(
         found.seed,
@@ -75,11 +75,11 @@ def ended(found: PlanResult, after: float) -> Attempt:
 
 
 def rank(found: PlanResult) -> tuple[int, float, float]:
-    """Return what is smaller for a better plan.
+    """Sort key of a plan, smaller is better.
 
-    Verified plans that end in the middle of the goal come before those that end somewhere within
-    its tolerance; otherwise they are compared by their duration, what misses the goal or was not
-    verified by its distance from it.
+    Verified plans that end in the goal's centre come before those that end elsewhere within its
+    tolerance, then shorter ones first; plans that miss the goal or are unverified are ordered by
+    their distance from it.
     """
     if found.status == "solved":
         return 0, float(found.goal_distance > CENTRE_TOLERANCE), found.cost or 0.0

@@ -1,8 +1,7 @@
-"""A process or a thread that searches for another one, and what it tells.
+"""Worker side of a parallel search, and the messages it sends to its parent.
 
-A process ignores Ctrl-C, which a terminal sends to all processes of a command: the one that
-started it decides. That one ends a search by SIGTERM, which keeps what was found, and a process by
-SIGKILL.
+A worker process ignores Ctrl-C, which a terminal sends to the whole process group; its parent
+decides. The parent ends a search by SIGTERM, which keeps what was found, and a process by SIGKILL.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes
 
 @dataclass(frozen=True)
 class Searching:
-    """How far it is, in all its searches together."""
+    """Progress message, summed over all its searches."""
 
     iterations: int
     seconds: float
@@ -36,14 +35,14 @@ class Searching:
 
 @dataclass(frozen=True)
 class Better:
-    """It has a verified plan, the best one so far with this seed, and goes on to improve it."""
+    """A verified plan, the best so far with this seed; the worker goes on to improve it."""
 
     plan: PlanResult
 
 
 @dataclass(frozen=True)
 class Found:
-    """A search is over."""
+    """A search has finished."""
 
     plan: PlanResult
     after: float  # [s] since its first search began
@@ -51,17 +50,17 @@ class Found:
 
 @dataclass(frozen=True)
 class Failed:
-    """It cannot go on."""
+    """The worker has failed."""
 
     exit_code: int
     reason: str
 
 
 def enter(handle: int) -> None:
-    """Be such a process, from beginning to end.
+    """Entry point of a worker process.
 
     Args:
-        handle: The file descriptor of the connection to the process that started this one.
+        handle: File descriptor of the connection to the parent process.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     connection = Connection(handle)
@@ -69,15 +68,15 @@ def enter(handle: int) -> None:
         request, parcel = connection.recv()
         threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
         work(connection, request, parcel)
-    os._exit(0)  # libraries take their time to say goodbye, and OMPL's binding complains
+    os._exit(0)  # skips slow library clean-up and complaints of OMPL's binding
 
 
 def work(connection: Connection, request: Request, parcel: bytes) -> None:
-    """Search, and tell everything through a connection.
+    """Search, and send messages to the parent process.
 
     Args:
-        connection: To the process that wants to know.
-        request: What to search for.
+        connection: To the parent process.
+        request: The searches to make.
         parcel: The problem, pickled.
     """
 
@@ -93,18 +92,18 @@ def search_and_tell(
     request: Request,
     heed: Callable[[Budget], None],
 ) -> None:
-    """Search, and tell everything through a connection, failures included.
+    """Search, and send all messages, including failures.
 
     Args:
-        connection: To the one that wants to know.
-        problem: Gives what to solve.
-        request: What to search for.
+        connection: To the parent.
+        problem: Returns the planning problem.
+        request: The searches to make.
         heed: Called with the budget before each search, so that it can be interrupted.
     """
     try:
         _search(connection, problem(), request, heed)
     except (BrokenPipeError, ConnectionResetError):
-        raise  # nobody wants to know any more
+        raise  # the parent has closed the connection
     except MemoryError:
         connection.send(Failed(OUT_OF_MEMORY, "it ran out of memory."))
     except KinolabError as error:
@@ -129,6 +128,6 @@ def _search(
 
 
 def _leave_with(connection: Connection) -> None:
-    """Leave no orphan: the other side says nothing more, and what can be read is its end."""
+    """Exit with the parent: it sends nothing more, so readable means closed."""
     wait([connection])
     os._exit(1)

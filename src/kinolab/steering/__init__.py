@@ -1,8 +1,8 @@
-"""Steering: motions through the full dynamics that begin and end exactly where they must.
+"""Steering: exact connections between two states under the full dynamics.
 
-A sampled control cannot hit a state. What can: a curve of a flat machine's outputs, feedback about
-an equilibrium or along a motion, and a boundary-value problem. All give the same: inputs, one row
-per propagation step, and the states that these inputs lead through.
+A sampled control cannot hit a state exactly. These can: curves of a flat machine's outputs,
+feedback about an equilibrium or along a trajectory, and boundary-value problems. All return inputs,
+one row per propagation step, and the states that they lead through.
 """
 
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates

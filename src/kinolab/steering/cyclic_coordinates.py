@@ -1,4 +1,4 @@
-"""Which entries of the state do not matter: how far a wheel has rolled, say."""
+"""Cyclic coordinates: entries of the state that do not matter, such as how far a wheel rolled."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world.geometry import placement
 
-RANDOM_STATES = 8  # random states at which it is tried
+RANDOM_STATES = 8  # random states to test at
 MOTION_TOLERANCE = 1e-9  # [m] and [1]: rounding
-ROUNDING = 1e-12  # of the largest derivative
+ROUNDING = 1e-12  # relative to the largest derivative
 
 
 @lru_cache(maxsize=8)
 def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
-    """Return which entries of the state neither change a motion nor what it touches, shape (nx,).
+    """Return which entries of the state affect neither dynamics nor collisions, shape (nx,).
 
-    Those are coordinates without limits or goals that the equations of motion do not contain, and
-    whose change moves no shape, but for spin about an axis of symmetry.
+    These are coordinates without limits or goals that are absent from the equations of motion and
+    move no shape, except for spin about an axis of symmetry.
     """
     model = problem.model
     states, u = _states(problem), _inputs(problem)
-    slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # of f's entries by the state's
+    slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # |df/dx|, largest over states
     sensitive = (slopes > ROUNDING * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
     wanted = set(problem.goal.indices) | {i for a in problem.goal.attitudes for i in _entries(a)}
     found = np.zeros(model.nx, dtype=bool)
@@ -51,7 +51,7 @@ def _states(problem: PlanningTask) -> Array:
 
 
 def _inputs(problem: PlanningTask) -> Array:
-    """Return inputs at random: what steers a force shows only where the force is not zero."""
+    """Sample inputs: what steers a force shows only if the force is non-zero; shape (m, nu)."""
     lower, upper = problem.model.control_bounds.T
     return np.random.default_rng(1).uniform(lower, upper, (RANDOM_STATES, problem.model.nu))
 
@@ -63,7 +63,7 @@ def _turned(states: Array, i: int) -> Array:
 
 
 def _demands(problem: PlanningTask, states: Array, i: int) -> bool:
-    """Say whether what the machine requires depends on an entry of the state."""
+    """Say whether the machine's requirements depend on an entry of the state."""
     if not problem.system.requirements:
         return False
     u = _inputs(problem)
@@ -72,7 +72,7 @@ def _demands(problem: PlanningTask, states: Array, i: int) -> bool:
 
 
 def _shows(problem: PlanningTask, states: Array, i: int) -> bool:
-    """Say whether an entry of the state moves a shape, spin about its own axis apart."""
+    """Say whether an entry of the state moves a shape, apart from spin about its symmetry axis."""
     cables = [problem.model.cables(x) for x in (states, _turned(states, i))]
     if problem.cables and np.abs(cables[1] - cables[0]).max() > MOTION_TOLERANCE:
         return True
@@ -94,7 +94,7 @@ def _shows(problem: PlanningTask, states: Array, i: int) -> bool:
 
 
 def _turns_what_is_aimed(problem: PlanningTask, states: Array, i: int) -> bool:
-    """Say whether an entry of the state moves a body whose points or axes a problem speaks of."""
+    """Say whether an entry of the state moves a body with goal points, axes or keep-out cones."""
     goal = problem.goal
     bodies = [point.body for point in goal.points]
     bodies += [axis.body for axis in goal.directions] + [cone.body for cone in problem.keep_outs]
@@ -105,7 +105,7 @@ def _turns_what_is_aimed(problem: PlanningTask, states: Array, i: int) -> bool:
 
 
 def _visible(shape: object) -> list[int]:
-    """Return the axes of a shape's own frame whose direction one can see; z is that of symmetry."""
+    """Return the axes of a shape's frame that its symmetry distinguishes; z is the axis of it."""
     if isinstance(shape, Sphere):
         return []
     return [2] if isinstance(shape, Cylinder | Capsule | Disk) else [0, 1, 2]

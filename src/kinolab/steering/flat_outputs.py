@@ -1,4 +1,4 @@
-"""Steering along straight lines of flat outputs, from rest to rest."""
+"""Rest-to-rest steering along straight lines in flat-output space."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from kinolab.steering.path_motion import Path
 
 
 class FlatOutputPaths:
-    """Ways with flat outputs on a straight line.
+    """Paths along straight lines of the flat outputs.
 
     Attributes:
-        coordinates: What the paths give.
+        coordinates: The coordinates that the paths determine.
 
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """
@@ -31,15 +31,15 @@ class FlatOutputPaths:
         self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
-        """Yield nothing: there are no others."""
+        """Yield nothing: there are no alternatives."""
         yield from ()
 
     def straightened(self, x: Array) -> Array:
-        """Return the state as it is: nothing is steered."""
+        """Return the state unchanged: there is no steering angle."""
         return x
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield the straight way from x0 to x1, both at rest."""
+        """Yield the straight path from x0 to x1, both at rest, shape (nx,)."""
         begin, end = self._outputs(x0), self._outputs(x1)
         if np.abs(end - begin).max() > 0:
             yield [self._path(begin, end)]

@@ -1,9 +1,9 @@
-"""The last step into the goal, from a state that is near it.
+"""Goal connection: a final motion from a state near the goal into it.
 
-A search brings a machine near its goal, hardly to rest in it with every coordinate right. A flat
-machine is steered: it brakes and follows a curve. Otherwise the inputs are held piecewise for
-several durations, and least squares on the goal's errors at the end moves them, each error counted
-in its tolerance.
+A sampling-based search brings a machine near its goal, but hardly to rest in it with every
+coordinate right. A flat machine is steered: it brakes and follows a curve. Otherwise, for several
+durations, piecewise-constant inputs are found by nonlinear least squares on the goal errors at the
+end, each in its tolerance.
 
 Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (direct shooting).
 """
@@ -20,27 +20,27 @@ from kinolab.simulation import Propagator, ZeroOrderHold
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
 
-MAX_GOAL_STATES = 2  # states in the goal that a flat machine is steered to
-CONTROL_INTERVALS = 8  # for which inputs are held, one after the other
-DURATIONS = (1.0, 2.0, 4.0, 8.0)  # durations that are tried, in horizons
-TOLERANCE_FRACTION = 0.5  # of the tolerance: what is left covers the integrator's error
+MAX_GOAL_STATES = 2  # goal states that a flat machine is steered to
+CONTROL_INTERVALS = 8  # intervals of constant inputs
+DURATIONS = (1.0, 2.0, 4.0, 8.0)  # durations to try, in multiples of the shortest
+TOLERANCE_FRACTION = 0.5  # of the tolerance: the rest covers the integration error
 MAX_ITERATIONS = 15  # of least squares
-CONTROL_WEIGHT = 1e-2  # weight of inputs away from their middle, against errors in tolerances
-FD_STEP = 1e-4  # of an input's range, for slopes by differences
-MAX_ERROR = 1e9  # tolerances from the goal that count as no more than that
-STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
+CONTROL_WEIGHT = 1e-2  # of inputs' deviation from mid-range, relative to errors in tolerances
+FD_STEP = 1e-4  # finite difference, of an input's range
+MAX_ERROR = 1e9  # goal errors are clipped to this, in tolerances
+STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation checks
 
 
 class GoalConnection:
-    """Looks for the last motion into the goal.
+    """Searches for a final motion into the goal.
 
     Args:
-        problem: With the goal.
-        steps: Of the shortest motion that is tried.
-        propagator: Judges what is found.
-        stop: Says that the search must end.
-        shoots: Whether a flat machine's motions are looked for by shooting as well, which finds
-            shorter ones and takes longer.
+        problem: The planning problem.
+        steps: Length of the shortest motion to try.
+        propagator: Checks the motion.
+        stop: Cancellation token.
+        shoots: Whether to use shooting for flat machines too, which finds shorter motions but takes
+            longer.
     """
 
     def __init__(
@@ -57,11 +57,11 @@ class GoalConnection:
         self._rollout = ZeroOrderHold(problem)
         self._steering = Steering(problem, stop) if problem.system.flat is not None else None
         self._goals = [] if self._steering is None else _goals(problem, self._steering)
-        self._failed: Array | None = None  # where nothing was found, so that it is not tried again
+        self._failed: Array | None = None  # last state that failed, not to be retried
         self._holds = [max(1, round(length * steps / CONTROL_INTERVALS)) for length in DURATIONS]
 
     def inputs(self, x: Array) -> list[tuple[Array, Array]] | None:
-        """Return inputs (nu,) and states (nx,) step by step from x into the goal, or None."""
+        """Return inputs (nu,) and states (nx,) per step from x (nx,) into the goal, or None."""
         if self._failed is not None and np.array_equal(x, self._failed):
             return None
         found: list[list[tuple[Array, Array]]] = []
@@ -103,7 +103,7 @@ class GoalConnection:
         return all(self._propagator.is_free(state) for state in states.tolist())
 
     def _shoot(self, x: Array, hold: int) -> Array | None:
-        """Return inputs (pieces, nu) that lead into the goal, as far as obstacles allow."""
+        """Return inputs (intervals, nu) that lead into the goal, ignoring obstacles; or None."""
         model = self._problem.model
         lower, upper = (np.tile(b, CONTROL_INTERVALS) for b in model.control_bounds.T)
         span, middle = upper - lower, (lower + upper) / 2
@@ -116,7 +116,7 @@ class GoalConnection:
         def residual(shares: Array) -> Array:
             reached = end(shares)
             errors = self._problem.goal_residual(x if reached is None else reached)
-            # what runs away has squares that are not finite
+            # diverged states would have infinite squares
             errors = np.clip(errors, -MAX_ERROR, MAX_ERROR)
             return np.concatenate([errors, CONTROL_WEIGHT * shares])
 
@@ -136,7 +136,7 @@ class GoalConnection:
         return np.clip(found, *model.control_bounds.T)
 
     def _judged(self, x: Array, rows: Array) -> list[tuple[Array, Array]] | None:
-        """Follow inputs until the goal is reached; None where anything is in the way."""
+        """Propagate inputs (N, nu); None on a collision or violation, or outside the goal."""
         motion = []
         for k, u in enumerate(rows):
             if k % STEPS_PER_CANCELLATION_CHECK == 0:
@@ -150,7 +150,7 @@ class GoalConnection:
 
 
 def _goals(problem: PlanningTask, steering: Steering) -> list[Array]:
-    """Return states at rest in the goal, its middle first."""
+    """Return equilibria (nx,) in the goal, its centre first."""
     generator, found = np.random.default_rng(0), []
     for k in range(MAX_GOAL_STATES):
         x = problem.sample_goal(generator, 1.0 if k else 1e-9)
@@ -160,24 +160,23 @@ def _goals(problem: PlanningTask, steering: Steering) -> list[Array]:
     return found
 
 
-MAX_SHOOTING_STEPS = 20  # steps of the shortest motion that is looked for by shooting
+MAX_SHOOTING_STEPS = 20  # steps of the shortest motion to try by shooting
 
 
 class SteeredGoalConnection:
-    """Steers from some of a tree's states into the goal.
+    """Goal connections from some of a tree's states.
 
-    A flat machine is steered from anywhere, others from states near the goal alone: there,
-    inputs are looked for by shooting, which goes no way around obstacles.
+    A flat machine is steered from anywhere, others only from states near the goal: there inputs are
+    found by shooting, which finds no path around obstacles.
 
     Args:
-        problem: With the goal.
-        every: From how many of the states that could be steered from one is.
+        problem: The planning problem.
+        every: Try one in this many eligible states.
         goal_region_scale: What counts as near the goal, in its tolerances.
-        stop: Says when looking for motions must end.
+        stop: Cancellation token.
 
     Attributes:
-        inputs: That lead into the goal from the state tried last, step by step; empty where none
-            were found.
+        inputs: Per step, from the last state tried into the goal; empty if none were found.
     """
 
     def __init__(
@@ -190,11 +189,11 @@ class SteeredGoalConnection:
         self._arrival = GoalConnection(problem, MAX_SHOOTING_STEPS, propagator, stop, shoots=False)
 
     def connect(self, values: list[float], excess: float) -> bool:
-        """Say whether a state is tried, and a motion into the goal was found.
+        """Say whether the state was tried and a motion into the goal found.
 
         Args:
-            values: A state that the tree has reached.
-            excess: How far outside the goal it is, in tolerances.
+            values: A state that the tree has reached, shape (nx,).
+            excess: Its normalised goal error, 1 at the tolerance.
         """
         self.inputs = []
         if not 1.0 < excess <= self._within:

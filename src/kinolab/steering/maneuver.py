@@ -1,4 +1,4 @@
-"""A motion that was followed through the full dynamics, or one that is yet to be."""
+"""Maneuvers: states and inputs over equal time steps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kinolab.numerics.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Maneuver:
-    """Inputs held for one propagation step each, and the states between them.
+    """States and zero-order-hold inputs, one per propagation step.
 
     Attributes:
         x: States, shape (N+1, nx); angles are continuous.
@@ -23,9 +23,9 @@ class Maneuver:
 
     @property
     def steps(self) -> int:
-        """How many propagation steps it takes."""
+        """Number of propagation steps."""
         return len(self.u)
 
     def then(self, other: Maneuver) -> Maneuver:
-        """Return this maneuver followed by another, which begins where this one ends."""
+        """Concatenate with another maneuver that begins where this one ends."""
         return Maneuver(np.vstack([self.x[:-1], other.x]), np.vstack([self.u, other.u]))

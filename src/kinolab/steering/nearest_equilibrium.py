@@ -1,4 +1,4 @@
-"""States in which a machine can stay."""
+"""The nearest equilibrium to a state, within limits."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 
 NEWTON_STEPS = 20  # of Newton's method
-PROJECTED_STEPS = 10  # of them look for the nearest equilibrium, the others for any
-INPUT_FRACTION = 0.98  # share of an input's range that may be used to stay
+PROJECTED_STEPS = 10  # of these project towards the nearest equilibrium, the others find any
+INPUT_FRACTION = 0.98  # fraction of an input's range available to hold an equilibrium
 
 
 def nearest_equilibrium(problem: PlanningTask, x: Array) -> tuple[Array, Array] | None:
-    """Return the equilibrium near a state, and the inputs that hold it; None where there is none.
+    """Return the equilibrium (nx,) near a state and its inputs (nu,); None if there is none.
 
-    It keeps the problem's limits and requirements, and the inputs some of their range.
+    It satisfies the problem's limits and requirements and keeps the inputs off their bounds.
 
     Args:
-        problem: Whose machine.
-        x: State near which to look, shape (nx,).
+        problem: The planning problem.
+        x: State, shape (nx,).
     """
     found = equilibrium(
         problem.model,
@@ -35,7 +35,7 @@ def nearest_equilibrium(problem: PlanningTask, x: Array) -> tuple[Array, Array] 
 
 
 def _holds(problem: PlanningTask, x: Array, u: Array) -> bool:
-    """Say whether an equilibrium keeps the limits, and the inputs some of their range."""
+    """Say whether an equilibrium satisfies the limits, with an input margin."""
     lower, upper = problem.model.control_bounds.T
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     if (np.abs(u - middle) > INPUT_FRACTION * half + 1e-12).any():

@@ -1,4 +1,4 @@
-"""Which ways a machine knows from one place to another."""
+"""Path families: the kinds of paths that a machine can be steered along."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from kinolab.steering.plane_curves import PlanePaths
 
 
 class StraightLines:
-    """Straight lines, which a machine may or may not be able to follow; attitudes know none.
+    """Straight lines, which a machine may be unable to follow; none for attitudes.
 
     Attributes:
-        coordinates: What the paths give.
+        coordinates: The coordinates that the paths determine.
     """
 
     def __init__(self, problem: PlanningTask) -> None:
@@ -30,39 +30,39 @@ class StraightLines:
         self._nq = problem.model.nq
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
-        """Yield nothing: there are no others."""
+        """Yield nothing: there are no alternatives."""
         yield from ()
 
     def straightened(self, x: Array) -> Array:
-        """Return the state as it is: nothing is steered."""
+        """Return the state unchanged: there is no steering angle."""
         return x
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield the straight way from x0 to x1, both at rest."""
+        """Yield the straight path from x0 to x1, both at rest, shape (nx,)."""
         begin, path = x0[: self._nq], (x1 - x0)[: self._nq]
         if self._can and np.abs(path).max(initial=0.0) > 0:
             yield [lambda fraction, _rate, _slope: begin + fraction[:, None] * path]
 
 
 class PathFamily(Protocol):
-    """Ways from rest to rest."""
+    """Rest-to-rest paths."""
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """What the paths give."""
+        """The coordinates that the paths determine."""
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
+        """Yield sequences of paths from x0 to x1, shape (nx,), with a stop after each path."""
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield longer ways, for where none of the others is free."""
+        """Yield longer alternatives, for when none of the others is free."""
 
     def straightened(self, x: Array) -> Array:
-        """Return a state whose steering stands straight, where a machine has any."""
+        """Return the state, shape (nx,), with its steering straight, if the machine has any."""
 
 
 def path_family(problem: PlanningTask) -> PathFamily:
-    """Return the ways of a machine: those of its flat map, or straight lines."""
+    """Return the machine's path family: that of its flat map, or straight lines."""
     match problem.system.flat:
         case PlaneCurves() as flat:
             return PlanePaths(problem, flat)

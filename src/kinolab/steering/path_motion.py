@@ -1,4 +1,4 @@
-"""From a path of some coordinates to a motion: rates by the constraints, inputs by the forces."""
+"""Time scaling and inverse dynamics: from a path of some coordinates to a maneuver."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit
 
 @dataclass(frozen=True)
 class TimeScaling:
-    """A share of a path that grows from 0 to 1: a smooth ramp of speed, a cruise, a ramp down.
+    """Path parameter from 0 to 1 over time: smooth acceleration, cruise, deceleration.
 
-    Four derivatives of the share are continuous, so that a machine which turns the fourth
-    derivative into force, as a crane does, is not jerked.
+    Four derivatives are continuous, so machines whose force depends on the fourth derivative, such
+    as cranes, see no jumps.
 
     Attributes:
-        ramp: Duration of each ramp in [s].
+        ramp: Duration of each speed ramp in [s].
         cruise: Duration at constant speed in [s].
     """
 
@@ -36,22 +36,22 @@ class TimeScaling:
 
     @property
     def duration(self) -> float:
-        """In [s]."""
+        """Total duration in [s]."""
         return 2 * self.ramp + self.cruise
 
     @property
     def speed(self) -> float:
-        """Of the cruise, in shares per second."""
+        """Cruise speed of the path parameter in [1/s]."""
         return 1.0 / (self.ramp + self.cruise)
 
     def stretched(self, step: float) -> TimeScaling:
-        """Return the timing made longer to a whole number of steps in [s]."""
+        """Stretch the duration to a whole number of steps, each in [s]."""
         steps = max(int(np.ceil(self.duration / step - 1e-9)), 2)
         factor = steps * step / self.duration
         return TimeScaling(self.ramp * factor, self.cruise * factor)
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return the share and its first two derivatives at times t in [s]."""
+        """Return the path parameter and its first two derivatives at times t in [s], shape (m,)."""
         up, down = _ramp(t / self.ramp), _ramp((self.duration - t) / self.ramp)
         rising = t < self.ramp
         falling = t > self.ramp + self.cruise
@@ -63,42 +63,42 @@ class TimeScaling:
 
 
 def _ramp(tau: Array) -> tuple[Array, Array, Array]:
-    """Return integral, value and slope of the seventh-degree ramp from 0 to 1 over [0, 1]."""
+    """Return integral, value and slope of the septic ramp from 0 to 1 over [0, 1], shape (m,)."""
     tau = np.clip(tau, 0.0, 1.0)
     value = tau**4 * (35 - 84 * tau + 70 * tau**2 - 20 * tau**3)
     integral = tau**5 * (7 - 14 * tau + 10 * tau**2 - 2.5 * tau**3)
     return integral, value, 140 * tau**3 * (1 - tau) ** 3
 
 
-Path: TypeAlias = Callable[[Array, Array, Array], Array]  # share, rate, slope -> (times, known)
+Path: TypeAlias = Callable[[Array, Array, Array], Array]  # s, ds/dt, d2s/dt2 -> (times, known)
 
-LIMIT_FRACTION = 0.9  # share of every limit that a motion may use; the rest is for what corrects it
+LIMIT_FRACTION = 0.9  # fraction of every limit that a motion may use; the rest is for corrections
 FIRST_RAMP = 0.5  # [s]
-SLOW = TimeScaling(100.0, 100.0)  # at which speeds show and forces do not
-PATH_CHECKS = 12  # at a path, before the work of finding its motion
-FINE_STEPS = 48  # steps in which it is looked at whether slowness helps at all
-COARSE_STEPS = 32  # steps in which a timing is tried
+SLOW = TimeScaling(100.0, 100.0)  # quasi-static: velocities matter, forces do not
+PATH_CHECKS = 12  # samples of a path checked before its motion is computed
+FINE_STEPS = 48  # steps of the quasi-static feasibility test
+COARSE_STEPS = 32  # steps in which a time scaling is first tried
 MAX_STEPS = 20_000  # steps of one motion
-MAX_TRIALS = 24  # timings that are tried
-MAX_SLOWDOWN = 10.0  # times the duration at full speed, after which slowness is no help
-ROUNDING_FACTOR = 1.0 + 1e-9  # share of a limit, rounding included
-MIN_SLOWDOWN = 1.15  # factor on a timing that asks too much, at least
-REGULARISATION = 1e-13  # of a matrix's size, added to it where inputs can do the same
-# of the largest rate: what differences in time leave of a path that is allowed
+MAX_TRIALS = 24  # time scalings to try
+MAX_SLOWDOWN = 10.0  # multiple of the duration at full speed beyond which to give up
+ROUNDING_FACTOR = 1.0 + 1e-9  # fraction of a limit, with tolerance for rounding
+MIN_SLOWDOWN = 1.15  # smallest slowdown factor after a violation
+REGULARISATION = 1e-13  # relative to the matrix's trace, for redundant inputs
+# of the largest rate: finite-difference error of a path compatible with the constraints
 COMPATIBILITY_TOLERANCE = 0.05
 
 
 class PathMotion:
-    """Moves a machine along paths of known coordinates, from rest to rest.
+    """Rest-to-rest motions along paths of known coordinates.
 
-    Rates follow from the path by the constraints, coordinates that the path does not know by
-    integrating theirs, and inputs by the equations of motion in the middle of each step, as well
-    as they can be met (least squares).
+    Velocities follow from the path through the constraints, the other coordinates by integrating
+    their rates, and inputs from the equations of motion at the midpoint of each step, in the
+    least-squares sense.
 
     Args:
-        problem: Whose machine, limits and step.
-        known: The coordinates that paths give, in their order.
-        stop: Says that what is being done must end, by a CancelledError.
+        problem: The planning problem.
+        known: The coordinates that paths determine, in order.
+        stop: Cancellation token; cancelling raises a CancelledError.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class PathMotion:
         self._limited_rates = np.flatnonzero(np.isfinite(problem.rate_bounds).all(axis=1))
 
     def chain(self, paths: Sequence[Path], start: Array) -> Maneuver | None:
-        """Return the motion along paths one after the other, with stops between them."""
+        """Follow paths in sequence from a state (nx,), with stops between them; or None."""
         whole: Maneuver | None = None
         for path in paths:
             piece = self.follow(path, start if whole is None else whole.x[-1])
@@ -130,7 +130,7 @@ class PathMotion:
         return whole
 
     def sample_states(self, path: Path, start: Array, count: int = PATH_CHECKS) -> Array:
-        """Return some states at rest along a path, shape (count, nx), its middle first."""
+        """Sample states at rest along a path, from its middle outwards, shape (count, nx)."""
         shares = np.linspace(0.0, 1.0, count)
         shares = shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
         states = np.tile(start, (count, 1))
@@ -138,25 +138,25 @@ class PathMotion:
         return states
 
     def follow(self, path: Path, start: Array) -> Maneuver | None:
-        """Return the quickest motion along a path whose limits are kept; None if there is none.
+        """Return the fastest motion along a path within limits; None if there is none.
 
-        It ends only about where the path ends: inputs are held for a step, which the path is not.
+        Its end only approximates the path's, since inputs are zero-order held.
 
         Args:
-            path: Coordinates at shares of the path, given their rates and slopes.
+            path: Coordinates as a function of the path parameter and its derivatives.
             start: State at rest at the path's beginning, shape (nx,).
         """
         step = self._problem.step
         found = self._motion(path, start, SLOW, FINE_STEPS)
         if found is None or self._fastest(found) > ROUNDING_FACTOR:
-            return None  # the path itself, or its direction, passes a limit
+            return None  # the path violates a limit at any speed
         speed = SLOW.speed / max(self._fastest(found, first=self._model.nq), 1e-9)
         ramp, closely = max(FIRST_RAMP, 2 * step), False
         longest = max(SLOW.duration, MAX_SLOWDOWN / speed)
         for _ in range(MAX_TRIALS):
             timing = TimeScaling(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
             if timing.duration > longest:
-                return None  # no slowness helps
+                return None  # slowing down further does not help
             steps = round(timing.duration / step)
             if steps > MAX_STEPS:
                 return None
@@ -175,19 +175,19 @@ class PathMotion:
                 ramp *= max(MIN_SLOWDOWN, min(hard, 2.0))
                 speed = min(speed, 1.0 / ramp)
             if hard > ROUNDING_FACTOR and cruising:
-                speed /= max(MIN_SLOWDOWN, min(np.sqrt(hard), 2.0))  # forces grow with its square
+                speed /= max(MIN_SLOWDOWN, min(np.sqrt(hard), 2.0))  # force ~ speed squared
             elif fast > ROUNDING_FACTOR or ramp * speed > 0.5:
                 speed /= max(MIN_SLOWDOWN, min(fast, 2.0))
         return None
 
     def _fastest(self, motion: Maneuver, first: int = 0) -> float:
-        """Return the largest share that is used of the limits of states, less what is spared.
+        """Return the largest utilisation of state limits, relative to LIMIT_FRACTION.
 
-        What begins or ends close to a limit may be as close on its way.
+        An entry that begins or ends closer to a limit may be as close in between.
 
         Args:
-            motion: Whose states.
-            first: Entry of the state with which to begin.
+            motion: The motion to evaluate.
+            first: First entry of the state to consider.
         """
         limited = [i for i in self._limited if i >= first]
         values, limits = motion.x[:, limited], self._problem.bounds[limited]
@@ -202,9 +202,9 @@ class PathMotion:
         return float((off / allowed).max(initial=0.0))
 
     def _hardest(self, motion: Maneuver) -> tuple[float, float]:
-        """Return the largest share that is used of the inputs' ranges, and when it is.
+        """Return the largest utilisation of input ranges, relative to LIMIT_FRACTION, and its time.
 
-        What is spared does not count; when is a share of the duration.
+        The time is a fraction of the duration.
         """
         shares = (np.abs(motion.u - self._middle) / self._half).max(axis=1) / LIMIT_FRACTION
         if self._problem.system.requirements:
@@ -214,9 +214,9 @@ class PathMotion:
         return float(shares[worst]), (worst + 0.5) / motion.steps
 
     def _motion(self, path: Path, start: Array, timing: TimeScaling, count: int) -> Maneuver | None:
-        """Return states and inputs of as many steps; None where constraints forbid the path."""
+        """Return a motion of ``count`` steps; None if the constraints forbid the path."""
         raise_if_cancelled(self._stop)
-        half = timing.duration / count / 2  # times are those of knots, and of middles of steps
+        half = timing.duration / count / 2  # times of knots and midpoints
         times: Array = half * np.arange(2 * count + 1, dtype=float)
         x = np.tile(start, (2 * count + 1, 1))
         x[:, self._known] = path(*timing.at(times))
@@ -232,7 +232,10 @@ class PathMotion:
         return Maneuver(x[::2], self._inputs(x[1::2], changes))
 
     def _speeds_of(self, x: Array, rates: Array) -> tuple[Array | None, Array]:
-        """Return the independent velocities that give known rates, and the other rates."""
+        """Solve for independent velocities from known rates (m, known); also the other rates.
+
+        Velocities are None if the rates violate the constraints.
+        """
         model, count = self._model, len(self._model.independent)
         if count == model.nt and not self._other:
             speeds = np.empty_like(rates)
@@ -249,7 +252,7 @@ class PathMotion:
         return speeds, (maps[:, self._other_rates] @ speeds[:, :, None])[:, :, 0]
 
     def _inputs(self, x: Array, changes: Array) -> Array:
-        """Return the inputs that change the independent velocities at some rates."""
+        """Return inputs (N, nu) that give wanted accelerations at states (N, nx)."""
         model = self._model
         _, gain = model.jacobian(x, self._middle)
         drift = model.f(x, np.tile(self._middle, (len(x), 1)))[:, self._speeds]
@@ -260,12 +263,12 @@ class PathMotion:
 
 
 def _rate_of(model: Model, coordinate: int) -> int:
-    """Return where the rate of a coordinate stands among all rates."""
+    """Return the index of a coordinate's rate among all rates."""
     return model.rate_names.index(f"{model.coordinate_names[coordinate]}_dot")
 
 
 def _least_squares(rows: Array, right: Array) -> Array:
-    """Solve many small least-squares problems, shapes (N, m, n) and (N, m), by normal equations."""
+    """Solve a batch of least-squares problems (N, m, n), (N, m) by regularised normal equations."""
     turned = rows.transpose(0, 2, 1)
     square = turned @ rows
     size = np.trace(square, axis1=1, axis2=2)[:, None, None]

@@ -1,4 +1,4 @@
-"""Steering along plane curves: smooth ones, Reeds and Shepp's, and turns on the spot."""
+"""Steering along plane curves: quintic Hermite, Reeds-Shepp, and turns on the spot."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from kinolab.steering.path_motion import Path
 from kinolab.steering.reeds_shepp import Arc, arcs
 
 CURVE_SAMPLES = 120  # of a smooth curve
-REACHES = (0.7, 1.2)  # length of a smooth curve's tangents, in distances of its ends
-LEADS = (0.25, 0.5, 1.0)  # length of a straight way into the end, in radii of the tightest circle
-CURVATURE_FRACTION = 0.9  # share of the largest curvature that curves use
+REACHES = (0.7, 1.2)  # tangent length of a smooth curve, in distances between its ends
+LEADS = (0.25, 0.5, 1.0)  # length of a straight final approach, in minimum turning radii
+CURVATURE_FRACTION = 0.9  # fraction of the largest curvature that curves use
 MAX_CURVATURE = 20.0  # [1/m] for machines that turn on the spot
-MIN_LENGTH = 1e-6  # [m] or [rad] that is not worth a motion
+MIN_LENGTH = 1e-6  # [m] or [rad] below which no motion is made
 FORWARD, BACKWARD = 1.0, -1.0
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a machine stands: x, y in [m], its heading, and what it steers with."""
+    """Planar pose: x, y in [m], heading in [rad], and the steered coordinates."""
 
     x: float
     y: float
@@ -37,15 +37,14 @@ class Pose:
 
 
 class PlanePaths:
-    """Ways along plane curves.
+    """Paths along plane curves.
 
-    Candidates, in the order in which they are tried: smooth curves forward and back (Hermite
-    polynomials of fifth degree without curvature at their ends); where the machine turns on the
-    spot, turn, go straight, turn; elsewhere the shortest curve of arcs and straight lines, with a
-    stop wherever the steering must change.
+    Candidates in order: smooth curves forward and backward (quintic Hermite polynomials with zero
+    curvature at both ends); then turn-drive-turn if the machine turns on the spot, otherwise the
+    shortest curve of arcs and straight lines, with a stop wherever the steering must change.
 
     Attributes:
-        coordinates: What the paths give.
+        coordinates: The coordinates that the paths determine.
 
     Source: Reeds, Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific J.
     Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
@@ -59,17 +58,17 @@ class PlanePaths:
 
     @property
     def radius(self) -> float:
-        """Of the tightest circle, in [m]; 0 where the machine turns on the spot."""
+        """Minimum turning radius in [m]; 0 if the machine turns on the spot."""
         return 1.0 / (CURVATURE_FRACTION * self._sharpest) if self._flat.steered else 0.0
 
     def straightened(self, x: Array) -> Array:
-        """Return a state with what is steered as on a straight line."""
+        """Return the state, shape (nx,), with the steering straight."""
         straight = x.copy()
         straight[self._index[3:]] = self._steered(np.zeros(1))[0]
         return straight
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield lists of paths from x0 to x1; the machine stops at the end of each path."""
+        """Yield sequences of paths from x0 to x1, shape (nx,), with a stop after each path."""
         begin, end = self._pose(x0), self._pose(x1)
         straight = self._pose(self.straightened(x0))
         for path in self._smooth(straight, end):
@@ -81,7 +80,7 @@ class PlanePaths:
                 yield self._turn_go_turn(begin, end, gear)
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield ways with a straight part into the end, for ends where there is no room to turn."""
+        """Yield paths with a straight final approach, for ends without clearance to turn."""
         begin, end = self._pose(x0), self._pose(x1)
         if not self._flat.steered or float(np.hypot(end.x - begin.x, end.y - begin.y)) < MIN_LENGTH:
             return
@@ -118,7 +117,7 @@ class PlanePaths:
     def _curve(
         self, ends: Array, tangents: Array, begin: Pose, end: Pose, gear: float
     ) -> Path | None:
-        """Return the fifth-degree curve by arc length; None where it is too sharp."""
+        """Return the quintic curve by arc length; None if too sharp or if the steering jumps."""
         point, slope, bend = _hermite(ends, tangents, np.linspace(0.0, 1.0, CURVE_SAMPLES))
         speed = np.hypot(*slope.T)
         curvature = gear * (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / speed**3
@@ -129,7 +128,7 @@ class PlanePaths:
         steered = self._steered(curvature)
         off = np.abs([steered[0] - begin.steered, steered[-1] - end.steered])
         if off.max(initial=0.0) > MIN_LENGTH:
-            return None  # the wheels stand elsewhere
+            return None  # the steering would have to jump
         gone = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
         return _along(gone / gone[-1], np.column_stack([point, heading, steered]))
 
@@ -155,11 +154,11 @@ class PlanePaths:
         ]
 
     def _shifts(self, poses: list[Pose]) -> list[Path]:
-        """Return straight ways between poses, those apart that lie at the same place."""
+        """Return straight paths between consecutive poses, skipping coincident ones."""
         return [_straight(a, b) for a, b in pairwise(poses) if _apart(a, b)]
 
     def _reeds_shepp(self, begin: Pose, end: Pose) -> tuple[list[Path], Pose]:
-        """Return arcs, and between them what the steering must change at a stop; and their end."""
+        """Return arcs with steering changes at stops between them, and the final pose."""
         paths, here = [], begin
         for arc in arcs(
             (begin.x, begin.y, begin.heading), (end.x, end.y, end.heading), self.radius
@@ -174,7 +173,7 @@ class PlanePaths:
 
 
 def _sharpest(problem: PlanningTask, flat: PlaneCurves) -> float:
-    """Return the largest curvature in [1/m] at which what is steered keeps its limits."""
+    """Return the largest curvature in [1/m] within the steering limits."""
     values = {p: problem.system.parameter_values[p.name] for p in problem.system.parameters}
     curvatures = np.geomspace(1e-3, MAX_CURVATURE, 400)
     possible = np.ones(len(curvatures), dtype=bool)
@@ -187,7 +186,10 @@ def _sharpest(problem: PlanningTask, flat: PlaneCurves) -> float:
 
 
 def _hermite(ends: Array, tangents: Array, s: Array) -> tuple[Array, Array, Array]:
-    """Return points, first and second derivatives of a quintic without bend at its ends."""
+    """Evaluate a quintic with zero second derivative at both ends, and two derivatives, at s (m,).
+
+    ``ends`` and ``tangents`` have shape (2, 2), each result (m, 2).
+    """
     basis = np.array(
         [[1, 0, 0, -10, 15, -6], [0, 0, 0, 10, -15, 6], [0, 1, 0, -6, 8, -3], [0, 0, 0, -4, 7, -3]],
         dtype=float,
@@ -223,7 +225,7 @@ def _turned(pose: Pose, heading: float) -> Pose:
 
 
 def _nearest(angle: float, other: float) -> float:
-    """Return the angle on the circle, as a number near another one."""
+    """Unwrap an angle in [rad] to the branch nearest to another one."""
     return float(other + wrapped(angle - other))
 
 

@@ -1,4 +1,4 @@
-"""The shortest curves of arcs and straight lines, as OMPL knows them, arc by arc."""
+"""Reeds-Shepp and Dubins curves from OMPL, decomposed into arcs."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from kinolab.numerics.arrays import Array
 
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
 
-# of all lengths at hand: by how much a pose may be off the arc that it is on
+# relative to the curve's size: how far a pose may be off its arc
 POSE_TOLERANCE = 1e-12
-MIN_INTERVAL = 2.0**-40  # share of a curve that is not looked into any more
+MIN_INTERVAL = 2.0**-40  # fraction of a curve that is not bisected further
 KINDS = [(gear, side) for gear in (1, -1) for side in (0, 1, -1)]
-WORLD_EXTENT = 1e6  # [m] that OMPL wants to be told of
-MIN_ARC_LENGTH = 1e-6  # [m] of an arc that is worth a motion
+WORLD_EXTENT = 1e6  # [m] bounds that OMPL requires
+MIN_ARC_LENGTH = 1e-6  # [m] below which an arc is dropped
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A piece of constant curvature.
+    """A segment of constant curvature.
 
     Attributes:
-        length: In [m]; negative where it is driven backward.
+        length: In [m]; negative if driven backward.
         curvature: In [1/m], positive to the left of the heading; 0 for a straight line.
     """
 
@@ -36,7 +36,7 @@ class Arc:
     curvature: float
 
     def poses(self, begin: PlanePose, fraction: Array) -> tuple[Array, Array, Array]:
-        """Return x, y and heading at shares of the arc's length."""
+        """Return x, y and heading at fractions of the arc's length, shape (m,) each."""
         x, y, heading = begin
         gone = fraction * self.length
         turned = heading + self.curvature * gone
@@ -50,15 +50,15 @@ class Arc:
         )
 
     def continues(self, other: Arc) -> bool:
-        """Say whether another arc goes on as this one goes."""
+        """Say whether another arc has the same curvature and direction."""
         return self.curvature == other.curvature and self.length * other.length > 0
 
     def longer(self, by: float) -> Arc:
-        """Return the arc made longer, in [m]."""
+        """Return the arc extended by a length in [m]."""
         return Arc(self.length + copysign(by, self.length), self.curvature)
 
     def after(self, begin: PlanePose) -> PlanePose:
-        """Return the pose at its end."""
+        """Return the pose at its end, from the one at its beginning."""
         x, y, heading = begin
         turned = heading + self.curvature * self.length
         if self.curvature == 0.0:
@@ -68,23 +68,23 @@ class Arc:
 
 
 def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = True) -> list[Arc]:
-    """Return the shortest curve between two poses for a car of a turning radius in [m].
+    """Return the shortest curve between two poses for a car.
 
     Args:
-        begin: Where it starts.
-        end: Where it ends.
-        radius: Of the tightest circle.
-        backward: Whether it may go back (Reeds and Shepp), or not (Dubins).
+        begin: Start pose.
+        end: End pose.
+        radius: Minimum turning radius in [m].
+        backward: Whether it may reverse (Reeds-Shepp) or not (Dubins).
     """
     pieces = _Curve(begin, end, radius, backward=backward).arcs()
     whole = _merged(pieces, lambda last, arc: last.continues(arc))
-    # Where two arcs meet, a piece of both may pass for a third one.
+    # A bisection interval across a junction may pass for a third, tiny arc.
     found = _merged(whole, lambda _, arc: abs(arc.length) <= MIN_ARC_LENGTH)
     return [arc for arc in found if abs(arc.length) > MIN_ARC_LENGTH]
 
 
 def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Arc]:
-    """Return arcs with those that belong to the one before made part of it."""
+    """Merge each arc that belongs to its predecessor into it."""
     found: list[Arc] = []
     for arc in arcs:
         if found and belongs(found[-1], arc):
@@ -95,7 +95,7 @@ def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Ar
 
 
 class _Curve:
-    """A curve of OMPL's, which tells its poses but not its arcs."""
+    """An OMPL curve, which exposes poses but not arcs."""
 
     def __init__(self, begin: PlanePose, end: PlanePose, radius: float, *, backward: bool) -> None:
         self._space: Any = (
@@ -113,12 +113,12 @@ class _Curve:
         self.size = max(self.length, radius, *map(abs, (*begin[:2], *end[:2])))
 
     def pose(self, fraction: float) -> PlanePose:
-        """Return the pose at a share of the length."""
+        """Return the pose at a fraction of the length."""
         self._space.interpolate(self._begin, self._end, fraction, self._here)
         return self._here.getX(), self._here.getY(), self._here.getYaw()
 
     def arcs(self) -> Iterator[Arc]:
-        """Yield its arcs, cut in half until each piece is a single one."""
+        """Yield its arcs, by bisection until each interval is a single one."""
         yield from self._between(0.0, 1.0, self.pose(0.0), self.pose(1.0))
 
     def _between(
@@ -134,7 +134,7 @@ class _Curve:
             yield from self._between(middle, end, half, after)
 
     def _single(self, length: float, before: PlanePose, after: PlanePose) -> Arc | None:
-        """Return the arc of a length from one pose to another; None where no single one leads."""
+        """Return the single arc of a length between two poses, or None."""
         for gear, side in KINDS:
             arc = Arc(gear * length, side / self._radius)
             x, y, heading = arc.after(before)

@@ -1,4 +1,4 @@
-"""From one state to another: every way of steering that a machine allows, the surest first."""
+"""Steering between two states by every method that a machine allows, the most reliable first."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from kinolab.steering.stop_maneuver import StopManeuver
 from kinolab.steering.terminal_correction import TerminalCorrection
 from kinolab.steering.tracking import TrackingLaw
 
-DURATIONS = (1.0, 2.0, 4.0)  # of a boundary-value problem, in times that the way would take
-MAX_CORRECTIONS = 25  # corrections of a boundary-value problem
+DURATIONS = (1.0, 2.0, 4.0)  # of a boundary-value problem, relative to the estimated duration
+MAX_CORRECTIONS = 25  # Newton steps of a boundary-value problem
 SETTLING_STEPS = 60  # steps of feedback toward an equilibrium
 
 
 class AbstractSteering(ABC):
-    """Finds motions from one state exactly to another."""
+    """Finds exact motions between two states."""
 
     @abstractmethod
     def steer(
@@ -36,32 +36,32 @@ class AbstractSteering(ABC):
         """Yield motions from x0 that end at x1.
 
         Args:
-            x0: Beginning, shape (nx,).
-            x1: End, shape (nx,).
-            worthwhile: Asked about states on the way, shape (n, nx), before the work of making a
-                motion of them; it may say no where one collides.
+            x0: Start state, shape (nx,).
+            x1: End state, shape (nx,).
+            worthwhile: Whether states along a path, shape (n, nx), justify computing its motion;
+                False, for example, if one collides.
         """
 
 
 class Steering(AbstractSteering):
-    """All ways of steering that a machine allows.
+    """All steering methods that a machine allows.
 
-    To rest: curves of a flat machine, after braking where it moves. Otherwise: feedback about the
-    end where it is an equilibrium that feedback holds, and a boundary-value problem by shooting.
+    To rest: curves of a flat machine, after a stop maneuver if it moves. Otherwise: feedback about
+    the end if that is a stabilisable equilibrium, and a boundary-value problem by shooting.
 
     Args:
-        problem: Whose machine.
-        stop: Says that what is being done must end, by a CancelledError.
+        problem: The planning problem.
+        stop: Cancellation token; cancelling raises a CancelledError.
 
     Attributes:
-        rollout: Follows inputs.
-        closing: Makes motions end where they must.
+        rollout: Simulates inputs.
+        closing: Terminal correction of motions.
         tracker: Feedback along motions.
-        brake: Brings the machine to rest.
-        ways: Paths between places; those of machines that are not flat may be impossible.
-        paths: Moves the machine along them; None where it has attitudes.
-        flat: Whether the ways are those of a flat machine.
-        reversible: Whether a way back touches what the way there touches.
+        brake: Stop maneuvers.
+        ways: The path family; for machines that are not flat its paths may be infeasible.
+        paths: Motions along its paths; None if the machine has attitudes.
+        flat: Whether the machine is differentially flat.
+        reversible: Whether the reverse motion sweeps the same volume.
     """
 
     def __init__(self, problem: PlanningTask, stop: CancellationToken = never_cancelled) -> None:
@@ -74,13 +74,13 @@ class Steering(AbstractSteering):
         attitudes = bool(problem.model.attitudes)
         self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates, stop)
         self.flat = problem.system.flat is not None
-        # A way back leads along the same curves and touches the same things.
+        # The reverse motion follows the same curves and collides with the same obstacles.
         self.reversible = self.flat and _goes_both_ways(problem)
 
     def steer(
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
     ) -> Iterator[Maneuver]:
-        """Yield motions from x0 that end at x1, as ``AbstractSteering`` says."""
+        """Yield motions from x0 that end at x1, as in ``AbstractSteering``."""
         x1 = self._problem.space.nearest(x0, x1)
         for rough in self._rough(x0, x1, worthwhile):
             exact = self.closing.correct(x0, rough.u, x1, most=MAX_CORRECTIONS)
@@ -110,7 +110,7 @@ class Steering(AbstractSteering):
     ) -> Iterator[Maneuver]:
         assert self.paths is not None
         for paths in chain(self.ways.paths(x0, x1), self.ways.detours(x0, x1)):
-            # From the end, where there is least room more often than anywhere else.
+            # From the end, where clearance is most often smallest.
             if all(worthwhile(self.paths.sample_states(path, x0)) for path in reversed(paths)):
                 motion = self.paths.chain(paths, x0)
                 if motion is not None:
@@ -119,16 +119,16 @@ class Steering(AbstractSteering):
     def _onward(
         self, stopped: Maneuver, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
-        """Yield motions from the end of one that comes to rest."""
+        """Yield motions that continue a stop maneuver to x1."""
         if not worthwhile(stopped.x):
             return
         rest = stopped.x[-1].copy()
-        rest[self._problem.model.nq :] = x1[self._problem.model.nq :]  # 0, and not just about
+        rest[self._problem.model.nq :] = x1[self._problem.model.nq :]  # exactly 0
         for onward in self._along_curves(rest, x1, worthwhile):
             yield stopped.then(onward)
 
     def _idle(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
-        """Yield motions under inputs that hold the machine, as a boundary-value problem begins."""
+        """Yield guesses for a boundary-value problem: inputs blended between both equilibria's."""
         begin, end = (nearest_equilibrium(self._problem, x) for x in (x0, x1))
         idle = np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
         u0, u1 = (idle if found is None else found[1] for found in (begin, end))
@@ -143,14 +143,14 @@ class Steering(AbstractSteering):
                 yield Maneuver(states, inputs)
 
     def _duration(self, x0: Array, x1: Array) -> float:
-        """Return about how long the way takes in [s], by the limits or scales of the rates."""
+        """Estimate the duration in [s] from the limits or scales of the rates."""
         model = self._problem.model
         miss = np.abs(self.closing.residual(x0, x1) * self._problem.scales)[: model.nq]
         speeds = np.array([_speed(self._problem, name) for name in model.coordinate_names])
         return float(np.max(miss / speeds, initial=0.5)) * 1.5
 
     def rests(self, x: Array) -> bool:
-        """Say whether a machine stands still in a state."""
+        """Say whether the velocities of a state, shape (nx,), vanish."""
         model = self._problem.model
         return bool(
             np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0)
@@ -159,7 +159,7 @@ class Steering(AbstractSteering):
 
 
 def _goes_both_ways(problem: PlanningTask) -> bool:
-    """Say whether everything may be as fast in one direction as in the other."""
+    """Say whether all velocity limits are symmetric."""
     limits = np.vstack([problem.bounds[problem.model.speeds], problem.rate_bounds])
     return bool((limits[:, 0] == -limits[:, 1]).all())
 

@@ -1,4 +1,4 @@
-"""Coming to rest from a motion."""
+"""Stop maneuvers: bring a moving machine to rest."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.terminal_correction import TerminalCorrection
 from kinolab.steering.tracking import TrackingLaw
 
-SPEED_FRACTION = 0.6  # share of every speed that one step of braking should leave
-SLOW_SPEED = 1e-3  # of the speeds' scales, from where the smallest change of inputs ends at rest
-MAX_STEPS = 60  # steps
-INPUT_FRACTION = 0.95  # share of the inputs' range that braking uses; closing may need the rest
-TERMINAL_STEPS = 6  # steps that are added for the end, exactly at rest
+SPEED_FRACTION = 0.6  # fraction of every velocity that should remain after a braking step
+SLOW_SPEED = 1e-3  # scaled velocity below which terminal correction takes over
+MAX_STEPS = 60  # braking steps at most
+INPUT_FRACTION = 0.95  # fraction of the input range for braking; the correction may need the rest
+TERMINAL_STEPS = 6  # steps appended for the terminal correction to rest
 
 
 class StopManeuver:
-    """Brings a machine to rest: by feedback where that holds it, else against its speeds.
+    """Brings a machine to rest: by feedback if that stabilises it, else by opposing its velocities.
 
     Args:
-        problem: Whose machine.
-        rollout: Follows inputs.
-        closing: Makes the motion end exactly at rest.
-        tracker: Knows feedback about an equilibrium.
+        problem: The planning problem.
+        rollout: Simulates inputs.
+        closing: Terminal correction, to end exactly at rest.
+        tracker: Feedback about an equilibrium.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class StopManeuver:
         self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
 
     def stop(self, x0: Array) -> Maneuver | None:
-        """Return a motion from a state to one exactly at rest; None where none was found."""
+        """Return a motion from a state, shape (nx,), to exact rest; None if none is found."""
         rough = self._held(x0) or self._slowed(x0)
         if rough is None:
             return None
@@ -57,14 +57,14 @@ class StopManeuver:
         return self._closing.correct(x0, inputs, rest)
 
     def _held(self, x0: Array) -> Maneuver | None:
-        """Return the motion under feedback about the equilibrium near a state."""
+        """Return the closed-loop motion about the nearest equilibrium, or None."""
         settled = nearest_equilibrium(self._problem, x0)
         if settled is None:
             return None
         return self._tracker.settle_at(x0, *settled, MAX_STEPS)
 
     def _slowed(self, x0: Array) -> Maneuver | None:
-        """Return the motion under the inputs that take most of every speed, step by step."""
+        """Return the motion under inputs that reduce every velocity step by step, or None."""
         states, inputs = [x0], list[Array]()
         while self._fast(states[-1]) and len(inputs) < MAX_STEPS:
             u = self._against(states[-1])
@@ -80,7 +80,7 @@ class StopManeuver:
         return bool(np.abs(x[self._speeds] / self._scales).max(initial=0.0) > SLOW_SPEED)
 
     def _against(self, x: Array) -> Array:
-        """Return the inputs that leave a share of the speeds after a step, as well as they can."""
+        """Return inputs (nu,) that best leave SPEED_FRACTION of the velocities after a step."""
         model = self._problem.model
         drift = model.f(x, self._middle)[self._speeds]
         gain = model.jacobian(x, self._middle)[1][self._speeds]

@@ -1,4 +1,4 @@
-"""Make a motion end exactly where it must, by the smallest change of its inputs."""
+"""Terminal correction: make a motion end exactly at a state by a least-norm change of inputs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from kinolab.simulation.rollout import Rollout
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
 
-ARRIVAL_TOLERANCE = 1e-9  # of a state's scale: what counts as having arrived
-MAX_ACTIVE_SET_CHANGES = 3  # of fixing inputs that reach their limits, per correction
-MIN_STEP_FRACTION = 1 / 64  # of a correction, before it is given up
+ARRIVAL_TOLERANCE = 1e-9  # scaled error at which the end is reached
+MAX_ACTIVE_SET_CHANGES = 3  # rounds of fixing inputs at their limits, per correction
+MIN_STEP_FRACTION = 1 / 64  # smallest line-search step of a correction
 
 
 class TerminalCorrection:
-    """Newton's method on the end of a motion, with the inputs of least norm.
+    """Newton's method on the end of a motion, with least-norm input changes.
 
-    Inputs are measured in half their range. Where a correction would leave the limits, the inputs
-    concerned stay there and the others make up for it.
+    Inputs are scaled by half their range. Inputs that a correction would drive past a limit are
+    fixed there, and the others compensate.
 
     Source: Bryson, Ho, Applied Optimal Control, 1975, section 7.3 (neighbouring extremals); the
     correction is the least-norm solution of the linearised end condition.
@@ -33,7 +33,7 @@ class TerminalCorrection:
         self._range = np.maximum((upper - lower) / 2, 1e-12)
 
     def residual(self, reached: Array, wanted: Array) -> Array:
-        """Return by how much a state is missed, in units of the scales, shape (nx,)."""
+        """Return the scaled difference from a reached to a wanted state, shape (nx,)."""
         difference = self._problem.space.difference(reached, wanted)
         return np.where(self._matters, difference / self._problem.scales, 0.0)
 
@@ -41,13 +41,13 @@ class TerminalCorrection:
         """Return a motion from x0 that ends at x1, near the one under given inputs.
 
         Args:
-            x0: Beginning, shape (nx,).
-            u: Inputs to begin with, shape (N, nu).
-            x1: End, shape (nx,).
-            most: Corrections that are tried.
+            x0: Start state, shape (nx,).
+            u: Initial inputs, shape (N, nu).
+            x1: End state, shape (nx,).
+            most: Maximum number of corrections.
 
         Returns:
-            None where the end is not reached within the inputs' limits.
+            The motion, or None if the end is not reached within input limits.
         """
         u = np.clip(u, self._lower, self._upper)
         x = self._rollout.follow(x0, u)
@@ -67,7 +67,7 @@ class TerminalCorrection:
     def _corrected(
         self, x0: Array, x1: Array, u: Array, x: Array, error: Array
     ) -> tuple[Array, Array] | None:
-        """Return a motion that misses by less."""
+        """Return states and inputs with a smaller terminal error, or None."""
         change, fraction = self._change(u, x, error), 1.0
         if change is None:
             return None
@@ -82,9 +82,9 @@ class TerminalCorrection:
         return None
 
     def _change(self, u: Array, x: Array, error: Array) -> Array | None:
-        """Return the smallest change of all inputs that moves the end by ``error``.
+        """Return the least-norm input change (N, nu) that moves the end by ``error`` (nx,).
 
-        None where the motion is so wild that its derivatives are no numbers.
+        None if the sensitivities are not finite.
         """
         with np.errstate(all="ignore"):
             gain = self._end_by_inputs(x, u)
@@ -108,9 +108,9 @@ class TerminalCorrection:
         return np.asarray(total.reshape(u.shape) * self._range)
 
     def _turns(self, columns: Array, x: Array) -> Array:
-        """Return differences of states, shape (nx, n), without any of a quaternion's length.
+        """Project state differences, shape (nx, n), onto the tangent space of the quaternions.
 
-        No input changes the length, and what rounding leaves of it would ask for large inputs.
+        No input changes a quaternion's norm, and rounding errors in it would demand large inputs.
         """
         columns = columns.copy()
         for own in self._problem.space.quaternions:
@@ -118,7 +118,7 @@ class TerminalCorrection:
         return columns
 
     def _end_by_inputs(self, x: Array, u: Array) -> Array:
-        """Return the derivative of the end by every input, in scaled units, (nx, N, nu)."""
+        """Return the scaled sensitivity of the end to every input, shape (nx, N, nu)."""
         A, B = self._rollout.linearise(x, u)
         gain, onward = np.empty((x.shape[1], len(u), u.shape[1])), np.eye(x.shape[1])
         for k in range(len(u) - 1, -1, -1):

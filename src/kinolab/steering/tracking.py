@@ -1,4 +1,4 @@
-"""Feedback: about an equilibrium, and along a motion."""
+"""LQR feedback: about an equilibrium, and time-varying along a motion."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.terminal_correction import TerminalCorrection
 
-TERMINAL_WEIGHT = 10.0  # of the end of a motion against the states on its way
-CONTROL_WEIGHT = 1.0  # of a full input against a state that is off by its scale
+TERMINAL_WEIGHT = 10.0  # of the final state relative to intermediate states
+CONTROL_WEIGHT = 1.0  # of a full input relative to a state error of its scale
 
 
 class TrackingLaw:
-    """Linear-quadratic feedback for the sampled machine, inputs held for a step each.
+    """Discrete-time linear-quadratic regulator with zero-order-hold inputs.
 
-    States are weighed by their scales, inputs by half their range.
+    States are weighted by their scales, inputs by half their range.
 
     Source: Anderson, Moore, Optimal Control: Linear Quadratic Methods, 1990, chapters 2 and 3.
     """
@@ -36,11 +36,11 @@ class TrackingLaw:
     def hold(self, x: Array, u: Array) -> Array | None:
         """Return the gain K of u = u_eq - K (x - x_eq) about an equilibrium, shape (nu, nx).
 
-        None where no feedback of this kind holds it, as for cars, which do not slip sideways.
+        None if it is not stabilisable by linear feedback, as for cars, which do not slip sideways.
 
         Args:
             x: The equilibrium, shape (nx,).
-            u: The inputs that hold it, shape (nu,).
+            u: Its inputs, shape (nu,).
         """
         A, B = self._rollout.linearise(np.stack([x, x]), u[None])
         keep = np.flatnonzero(self._matters)
@@ -56,7 +56,7 @@ class TrackingLaw:
         return K
 
     def gains(self, motion: Maneuver) -> Array:
-        """Return the gains along a motion, shape (N, nu, nx), by Riccati's recursion."""
+        """Return time-varying gains along a motion, shape (N, nu, nx), by the Riccati recursion."""
         A, B = self._rollout.linearise(motion.x, motion.u)
         P, gains = (
             TERMINAL_WEIGHT * self._Q,
@@ -69,12 +69,12 @@ class TrackingLaw:
         return gains
 
     def track(self, x0: Array, motion: Maneuver, gains: Array | None = None) -> Maneuver | None:
-        """Return what becomes of a motion from another beginning under feedback along it.
+        """Track a motion by feedback from another start; None if the simulation diverges.
 
         Args:
-            x0: Where to begin, shape (nx,).
-            motion: What to follow.
-            gains: Of the feedback, shape (N, nu, nx); those of ``gains`` when left out.
+            x0: Start state, shape (nx,).
+            motion: Reference motion.
+            gains: Feedback gains, shape (N, nu, nx); those of ``gains`` when left out.
         """
         gains = self.gains(motion) if gains is None else gains
         states, inputs = [x0], []
@@ -89,7 +89,7 @@ class TrackingLaw:
         return Maneuver(np.array(states), np.array(inputs).reshape(len(inputs), -1))
 
     def settle_at(self, x0: Array, x1: Array, u1: Array, steps: int) -> Maneuver | None:
-        """Return the motion from x0 under feedback about an equilibrium, for some steps."""
+        """Return the closed-loop motion from x0 (nx,) about an equilibrium; None if not held."""
         gain = self.hold(x1, u1)
         if gain is None:
             return None

@@ -1,4 +1,4 @@
-"""Exact goals and short trajectories: optimisation after the search."""
+"""Trajectory optimisation after the search: exact goals and shorter durations."""
 
 from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.segments import is_long

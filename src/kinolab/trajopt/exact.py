@@ -1,6 +1,6 @@
-"""A planned motion made exact: its end is the goal's centre, and every knot follows.
+"""Make a trajectory exact: dynamically feasible, and ending in the goal's centre.
 
-Of a long true motion the last part alone is changed, so that it takes no longer than a short one.
+Only the tail of a long feasible trajectory is changed, so that it takes no longer than a short one.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ def make_exact(
     *,
     held: bool = False,
 ) -> Trajectory | None:
-    """Return a motion near a given one that ends in the goal's centre, or None.
+    """Return a nearby trajectory that ends in the goal's centre, or None.
 
-    It keeps all limits, requirements and gaps as far as samples show; whether it truly does is for
-    the verifier to say.
+    Limits, requirements and clearances are satisfied at samples; the verifier decides whether they
+    are satisfied in between.
 
     Args:
-        problem: That the trajectory solves, more or less.
-        trajectory: To begin with; its start is replaced by the problem's.
+        problem: The problem that the trajectory solves approximately.
+        trajectory: Initial guess; its start is replaced by the problem's.
         cancelled: Whether to give up.
-        iterations: Largest number of subproblems, for each of a few reserves of room.
-        held: Whether steps keep their length.
+        iterations: Maximum number of subproblems per clearance margin.
+        held: Whether the step length is fixed.
     """
-    landing = None if held else _in_the_end(problem, trajectory, cancelled)  # its steps are its own
+    landing = None if held else _in_the_end(problem, trajectory, cancelled)  # it varies the steps
     if landing is not None:
         return landing
     for clearance in SHORT.exact_clearances:
@@ -61,7 +61,7 @@ def make_exact(
             continue
         made = true_trajectory(task.problem, knots)
         if made is None or not repeatable(task.problem, made):
-            return None  # more room does not help
+            return None  # more clearance does not help
         if satisfies_all(task, made):
             return made
     return None
@@ -70,7 +70,7 @@ def make_exact(
 def _in_the_end(
     problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
-    """Return a long true motion made exact by its last part alone, or None."""
+    """Make a long feasible trajectory exact by changing only its tail; None if that fails."""
     if not is_long(problem, trajectory) or not is_motion(problem, trajectory):
         return None
     return connect_to_goal(problem, trajectory, cancelled)
@@ -79,13 +79,13 @@ def _in_the_end(
 def connect_to_goal(
     problem: PlanningTask, motion: Trajectory, cancelled: Callable[[], bool] = never_cancelled
 ) -> Trajectory | None:
-    """Return a motion that ends in the goal's centre and differs in its last steps alone, or None.
+    """Return a trajectory that differs only in its tail and ends in the goal's centre, or None.
 
-    What comes before its last steps is looked at from knot to knot, no closer than that.
+    Everything before the tail is checked at the knots only.
 
     Args:
-        problem: That the motion solves.
-        motion: A true one from its start.
+        problem: The problem that the motion solves.
+        motion: A dynamically feasible trajectory from its start.
         cancelled: Whether to give up.
     """
     paths = [Segments(problem, clearance, cancelled) for clearance in SHORT.segment_clearances]

@@ -1,8 +1,8 @@
-"""A shorter duration for the same number of steps, from one exact trajectory to the next.
+"""Minimum time with a fixed number of steps, by inexact restoration: every iterate is feasible.
 
-Every step solves the subproblem that makes the motion faster and then closes what that opened, with
-the step length held. Without the second part a trust region that trusts the dynamics gets tiny (the
-Maratos effect); with it every trajectory on the way is one that may be kept.
+Each iteration solves the time-optimal subproblem and then restores feasibility at a fixed step
+length. Without restoration the trust region shrinks to where the linearised dynamics hold (the
+Maratos effect); with it every iterate is a feasible trajectory.
 
 Source: Martinez, Pilotta, Inexact-restoration algorithm for constrained optimization, Journal of
 Optimization Theory and Applications 104(1), 2000.
@@ -32,15 +32,15 @@ def minimize_time(
     tolerances: StoppingTolerances = TIGHT,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Knots:
-    """Return exact knots of a shorter duration, or the same ones.
+    """Return feasible knots of a shorter duration, or the given ones.
 
     Args:
         task: The problem.
-        knots: Exact ones.
-        lengths: Range of the step length in [s].
-        times: Steps of the problem from knot to knot.
-        effort: Weight of the mean square input, where the duration given weighs 1.
-        tolerances: How long to go on.
+        knots: Feasible initial guess.
+        lengths: Bounds of the step length in [s].
+        times: Time steps of the problem per knot interval.
+        effort: Weight of the mean square input, relative to 1 for the given duration.
+        tolerances: Stopping criteria.
         cancelled: Whether to stop.
     """
     transcription, scaling = task.transcription(knots, times), task.scaling(*lengths)

@@ -1,8 +1,8 @@
-"""Every number of trajectory optimisation: thresholds, weights, tolerances and counts.
+"""Options of trajectory optimisation: thresholds, weights, tolerances and iteration limits.
 
-Violations and tolerances count in scales, so that what is large of each entry is 1, gaps in machine
-sizes, and lengths of time as fractions, where no unit stands. What is compiled into machine code
-stands beside that code, which is made anew when its own file changes.
+Unless a unit is given, violations and tolerances are scaled, clearances are in machine sizes and
+durations are fractions. Constants of compiled kernels stay in the kernels' own files, whose changes
+trigger recompilation.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from kinolab.settings import setting
 @final
 @dataclass(frozen=True, kw_only=True)
 class NlpOptions:
-    """A problem as equations and inequalities, and how closely its motions are checked."""
+    """Options of the nonlinear program and of the feasibility check."""
 
     step_tolerance: float = setting(1e-9, meaning="Error of one step of the map.")
     max_substeps: int = setting(64, meaning="Substeps of a step at most.")
@@ -36,7 +36,7 @@ class NlpOptions:
 @final
 @dataclass(frozen=True, kw_only=True)
 class SqpOptions:
-    """Sequential quadratic programming: trust regions, merit, subproblems, restoration."""
+    """Options of the SQP solver: trust region, merit function, subproblems, restoration."""
 
     accept_ratio: float = setting(0.1, meaning="Actual of predicted reduction to take a step.")
     expand_ratio: float = setting(0.7, meaning="The same to let the trust region grow.")
@@ -77,7 +77,7 @@ class SqpOptions:
 @final
 @dataclass(frozen=True, kw_only=True)
 class StoppingTolerances:
-    """How long a motion is made faster; the loose ones are those of segments."""
+    """Stopping criteria of the time minimisation; the loose ones are for segments."""
 
     min_radius: float = setting(1e-3, meaning="Trust region below which nothing is gained.")
     min_predicted: float = setting(1e-3, meaning="Predicted gain, of the cost, to go on.")
@@ -87,7 +87,7 @@ class StoppingTolerances:
 @final
 @dataclass(frozen=True, kw_only=True)
 class ShorteningOptions:
-    """Motions made exact, cut into segments and made shorter."""
+    """Options of making trajectories exact, segmenting and shortening them."""
 
     exact_clearances: tuple[float, float] = setting((1e-2, 5e-2, 2e-3), meaning="Reserves of gaps.")
     short_clearances: tuple[float, float] = setting((7e-2, 2e-2, 4e-2, 2e-3), meaning="Likewise.")
@@ -152,7 +152,7 @@ class ShorteningOptions:
 @final
 @dataclass(frozen=True, kw_only=True)
 class GuessOptions:
-    """Guesses of motions through free configurations, each shot at the goal."""
+    """Options of multistart: initial guesses through free configurations."""
 
     clearance: float = setting(1e-2, meaning="Reserve of gaps.")
     few_knots_tolerance: float = setting(1e-6, meaning="Violation from which knots become many.")

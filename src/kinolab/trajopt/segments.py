@@ -1,10 +1,9 @@
-"""Segments of a motion, replaced by quicker ones between the same two states, one after the other.
+"""Sliding-window shortening: segments of a motion replaced by faster ones between the same states.
 
-Systems do not depend on time, so that a segment may be replaced by any other motion between the
-same two states. What nothing depends on, such as how far wheels have rolled, need not be met. Going
-through all of a long motion takes time in proportion to its length: windows overlap by half from
-one sweep to the next, get longer as long as that works, and shorter where inputs that are held for
-so long follow nothing.
+Systems are time-invariant, so a segment may be replaced by any other motion between the same two
+states; cyclic coordinates, such as how far wheels have rolled, need not match. The run time is
+linear in the length of the motion: windows are shifted by half from one sweep to the next, grow
+while they succeed, and shrink where inputs held constant for that long fail.
 """
 
 from __future__ import annotations
@@ -30,16 +29,16 @@ from kinolab.trajopt.sqp.restoration import restore_feasibility
 
 
 class Segments:
-    """Quicker ways from one state of a motion to another.
+    """Faster segments between two states of a motion.
 
     Args:
-        problem: That the whole motion solves.
-        clearance: What gaps keep in reserve while knots are few, in machine sizes.
+        problem: The problem that the whole motion solves.
+        clearance: Safety margin of distances on the coarse grid, in machine sizes.
         cancelled: Whether to give up.
 
     Attributes:
-        task: The problem for the optimiser.
-        space: Of the states.
+        task: The trajectory optimisation problem.
+        space: The state space.
     """
 
     def __init__(
@@ -51,11 +50,11 @@ class Segments:
         )
 
     def quicker(self, motion: Trajectory, knots: int, *, last: bool) -> Trajectory | None:
-        """Return a piece made faster as it is, None where that is not worth it or not true.
+        """Return a faster segment near the given one; None if infeasible or the gain is small.
 
         Args:
-            motion: The piece.
-            knots: How many there are, at most.
+            motion: The segment.
+            knots: Maximum number of knots.
             last: Whether it ends in the problem's goal.
         """
         task = self._between(motion.x[0], None if last else motion.x[-1])
@@ -71,7 +70,7 @@ class Segments:
         )
 
     def along(self, guess: Knots, motion: Trajectory, *, last: bool) -> Trajectory | None:
-        """Return a motion that comes of a guess of another way, as ``quicker``."""
+        """Like ``quicker``, but from a guess of another path."""
         task = self._between(motion.x[0], None if last else motion.x[-1])
         lengths = (SHORT.stretch[0] * guess.h, SHORT.stretch[1] * guess.h)
         below = (1 - SHORT.min_segment_gain) * motion.duration
@@ -80,7 +79,7 @@ class Segments:
         )
 
     def ended(self, motion: Trajectory) -> Trajectory | None:
-        """Return a motion near the last piece that ends in the goal, no faster; or None."""
+        """Return a segment near the last one that ends in the goal, not made faster; or None."""
         task = self._between(motion.x[0], None)
         count = max(SHORT.min_steps, min(SHORT.tail_knots, len(motion.u)))
         few = resampled(motion.t, motion.x, motion.inputs, count, self.space)
@@ -103,9 +102,9 @@ class Segments:
         below: float,
         penalty: float = SQP.violation_penalty,
     ) -> Trajectory | None:
-        """Return the true motion that comes of a guess once it is closed and made faster.
+        """Restore feasibility from a guess, minimise time and re-simulate; None if that fails.
 
-        It takes less than ``below``, in [s].
+        The result takes less than ``below``, in [s].
         """
         knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
@@ -126,10 +125,7 @@ class Segments:
         iterations: int,
         penalty: float = SQP.violation_penalty,
     ) -> Knots | None:
-        """Return knots near a guess from which hardly anything is missing, or None.
-
-        There is none too where steps are so long that a motion runs away.
-        """
+        """Return feasible knots near a guess; None if that fails or its steps diverge."""
         try:
             with np.errstate(over="raise", invalid="raise"):
                 return restore_feasibility(
@@ -142,11 +138,9 @@ class Segments:
             return None
 
     def _true(self, task: TrajectoryProblem, knots: Knots, times: int) -> Trajectory | None:
-        """Return the true motion under the inputs of knots, step by step; None if it breaks any.
+        """Re-simulate knots with each step split into ``times``; None if infeasible.
 
-        Each step of the knots becomes as many as ``times``.
-
-        What few knots overlooked between them is mended with all.
+        Violations between the coarse knots are repaired on the fine grid.
         """
         fine = refined(task.problem, knots, times)
         found = self._kept(task, fine)
@@ -169,26 +163,26 @@ class Segments:
         return made if made is not None and satisfies_all(task, made) else None
 
     def _steps(self, longest: float, h: float) -> int:
-        """Return of how many steps of the problem one of length ``h`` is.
+        """Return the number of steps of the problem in a step of length ``h`` in [s].
 
-        Feedback that acts in other places is another motion, so that there they are as many as in
-        the longest step.
+        With feedback the motion depends on its update times, so there the number is fixed to that
+        of the longest step.
         """
         model = self.problem.model
         return self._times(h if model.plant is model else longest)
 
     def _times(self, h: float) -> int:
-        """Return how many steps of the problem a step of knots is, at least."""
+        """Return the least number of steps of the problem that cover ``h`` in [s]."""
         return max(1, math.ceil(h / self.problem.step - 1e-9))
 
 
 def segment_problem(problem: PlanningTask, begin: Array, end: Array) -> PlanningTask:
-    """Return the problem of moving from one state to another, among the same obstacles.
+    """Return the two-point problem between two states, with the same machine and world.
 
     Args:
-        problem: With the machine, its world and its limits.
-        begin: Shape (nx,).
-        end: Shape (nx,).
+        problem: The planning problem.
+        begin: Start state, shape (nx,).
+        end: Goal state, shape (nx,).
     """
     model, matters = problem.model, ~cyclic_coordinates(problem)
     for own in model.space.quaternions:
@@ -204,20 +198,20 @@ def segment_problem(problem: PlanningTask, begin: Array, end: Array) -> Planning
 
 
 def straight(problem: PlanningTask, begin: Array, end: Array) -> Array:
-    """Return the straight way between two states, shape (2, nx), by the shorter way round."""
+    """Return the shortest straight path between two states, shape (2, nx)."""
     near = problem.space.nearest(begin, end)
     return np.stack([begin, np.where(cyclic_coordinates(problem), begin, near)])
 
 
 class SlidingWindow:
-    """Sweeps along a motion, segment by segment."""
+    """Sweeps a window along a motion, segment by segment."""
 
     def __init__(self, segments: Segments) -> None:
         self._segments, self._step = segments, segments.problem.step
         self._held, self._sweeps = SHORT.steps_per_knot, 0
 
     def sweep(self, motion: Trajectory) -> Trajectory:
-        """Return a motion that is shorter or the same."""
+        """Return a shorter motion, or the same one."""
         begin, fraction = 0, 0.5 if self._sweeps % 2 else 1.0
         knots = SHORT.window_knots[min(self._sweeps, len(SHORT.window_knots) - 1)]
         self._sweeps += 1
@@ -236,15 +230,15 @@ class SlidingWindow:
         return motion
 
     def _end(self, motion: Trajectory, begin: int, length: float) -> int:
-        """Return where a piece of about a length in [s] ends."""
+        """Return the end index of a segment of about a length in [s]."""
         t = motion.t
         end = min(int(np.searchsorted(t, t[begin] + length)), len(t) - 1)
         return len(t) - 1 if t[-1] - t[end] < SHORT.min_remainder * length else end
 
 
 def is_long(problem: PlanningTask, trajectory: Trajectory) -> bool:
-    """Say whether a motion has so many steps that pieces of it are better looked at one by one.
+    """Say whether a motion is long enough to be optimised in segments.
 
-    Discrete ones have steps of one length, so that pieces cannot take a little less time.
+    Discrete ones never are: their step length is fixed, so a segment cannot take slightly less.
     """
     return not is_discrete(problem) and trajectory.duration > SHORT.long_steps * problem.step

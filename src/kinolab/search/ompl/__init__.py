@@ -1,11 +1,10 @@
-"""A problem as OMPL objects, and OMPL's planners run on it.
+"""OMPL interface: problems as OMPL objects, and OMPL's planners.
 
-Facts about OMPL 2.0.1's wheel that shape these files: callables may be given for propagation and
-validity, while goals must be subclassed; a compound space keeps C++ distances; ``copyFromReals``
-is safe only after ``setup``; states must not be kept beyond a callback; OMPL's objects hold Python
-callables in a way the garbage collector cannot see, so that nothing called back may refer to the
-space information or the problem definition. Lists are handed over as copies, states and inputs
-are not.
+Properties of OMPL 2.0.1's wheel that shape these files: propagation and validity may be callables,
+goals must be subclassed; a compound space keeps C++ distances; ``copyFromReals`` is safe only after
+``setup``; states must not be kept beyond a callback; OMPL's references to Python callables are
+invisible to the garbage collector, so no callback may refer to the space information or the problem
+definition. Lists are passed as copies, states and inputs are not.
 """
 
 from kinolab.search.ompl.configuration_space import ConfigurationSpace

@@ -1,4 +1,4 @@
-"""The configurations in which a machine can stay, as a space for OMPL's geometric planners."""
+"""Configuration space of a machine at rest, for OMPL's geometric planners."""
 
 from __future__ import annotations
 
@@ -17,32 +17,31 @@ from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import placement, sizes
 
-MIN_CHECKS = 12  # looks at a path, which tell how long it is
-CHECK_RESOLUTION = 0.02  # [m] between two looks at a path
-STATE_TOLERANCE = 1e-6  # [m] or [rad] between the goal and itself, read back from OMPL
-REST_SHIFT = 0.05  # of a coordinate's scale: a change that rest may undo
+MIN_CHECKS = 12  # first samples of a path, which also give its length
+CHECK_RESOLUTION = 0.02  # [m] between samples of a path
+STATE_TOLERANCE = 1e-6  # [m] or [rad] between the goal and its round trip through OMPL
+REST_SHIFT = 0.05  # of a coordinate's scale: shift to test whether an equilibrium keeps it
 
 
 class ConfigurationSpace:
-    """States at rest, told apart by the coordinates that rest leaves free.
+    """Equilibria, parametrised by the coordinates that equilibrium leaves free.
 
-    Where rest leaves nothing free, as where the start cannot be held, it has no dimension.
+    If it leaves none free, for example because the start cannot be held, the dimension is zero.
 
-    It does not refer to OMPL's space information, which refers to it.
+    It must not refer to OMPL's space information, which refers to it.
 
     Args:
-        problem: Whose machine and world.
-        steering: Knows the ways between two of them.
-        goal: Where it shall end, shape (nx,).
-        margin: Room in [m] that is asked for beside obstacles; half of what start and goal have
-            where that is less.
-        rejections: Where to count what is refused.
-        stop: Says that looking for ways must end: OMPL finds nothing any more, others get a
+        problem: The planning problem.
+        steering: Supplies paths between configurations.
+        goal: Goal state, shape (nx,).
+        margin: Required clearance in [m]; at most half that of start and goal.
+        rejections: Counts rejected states.
+        stop: Cancellation token: OMPL then finds no valid states, other callers get a
             CancelledError.
 
     Attributes:
         space: OMPL's compound space of the free coordinates.
-        stop: As given.
+        stop: Cancellation token.
     """
 
     def __init__(
@@ -65,16 +64,16 @@ class ConfigurationSpace:
         for i in self._free:
             self.space.addSubspace(_line(problem, i), float(problem.weights[i]))
         self.space.lock()
-        if self._free:  # OMPL refuses a space without extent
+        if self._free:  # OMPL rejects a space without extent
             self.space.setup()
 
     @property
     def differ(self) -> bool:
-        """Whether there is more than one; OMPL has no use for a space of no dimension."""
+        """Whether its dimension is positive; OMPL cannot handle a space of dimension zero."""
         return bool(self._free)
 
     def write(self, state: Any, x: Array) -> None:
-        """Set an OMPL state from a machine's state."""
+        """Set an OMPL state from a machine's state, shape (nx,)."""
         values = [float(x[i]) for i in self._free]
         for k, i in enumerate(self._free):
             if self._problem.circular[i]:
@@ -82,7 +81,7 @@ class ConfigurationSpace:
         self.space.copyFromReals(state, values)
 
     def read(self, state: Any) -> Array | None:
-        """Return the machine's state at rest; None where it cannot stay."""
+        """Return the equilibrium of an OMPL state, shape (nx,); None if there is none."""
         x = self._base.copy()
         for k, i in enumerate(self._free):
             x[i] = state[k].value if self._problem.circular[i] else state[k][0]
@@ -90,7 +89,7 @@ class ConfigurationSpace:
         return None if settled is None else settled[0]
 
     def is_valid(self, state: Any) -> bool:
-        """Say whether the machine can stay there and has room."""
+        """Say whether there is an equilibrium with enough clearance."""
         x = None if self.stop() else self.read(state)
         try:
             return x is not None and self.has_clearance(x)
@@ -98,14 +97,14 @@ class ConfigurationSpace:
             return False
 
     def has_clearance(self, x: Array) -> bool:
-        """Say whether a state keeps its limits and has room around it."""
+        """Say whether a state, shape (nx,), is within limits and has enough clearance."""
         raise_if_cancelled(self.stop)
         return self._judge.admits(x.tolist())
 
     def free_paths(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
-        """Yield the free ways from one state at rest to another, each a list of paths.
+        """Yield collision-free connections between two equilibria, each a list of paths.
 
-        Longer ways are tried into the goal alone: where there is least room, and once for all.
+        Detours are tried only into the goal, where clearance is smallest.
         """
         ways = self._steering.ways
         found = ways.paths(x0, x1)
@@ -114,7 +113,7 @@ class ConfigurationSpace:
                 yield paths
 
     def joined(self, x0: Array, x1: Array) -> bool:
-        """Say whether there is a free way between two states at rest; the goal is an end."""
+        """Say whether two equilibria can be connected; the goal is taken as the end."""
         ends = (x1, x0) if self._is_goal(x0) else (x0, x1)
         return any(True for _ in self.free_paths(*ends))
 
@@ -136,7 +135,7 @@ class ConfigurationSpace:
         )
 
     def _length(self, states: Array) -> float:
-        """Return how far a point moves at most between the first and the last of some states."""
+        """Bound the distance in [m] that any point moves along states, shape (n, nx)."""
         order = np.argsort(np.linalg.norm(states - states[-2], axis=1), kind="stable")
         poses = self._problem.frames(states[order]).reshape(len(states), -1, 3, 4)
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
@@ -145,14 +144,14 @@ class ConfigurationSpace:
 
 
 class PathValidator(ob.MotionValidator):  # type: ignore[misc]
-    """Joins two configurations where the machine knows a free way."""
+    """Connects two configurations if the path family has a collision-free path."""
 
     def __init__(self, space_information: Any, configurations: ConfigurationSpace) -> None:
         super().__init__(space_information)
         self._configurations = configurations
 
     def checkMotion(self, begin: Any, end: Any, *_: Any) -> bool:
-        """Say whether there is one."""
+        """Say whether there is a collision-free path."""
         x0, x1 = (self._configurations.read(state) for state in (begin, end))
         try:
             return x0 is not None and x1 is not None and self._configurations.joined(x0, x1)
@@ -161,14 +160,14 @@ class PathValidator(ob.MotionValidator):  # type: ignore[misc]
 
 
 def _base(problem: PlanningTask, steering: Steering) -> Array:
-    """Return the state near the start in which the machine can stay, ignoring what may be."""
+    """Return the equilibrium near the start with cyclic coordinates at zero, shape (nx,)."""
     x = np.where(cyclic_coordinates(problem), 0.0, steering.ways.straightened(problem.start))
     settled = nearest_equilibrium(problem, x)
     return x if settled is None else settled[0]
 
 
 def _free(problem: PlanningTask, steering: Steering, base: Array) -> list[int]:
-    """Return the coordinates that rest leaves free: not a rope's sway, not a wheel's rotation."""
+    """Return the coordinates that equilibrium leaves free: not cable sway, not wheel rotation."""
     found = []
     for i in np.flatnonzero(~cyclic_coordinates(problem))[: problem.model.nq].tolist():
         shifted = base.copy()
@@ -193,12 +192,12 @@ def _line(problem: PlanningTask, i: int) -> Any:
 
 
 def _room(problem: PlanningTask, x: Array) -> float:
-    """Return how far every point may move from a state before anything touches, in [m]."""
+    """Return the clearance at a state, shape (nx,), in [m]."""
     return problem.checker().clearance(*problem.placement(x))
 
 
 def _reach(body: Any) -> float:
-    """Return how far a body's points are from its origin at most, in [m]."""
+    """Return the radius of a body about its frame's origin, in [m]."""
     distances = [
         float(np.linalg.norm(placement(shape)[:, 3]) + np.linalg.norm(sizes(shape)[1]))
         for shape in body.shapes

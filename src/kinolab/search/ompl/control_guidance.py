@@ -1,9 +1,8 @@
-"""Which input a motion holds, and where it ends.
+"""Control guidance: replaces the control that OMPL samples by one that leads somewhere better.
 
-OMPL draws an input and how long to hold it, whatever comes of it. Its way to direct that draw is
-closed to Python: no sampler of inputs can be subclassed in the wheel, and the one that tries
-several cannot be constructed. What OMPL hands to the propagation is the input itself and no copy,
-though: what is written there is what it keeps.
+OMPL samples a control and its duration blindly, and Python cannot change that: the wheel's control
+samplers cannot be subclassed, and the directed one, which compares several, cannot be constructed.
+But the control passed to the propagator is no copy: what is written there is what OMPL keeps.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION, GoalSamples
 from kinolab.simulation import CandidateRollouts
 
-LOOKAHEAD_STEPS = 50  # steps that are looked ahead at most
+LOOKAHEAD_STEPS = 50  # maximum lookahead horizon
 
 
 @dataclass(frozen=True, kw_only=True)
 class Guidance:
-    """How motions are guided.
+    """Options of control guidance.
 
     Attributes:
-        control_samples: How many inputs are compared at most before one is held.
-        goal_bias: Probability of growing to the goal from a state near it.
+        control_samples: Maximum number of candidate inputs per motion.
+        goal_bias: Probability of extending towards the goal from a state near it.
     """
 
     control_samples: int = 32
@@ -39,20 +38,21 @@ class Guidance:
 
 
 class ControlGuide:
-    """Chooses the input of every motion by where it would lead, obstacles apart.
+    """Chooses the input of every motion by lookahead, ignoring obstacles.
 
-    Far from the goal the first input is held that breaks no limit for long, OMPL's own before all
-    others. Near it, with a given probability, it is the one that leads nearest to a state of the
-    goal region, for as long as it comes nearer. No motion goes on from the goal region.
+    Far from the goal, take the first candidate that violates no limit, or the one that does so
+    last; OMPL's own comes first. Near the goal, with a given probability, take the one that leads
+    nearest to a state of the goal region, up to its nearest approach. Motions end in the goal
+    region.
 
     Args:
-        problem: What to plan.
+        problem: The planning problem.
         samples: States around the goal.
-        guidance: How motions are guided.
-        min_steps: Propagation steps of a motion at least.
-        max_steps: Propagation steps of a motion at most.
+        guidance: Options.
+        min_steps: Minimum propagation steps of a motion.
+        max_steps: Maximum propagation steps of a motion.
         goal_region_scale: What counts as near the goal, in its tolerances.
-        seed: Of the inputs that are compared.
+        seed: Random seed of the candidate inputs.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class ControlGuide:
         horizon = min(max_steps, LOOKAHEAD_STEPS)
         self._rollouts = CandidateRollouts(problem, guidance.control_samples, horizon)
         self._shortest, self._horizon, self._longest = min(min_steps, horizon), horizon, max_steps
-        # Points and axes of bodies would need the poses of every state that is compared.
+        # Goal points and axes of bodies would need the poses of every candidate state.
         self._goal_bias = 0.0 if problem.goal.needs_frames else guidance.goal_bias
         self._near, self._inside = (
             GoalErrors(problem, goal_region_scale),
@@ -87,7 +87,7 @@ class ControlGuide:
         self._steps = self._left = 0
 
     def hold(self, state: list[float], drawn: list[float], control: Any) -> list[float]:
-        """Return the input to hold from a state; that of a new motion is written to ``control``."""
+        """Return the input to apply from a state; for a new motion also write it to ``control``."""
         if state == self._here and drawn == self._held:
             return drawn
         self._begin, self._steps = state, 0
@@ -97,12 +97,12 @@ class ControlGuide:
         return self._held
 
     def ends(self) -> bool:
-        """Say whether the motion must not go on."""
+        """Say whether the motion must end."""
         self._stopped = []
         return self._left <= 0
 
     def reached(self, before: list[float], after: list[float], *, free: bool) -> None:
-        """Take note of a step."""
+        """Record a step."""
         if not free:
             self._here, self._stopped = [], before
             return
@@ -111,23 +111,23 @@ class ControlGuide:
             self._left = 0
 
     def counted(self, state: list[float]) -> list[float]:
-        """Return the state in whose cell a state counts.
+        """Return the state whose cell represents a state in the projection.
 
-        What was stopped by an obstacle or a limit counts where its motion began: few ways lead on
-        from it, and where it lies in a cell of its own it would be chosen again and again.
+        A state stopped by an obstacle or a limit is counted where its motion began: it is hard to
+        extend, and in a cell of its own it would be chosen again and again.
         """
         return self._begin if self.stopped(state) else state
 
     def stopped(self, state: list[float]) -> bool:
-        """Say whether the last motion ended in a state because of an obstacle or a limit."""
+        """Say whether an obstacle or a limit stopped the last motion in a state."""
         return state == self._stopped
 
     def ended_in(self, state: list[float]) -> bool:
-        """Say whether a state is where the last motion ended, of its own accord or not."""
+        """Say whether the last motion ended in a state, stopped or not."""
         return state in (self._here, self._stopped)
 
     def _choose(self, start: list[float], drawn: list[float]) -> tuple[list[float], int]:
-        """Return the input for a motion, and for how many steps it may be held."""
+        """Return the input of a motion and its maximum number of steps."""
         inputs = self._rollouts.inputs
         inputs[0] = drawn
         inputs[1:] = self._generator.uniform(*self._input_limits, size=inputs[1:].shape)
@@ -139,7 +139,7 @@ class ControlGuide:
         return held, steps
 
     def _lasting(self, start: Sequence[float]) -> int:
-        """Return the first input under which no limit is broken, or which breaks one last."""
+        """Return the first input that violates no limit, else the one that violates one last."""
         lasted = []
         for k in range(len(self._rollouts.inputs)):
             kept = self._keeps_limits(self._rollouts.follow(start, k))
@@ -149,7 +149,7 @@ class ControlGuide:
         return int(np.argmax(lasted))
 
     def _nearest_to_goal(self, start: Sequence[float]) -> tuple[int, int]:
-        """Return the input that leads nearest to a state of the goal region, and its steps."""
+        """Return the input that leads nearest to a goal sample, and its number of steps."""
         for k in range(len(self._rollouts.inputs)):
             self._rollouts.follow(start, k)
         states = self._rollouts.states
@@ -163,10 +163,10 @@ class ControlGuide:
         return ((states >= self._low) & (states <= self._high)).all(axis=-1)
 
     def _distances(self, states: Array, target: list[float]) -> Array:
-        """Return squared distances from a state near the goal, counted in its tolerances."""
+        """Return squared distances of states (..., nx) from a goal sample, in goal tolerances."""
         goal, aim = self._problem.goal, np.array(target)
         entries = list(goal.indices)
-        with np.errstate(all="ignore"):  # states beyond all bounds are left out afterwards
+        with np.errstate(all="ignore"):  # diverged states are discarded afterwards
             apart = states[..., entries] - aim[entries]
             shares = np.where(goal.circular, wrapped(apart), apart) / goal.tolerances
             total: Array = (shares**2).sum(axis=-1)

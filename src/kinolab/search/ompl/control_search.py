@@ -1,4 +1,4 @@
-"""Run a control planner of OMPL on a problem and read its path."""
+"""Run an OMPL control planner on a problem and read its solution path."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.simulation.resimulated_goal import TrueEnds
 
-MAX_COPIED_STATES = 3000  # states that are copied out of OMPL, at 40 us each
-RESTART_FACTOR = 1.5  # of the length of a round over the one before
+MAX_COPIED_STATES = 3000  # states copied out of OMPL, at 40 us each
+RESTART_FACTOR = 1.5  # ratio of consecutive round lengths
 
 
 def search(
@@ -30,25 +30,24 @@ def search(
     budget: Budget,
     restart_after: int = 0,
 ) -> SearchResult:
-    """Search with a planner of OMPL's.
+    """Search with an OMPL planner.
 
-    The random numbers are seeded before the planner exists, which is what makes OMPL's paths
-    repeatable.
+    OMPL is reproducible only if its random numbers are seeded before the planner is constructed.
 
     Args:
-        setup: What to plan.
+        setup: The problem in OMPL's terms.
         begin: Returns a planner that is ready to solve.
-        again: Returns one that has no tree, given one that has solved.
-        seed: Of the random numbers.
+        again: Returns a planner with an empty tree, given a used one.
+        seed: Random seed.
         budget: When to stop.
-        restart_after: Iterations of the first round; then the planner begins anew, with a longer
-            round each time. 0 for a single round.
+        restart_after: Iterations of the first round; then the planner restarts, with a longer round
+            each time. 0 for a single round.
 
     Source: Wedge, Branicky, On heavy-tailed runtimes and restarts in rapidly-exploring random
     trees, AAAI 2008.
     """
     problem, definition = setup.problem, setup.problem_definition
-    ou.RNG.setSeed(ompl_seed(seed))  # after the bridge, which draws samples to size its cells
+    ou.RNG.setSeed(ompl_seed(seed))  # after the setup, which samples to size its cells
     planner = begin(setup)
     budget.restart()  # code for this machine was compiled and loaded until here
     rounds = _Rounds(budget, restart_after, lambda: _graph(setup, planner))
@@ -62,12 +61,12 @@ def search(
             path = _with_last_step(path, setup)
             difference = budget.breaking(partial(truth.excess, _rows(problem, path)[1]))
             if difference is None:
-                rounds.all_over, nearest = True, path  # the user does not wait for the truth
+                rounds.all_over, nearest = True, path  # interrupted during re-simulation
                 break
             path = replace(path, difference=difference)
             if path.difference <= 1.0:
                 nearest = path
-                break  # else the tree stays, and the next solve goes on with it
+                break  # otherwise the next solve continues with the same tree
         if path.difference < nearest.difference:
             nearest = path
         definition.clearSolutionPaths()
@@ -76,12 +75,12 @@ def search(
             planner = again(setup, planner)
             rounds.begin_next()
         elif budget.iterations == begun:
-            rounds.all_over = True  # OMPL refuses the start, which is free but for its margins
+            rounds.all_over = True  # OMPL rejects the start, which lies within the safety margin
     t, u = _rows(problem, nearest)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in setup.rejections.counts.items()}
     statistics |= {**truth.statistics, "restarts": float(rounds.restarts)}
     shares = setup.rejections.shares()
-    graph = None if rounds.all_over else _graph(setup, planner)  # it takes more time than is left
+    graph = None if rounds.all_over else _graph(setup, planner)  # would exceed the time limit
     outcome = _outcome(rounds, len(u))
     return SearchResult(outcome, t, u, budget.iterations, statistics, shares, graph)
 
@@ -102,12 +101,12 @@ def _graph(setup: OmplSetup, planner: Any) -> SearchGraph:
 
 
 class _Rounds:
-    """When a planner's round is over, and when all are; and who looks on meanwhile.
+    """Restart schedule: ends rounds and the search, and shows snapshots of the tree.
 
     Attributes:
         over: Whether the round's iterations are used up.
         all_over: Whether the budget is spent.
-        restarts: How many rounds are over.
+        restarts: Number of finished rounds.
     """
 
     def __init__(self, budget: Budget, first: int, explored: Callable[[], SearchGraph]) -> None:
@@ -117,10 +116,10 @@ class _Rounds:
         self.restarts = 0
 
     def ended(self) -> bool:
-        """Say whether the planner must end, and count one more iteration if not."""
+        """Termination condition; counts one more iteration if the planner may continue."""
         self.over = self._budget.iterations >= self._end
         self.all_over = not self.over and self._budget.spent()
-        self._budget.show(self._explored)  # the planner asks between two changes of its tree
+        self._budget.show(self._explored)  # the tree is consistent whenever the planner asks
         return self.over or self.all_over
 
     def begin_next(self) -> None:
@@ -137,9 +136,9 @@ class _Rounds:
 
 @dataclass(frozen=True)
 class _Path:
-    """Inputs that an OMPL planner found, with how long each is held, in [s]."""
+    """Controls of an OMPL solution path, with their durations in [s]."""
 
-    difference: float  # how far outside the goal it ends
+    difference: float  # normalised goal error at its end
     durations: list[float]
     controls: list[list[float]]
 
@@ -159,7 +158,7 @@ def _outcome(rounds: _Rounds, steps: int) -> Outcome:
 
 
 def _path(definition: Any) -> _Path:
-    """Copy the path out of OMPL, whose states and controls go when it is cleared."""
+    """Copy the path out of OMPL, which frees its states and controls when it is cleared."""
     if not definition.hasSolution():
         return _Path(math.inf, [], [])
     path, size = definition.getSolutionPath(), definition.getSpaceInformation().getControlSpace()
@@ -169,14 +168,14 @@ def _path(definition: Any) -> _Path:
 
 
 def _with_last_step(path: _Path, setup: OmplSetup) -> _Path:
-    """Append the motion into the goal, where one was found from the end of OMPL's path."""
+    """Append the goal connection from the end of OMPL's path, if there is one."""
     inputs = setup.last_step.inputs if setup.last_step else []
     steps = [setup.problem.step] * len(inputs)
     return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
 
 
 def _rows(problem: PlanningTask, path: _Path) -> tuple[Any, Any]:
-    """Return times and inputs with one row per propagation step."""
+    """Return times (N+1,) in [s] and inputs (N, nu), one row per propagation step."""
     held: list[list[float]] = []
     for duration, values in zip(path.durations, path.controls, strict=True):
         held += [values] * round(duration / problem.step)

@@ -1,4 +1,4 @@
-"""OMPL's PRM over the configurations of a machine."""
+"""OMPL's PRM over the configuration space of a machine at rest."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from kinolab.search.ompl.configuration_space import ConfigurationSpace, PathVali
 from kinolab.search.ompl.control_search import ompl_seed
 from kinolab.search.planner import Budget
 
-MIN_EDGE_LENGTH = 1e-12  # what SciPy takes for an edge of no length
+MIN_EDGE_LENGTH = 1e-12  # SciPy treats length zero as no edge
 
 
 class GeometricRoadmap:
     """OMPL's probabilistic roadmap between a start and a goal.
 
-    OMPL answers questions in a thread of its own, beside the one in which its roadmap grows, so
-    that equal seeds would give different paths. Here it only grows: start and goal are made part of
-    it by a question that ends at once, and the shortest path is read off its graph.
+    OMPL checks for solutions in a second thread while its roadmap grows, so equal seeds would give
+    different paths. Here it only grows: start and goal are inserted by a query that ends at once,
+    and the shortest path is computed on its graph.
 
     Args:
-        configurations: Where the machine can stay.
-        start: Where to begin, shape (nx,).
-        goal: Where to end, shape (nx,).
-        seed: Of OMPL's random numbers.
-        neighbours: Configurations that each is joined to.
+        configurations: The configuration space.
+        start: Start state, shape (nx,).
+        goal: Goal state, shape (nx,).
+        seed: OMPL's random seed.
+        neighbours: Maximum number of neighbours that a configuration is connected to.
     """
 
     def __init__(
@@ -67,29 +67,29 @@ class GeometricRoadmap:
         return int(self._planner.milestoneCount())
 
     def grow(self, count: int, budget: Budget) -> None:
-        """Add some configurations."""
+        """Add ``count`` configurations, or fewer if the budget runs out."""
         end = self.size + count
         condition = ob.PlannerTerminationCondition(lambda: self.size >= end or budget.spent())
         self._planner.growRoadmapPtc(condition)
 
     def path(self) -> list[Array] | None:
-        """Return states at rest from start to goal; None where the roadmap does not lead there.
+        """Return the shortest path from start to goal, states (nx,) at rest; None if there is none.
 
         Raises:
-            CancelledError: If looking for it took too long.
+            CancelledError: If the search is cancelled.
         """
         graph = self._graph()
         path = graph.way_to(graph.goal) if graph.goal in graph.distances else []
         return self._states(graph, path) or None
 
     def approach(self, distance: Callable[[Array], float]) -> list[Array]:
-        """Return states at rest from the start to the nearest one that the roadmap leads to.
+        """Return the path to the reachable configuration nearest to the goal, states (nx,) at rest.
 
         Args:
-            distance: Of a state from where it should be.
+            distance: Distance of a state from the goal.
 
         Raises:
-            CancelledError: If looking for it took too long.
+            CancelledError: If the search is cancelled.
         """
         graph = self._graph()
         apart = dict[int, float]()
@@ -109,16 +109,16 @@ class GeometricRoadmap:
 
 
 class _Graph:
-    """What OMPL's roadmap is at a moment; it must not outlive its planner.
+    """Snapshot of OMPL's roadmap; it must not outlive its planner.
 
     Args:
-        information: Of the space.
-        planner: OMPL's.
-        stop: Says that looking must end, by a CancelledError.
+        information: OMPL's space information.
+        planner: OMPL's planner.
+        stop: Cancellation token; cancelling raises a CancelledError.
 
     Attributes:
-        distances: From the start to every configuration that edges lead to.
-        goal: Number of the goal; -1 where it is not part of the roadmap.
+        distances: From the start to every reachable configuration.
+        goal: Vertex of the goal; -1 if it is not part of the roadmap.
     """
 
     def __init__(self, information: Any, planner: Any, stop: CancellationToken) -> None:
@@ -151,11 +151,11 @@ class _Graph:
         return {int(k): float(found[k]) for k in reached}, before
 
     def state(self, vertex: int) -> Any:
-        """Return OMPL's state of a configuration."""
+        """Return the OMPL state of a vertex."""
         return self._data.getVertex(vertex).getState()
 
     def way_to(self, vertex: int) -> list[int]:
-        """Return the configurations from the start to one that is reached."""
+        """Return the vertices of the shortest path from the start to a reachable one."""
         path = [vertex]
         while path[-1] != self._begin:
             path.append(int(self._before[path[-1]]))

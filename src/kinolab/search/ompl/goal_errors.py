@@ -1,4 +1,4 @@
-"""How near the goal a state is, in plain numbers: it is asked at every step."""
+"""Normalised goal errors in pure Python: evaluated at every propagation step."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from kinolab.problem import PlanningTask
 
 
 class GoalErrors:
-    """The deviations of a state from the goal as shares of its tolerances.
+    """Deviations of a state from the goal, relative to its tolerances.
 
     Args:
-        problem: Whose goal it is.
-        reach: The largest share of interest, 1 for the goal region itself.
+        problem: The planning problem.
+        reach: Largest normalised error of interest, 1 for the goal region itself.
     """
 
     def __init__(self, problem: PlanningTask, reach: float) -> None:
@@ -31,9 +31,9 @@ class GoalErrors:
         self.size = len(self._box) + len(goal.attitudes) + goal.needs_frames
 
     def fractions(self, values: Sequence[float]) -> list[float] | None:
-        """Return one number per tolerance; None where one of them is out of reach.
+        """Return one normalised error per tolerance; None if one of them is out of reach.
 
-        Those of lengths, angles and rates are signed. All points and axes count as one.
+        Those of lengths, angles and rates are signed. All points and axes share one.
         """
         found = []
         for index, target, tolerance, circular in self._box:

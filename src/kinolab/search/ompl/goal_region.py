@@ -1,4 +1,4 @@
-"""The goal as OMPL sees it."""
+"""The goal as an OMPL goal region that can be sampled."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from kinolab.steering.goal_connection import SteeredGoalConnection
 
 
 class GoalSamples:
-    """States around the goal, whose tolerances are stretched for each of them.
+    """Samples around the goal, with randomly scaled tolerances.
 
-    The factor is random, log-uniform between 1 and ``goal_region_scale``.
+    The factor is log-uniform between 1 and ``goal_region_scale``.
 
     Source: LaValle, Kuffner, Rapidly-exploring random trees: progress and prospects, WAFR 2000,
     where the region shrinks with the tree's distance (RRT-GoalZoom).
@@ -28,20 +28,20 @@ class GoalSamples:
         self._generator = np.random.default_rng(seed)
 
     def draw(self) -> list[float]:
-        """Return a state of the goal region, or of what surrounds it, in the machine's order."""
+        """Sample a state in or around the goal region, in the machine's order."""
         spread = self._zoom ** self._generator.uniform() if self._zoom > 1.0 else 1.0
         values: list[float] = self._problem.sample_goal(self._generator, spread).tolist()
         return values
 
 
-# share of the goal's tolerance that counts, so that rounding cannot miss it
+# fraction of the goal's tolerance that is used, to allow for rounding
 TOLERANCE_FRACTION = 0.999
 
 
 class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
-    """The goal, measured as the largest share of a tolerance that a state deviates.
+    """The goal, with the largest normalised error as its distance.
 
-    A state from which the last step leads into the goal counts as in it.
+    A state with a goal connection counts as inside.
     """
 
     def __init__(
@@ -58,16 +58,16 @@ class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
         self.setThreshold(TOLERANCE_FRACTION)
 
     def distanceGoal(self, state: Any) -> float:
-        """Return how far outside the goal a state is."""
+        """Return the normalised goal error of a state; 0 if it has a goal connection."""
         values = self._states.read(state)
         excess = self._problem.goal_excess(np.array(values))
         led = self._last_step and self._last_step.connect(values, excess)
         return 0.0 if led else excess
 
     def sampleGoal(self, state: Any) -> None:
-        """Write a state of the goal region, or of what surrounds it."""
+        """Write a sample in or around the goal region."""
         self._states.write(state, self._samples.draw())
 
     def maxSampleCount(self) -> int:
-        """Return that there is no end of samples."""
+        """Return the largest integer: samples never run out."""
         return 2**31 - 1

@@ -1,4 +1,4 @@
-"""A planner of kinolab as one of OMPL's."""
+"""Adapter that exposes a kinolab planner as an OMPL planner."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from kinolab.simulation.reference import resimulate
 
 
 class OmplPlanner(ob.Planner):  # type: ignore[misc]
-    """Runs wherever OMPL expects a control planner, on the problem that a bridge was made of.
+    """Runs wherever OMPL expects a control planner, on the problem of an ``OmplSetup``.
 
     Args:
         setup: The problem in OMPL's terms; its problem definition is used unless another is set.
-        planner: What searches.
-        seed: Of its random numbers.
+        planner: The kinolab planner.
+        seed: Random seed.
     """
 
     def __init__(self, setup: OmplSetup, planner: AbstractPlanner, seed: int = 1) -> None:
@@ -35,7 +35,7 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
         """Do nothing: a search leaves nothing behind."""
 
     def solve(self, ended: Callable[[], bool]) -> Any:
-        """Search until the termination condition says so, and add what was found."""
+        """Search until the termination condition holds, and add the solution path."""
         budget = Budget(math.inf, cancelled=ended)
         result = self._planner.solve(self._bridge.problem, self._seed, budget)
         if not len(result.u):
@@ -46,7 +46,7 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
         return ob.PlannerStatus(getattr(ob.PlannerStatus, kind))
 
     def _add(self, result: SearchResult) -> None:
-        """Write a motion as a path of OMPL's, one row per propagation step."""
+        """Add a motion as an OMPL path, one control per propagation step."""
         setup, problem = self._bridge, self._bridge.problem
         motion, path = (
             resimulate(problem, result.t, result.u),

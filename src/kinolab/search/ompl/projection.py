@@ -1,4 +1,4 @@
-"""The grid of planners that look at one: over positions, and finer around the goal."""
+"""Projection for grid-based planners: over positions, and finer around the goal."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from kinolab.search.ompl.spaces import Layout
 
 @dataclass(frozen=True, kw_only=True)
 class CellDivision:
-    """How a configuration is divided into cells.
+    """Discretisation of a configuration into cells.
 
     Attributes:
-        cells: Along each coordinate that is divided.
-        angles: Whether angles are divided too, where there are fewer than three lengths.
+        cells: Number of cells along each discretised coordinate.
+        angles: Whether to discretise angles too if there are fewer than three lengths.
     """
 
     cells: int = 20
@@ -29,13 +29,12 @@ class CellDivision:
 
 
 class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
-    """A state as the cell that it lies in, all of edge 1.
+    """Projection of a state to cell coordinates, with cells of edge 1.
 
-    Far from the goal these are cells of the first coordinates. Within ``goal_region_scale`` times
-    the goal's tolerances they are cells of everything that the goal names, rates included, and half
-    as wide
-    at half the distance: all that is on the way in has a cell of its own.
-    The space keeps this object, so that it must not refer to the space.
+    Far from the goal, cells divide the first coordinates. Within ``goal_region_scale`` times the
+    goal's tolerances they divide everything that the goal constrains, rates included, and halve in
+    width with half the distance, so that progress into the goal always reaches new cells. The space
+    keeps this object, so it must not refer to the space.
     """
 
     def __init__(
@@ -58,17 +57,17 @@ class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
         self._dimension = max(len(entries), 1 + named)
 
     def set_cells(self) -> None:
-        """Set the size of the cells; OMPL wants the space to be set up before."""
-        self.inferCellSizes()  # makes room for them
+        """Set the cell sizes; OMPL requires the space to be set up before."""
+        self.inferCellSizes()  # allocates them
         for k in range(self._dimension):
             self.setCellSizes(k, 1.0)
 
     def getDimension(self) -> int:
-        """Return how many coordinates a cell has."""
+        """Return the dimension of the projection."""
         return self._dimension
 
     def project(self, state: Any, projection: Any) -> None:
-        """Write the coordinates of a state, counted in cells."""
+        """Write the coordinates of a state, in cells."""
         values = self._layout.read(state)
         counted = self._guide.counted(values) if self._guide else values
         coordinates = self._coordinates(counted)
@@ -76,7 +75,7 @@ class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
             projection[k] = coordinates[k] if k < len(coordinates) else 0.0
 
     def cell(self, values: list[float]) -> tuple[int, ...]:
-        """Return the cell that a state lies in."""
+        """Return the cell of a state."""
         return tuple(map(math.floor, self._coordinates(values)))
 
     def _coordinates(self, values: list[float]) -> list[float]:
@@ -85,5 +84,5 @@ class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
             return [(values[entry] - lower) / size for entry, lower, size in self._far]
         level = math.floor(math.log2(self._zoom / max(1.0, *map(abs, shares))))
         per_tolerance = self._across / 2 * 2**level / self._zoom
-        # first below zero
+        # first entry below zero: distinct from all cells far from the goal
         return [-0.5 - level, *(per_tolerance * fraction for fraction in shares)]

@@ -25,28 +25,28 @@ class OmplSetup:
     """A problem in OMPL's terms.
 
     Args:
-        problem: What to plan.
-        min_steps: Propagation steps for which an input is held at least.
-        max_steps: Propagation steps for which an input is held at most.
-        goal_region_scale: Factor on the goal's tolerances, up to which samples of the goal are
-            drawn, the default projection is finer, and motions are guided to the goal.
-        seed: Of samples of the goal, and of inputs that guide motions.
+        problem: The planning problem.
+        min_steps: Minimum control duration in propagation steps.
+        max_steps: Maximum control duration in propagation steps.
+        goal_region_scale: Factor on the goal's tolerances up to which goal samples are drawn, the
+            default projection is refined, and motions are guided to the goal.
+        seed: Random seed of goal samples and of candidate inputs.
         grid: Of the default projection.
-        guidance: How motions are guided; None leaves it to OMPL.
-        last_step: Steers into the goal; without it OMPL's path has to end there.
-        given_up: Says when no state counts as valid any more, so that OMPL comes to an end.
+        guidance: Options of control guidance; None leaves control sampling to OMPL.
+        last_step: Goal connection; without it OMPL's path has to end in the goal.
+        given_up: Whether no state counts as valid any more, so that OMPL terminates.
 
     Attributes:
-        problem: What it was made of.
-        seed: As given.
-        states: The way into and out of OMPL's states.
-        guide: Of motions; None where OMPL leads them.
-        last_step: Into the goal; None where OMPL finds it.
+        problem: The planning problem.
+        seed: Random seed.
+        states: Conversion to and from OMPL's states.
+        guide: Control guidance; None if OMPL samples controls.
+        last_step: Goal connection; None if there is none.
         space: The compound state space.
         space_information: Ready for any control planner.
         problem_definition: With start and goal.
-        rejections: How many motions were refused, by cause and culprit.
-        forget: Call it before a planner begins anew.
+        rejections: Numbers of rejected motions, by cause and source.
+        forget: To be called before a planner restarts.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class OmplSetup:
         self.space.registerDefaultProjection(self.projection)
         self.problem_definition = ob.ProblemDefinition(information)
         start = self.space.allocState()
-        # A start may pass a limit by rounding; OMPL would refuse it.
+        # A start may violate a limit by rounding; OMPL would reject it.
         self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
         self.problem_definition.addStartState(start)
         goal = GoalRegion(problem, self.states, information, samples, last_step)

@@ -1,4 +1,4 @@
-"""State and control spaces from topologies, limits and weights."""
+"""OMPL state and control spaces from topologies, limits and weights."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinolab.problem import PlanningTask
 
 
 class SpaceKind(Enum):
-    """What a subspace is."""
+    """Topology of a subspace."""
 
     LINE = auto()
     CIRCLE = auto()
@@ -26,19 +26,19 @@ class SpaceKind(Enum):
 
 @dataclass(frozen=True)
 class Part:
-    """A subspace, and the entries of the state that live in it."""
+    """A subspace and its entries of the state."""
 
     kind: SpaceKind
     entries: tuple[int, ...]
 
 
 class Layout:
-    """Which subspace holds which entries of the state; it does not refer to the space itself.
+    """Maps entries of the state to subspaces; it does not refer to the space itself.
 
     Args:
-        problem: Whose states they are.
-        entries: Those that the space holds, in increasing order; the others stay as at the start.
-            All of them when left out.
+        problem: The planning problem.
+        entries: Entries in the space, in increasing order; the others stay as at the start. All of
+            them when left out.
     """
 
     def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
@@ -61,11 +61,11 @@ class Layout:
 
 
 class StateCodec(Layout):
-    """The compound state space of a problem, and the way into and out of its states.
+    """The compound state space of a problem, and conversion to and from its states.
 
     Attributes:
-        space: One subspace per circle, one per attitude, and one per run of neighbours on the line
-            of one weight.
+        space: One subspace per circle, one per attitude, and one per run of adjacent real entries
+            of equal weight.
     """
 
     def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
@@ -82,7 +82,7 @@ class StateCodec(Layout):
     def write(self, state: Any, values: Sequence[float]) -> None:
         """Set an OMPL state from entries in the machine's order.
 
-        Angles are wrapped and quaternions made unit.
+        Angles are wrapped and quaternions normalised.
         """
         whole = list(values)
         for entry in self._circles:
@@ -95,7 +95,7 @@ class StateCodec(Layout):
 
 
 def control_space(problem: PlanningTask, states: StateCodec) -> Any:
-    """Return the box of inputs within their limits."""
+    """Return the control space, a box given by the input limits."""
     bounds = ob.RealVectorBounds(problem.model.nu)
     for i, (lower, upper) in enumerate(problem.model.control_bounds):
         bounds.setLow(i, float(lower))
@@ -106,7 +106,7 @@ def control_space(problem: PlanningTask, states: StateCodec) -> Any:
 
 
 def _parts(problem: PlanningTask, chosen: Sequence[int]) -> list[Part]:
-    """Group neighbouring entries of the state: circles alone, lines by equal weight."""
+    """Group adjacent entries of the state: circles alone, real entries by equal weight."""
     owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
 
     def key(i: int) -> tuple[SpaceKind, object]:
@@ -123,9 +123,9 @@ def _parts(problem: PlanningTask, chosen: Sequence[int]) -> list[Part]:
 
 
 def _weight(problem: PlanningTask, part: Part) -> float:
-    """Return what OMPL multiplies distances in a subspace by.
+    """Return the weight of a subspace in OMPL's distance.
 
-    OMPL's distance of two attitudes is half of the angle between them.
+    OMPL's distance of two attitudes is half the angle between them.
     """
     weight = float(problem.weights[part.entries[0]])
     return 2 * weight if part.kind is SpaceKind.ATTITUDE else weight

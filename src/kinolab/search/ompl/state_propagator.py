@@ -1,4 +1,4 @@
-"""Propagation and validity as OMPL calls them."""
+"""State propagator and state validity checker for OMPL."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from kinolab.simulation import Propagator
 
 
 class StatePropagator:
-    """A propagator between OMPL's states; OMPL asks for a step first, then whether it was free.
+    """Propagates OMPL states; OMPL first propagates a step, then asks whether it is valid.
 
     Args:
-        problem: Whose machine moves.
-        states: The way into and out of OMPL's states.
+        problem: The planning problem.
+        states: Conversion to and from OMPL's states.
         guide: Chooses inputs and ends motions; None leaves both to OMPL.
-        given_up: Says when no state is valid any more; a planner that finds none comes to an end.
+        given_up: Whether no state is valid any more, so that the planner terminates.
 
     Attributes:
-        rejections: How many motions were refused, by cause and culprit.
+        rejections: Numbers of rejected motions, by cause and source.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class StatePropagator:
         self.rejections = self._propagator.rejections
 
     def propagate(self, state: Any, control: Any, duration: float, result: Any) -> None:
-        """Write the state after one step; whether the way there is free is kept for is_valid."""
+        """Write the state after one step; the validity of the step is kept for ``is_valid``."""
         values, held = self._states.read(state), [control[i] for i in self._inputs]
         if self._guide:
             held = self._guide.hold(values, held, control)
@@ -53,11 +53,11 @@ class StatePropagator:
             self._guide.reached(values, self._last[0], free=free)
 
     def forget(self) -> None:
-        """Forget the step made last, whose end may be the state that a planner begins from."""
+        """Discard the last step, whose end may be the state that a planner starts from."""
         self._last = ([], False)
 
     def is_valid(self, state: Any) -> bool:
-        """Say whether a state is within its limits and free; a state just reached, with its way."""
+        """Say whether a state is valid, including the step to it if that was the last one."""
         if self._given_up():
             return False
         values = self._states.read(state)

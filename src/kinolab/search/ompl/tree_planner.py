@@ -1,4 +1,4 @@
-"""What OMPL's tree planners have in common."""
+"""Base classes of OMPL's control-based tree planners."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from kinolab.steering.goal_connection import SteeredGoalConnection
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractTreePlanner(AbstractTreeSearch):
-    """A control planner of OMPL that grows a tree from the start."""
+    """An OMPL control planner that grows a tree from the start."""
 
     @abstractmethod
     def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
 
     def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:  # noqa: ARG002
-        """Return the problem in OMPL's terms; the seed is for what OMPL does not draw."""
+        """Return the problem in OMPL's terms; the seed is for samples that OMPL does not draw."""
         return OmplSetup(
             problem,
             min_steps=self.min_steps,
@@ -41,7 +41,7 @@ class AbstractTreePlanner(AbstractTreeSearch):
         return planner
 
     def again(self, setup: OmplSetup, planner: Any) -> Any:  # noqa: ARG002
-        """Return a planner without a tree, given one that has solved."""
+        """Return a planner with an empty tree, given a used one."""
         planner.clear()
         return planner
 
@@ -53,10 +53,10 @@ class AbstractTreePlanner(AbstractTreeSearch):
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractGuidedPlanner(AbstractTreePlanner):
-    """A tree planner that leaves the choice of inputs to chance once it knows where to grow.
+    """A tree planner that samples inputs at random once it has selected a node.
 
-    OMPL 2.0.1's wheel has none of the settings of these planners, a bias to the goal among them.
-    So inputs are compared by where they lead before one is held.
+    OMPL 2.0.1's wheel exposes none of these planners' parameters, not even a goal bias. So
+    candidate inputs are compared by lookahead before one is applied.
     """
 
     goal_region_scale: float = with_default(10.0, AbstractTreePlanner, "goal_region_scale")
@@ -98,13 +98,13 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
         )
 
     def grid(self) -> CellDivision:
-        """Return how the default projection divides a configuration."""
+        """Return the discretisation of the default projection."""
         return CellDivision()
 
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractGridPlanner(AbstractGuidedPlanner):
-    """A tree planner that chooses where to grow by a grid over the first coordinates."""
+    """A tree planner that selects nodes by a grid over the first coordinates."""
 
     cells: int = setting(20, 1, 1000, meaning="Cells along each coordinate that is divided.")
     angles: bool = setting(
@@ -112,5 +112,5 @@ class AbstractGridPlanner(AbstractGuidedPlanner):
     )
 
     def grid(self) -> CellDivision:
-        """Return how the default projection divides a configuration."""
+        """Return the discretisation of the default projection."""
         return CellDivision(cells=self.cells, angles=self.angles)

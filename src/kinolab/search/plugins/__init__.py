@@ -1,4 +1,4 @@
-"""Planners that do not come with kinolab: from a file, or from a package that registers them."""
+"""Planner plug-ins: third-party planners from a file or from an installed package."""
 
 from kinolab.search.plugins.entry_points import class_of, package_of, registered
 from kinolab.search.plugins.guard import answerable, search

@@ -1,4 +1,4 @@
-"""Planners of installed packages, which register them in the group ``kinolab.planners``."""
+"""Planners of installed packages, registered in the entry-point group ``kinolab.planners``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GROUP = "kinolab.planners"
 
 
 def registered() -> dict[str, list[EntryPoint]]:
-    """Return what packages register, by name; several may use one. Nothing is imported."""
+    """Return registered entry points by name, several per name if shared; imports nothing."""
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
         found.setdefault(entry.name, []).append(entry)
@@ -34,12 +34,12 @@ def class_of(
     """Import a registered planner.
 
     Args:
-        entries: All that is registered under its name.
-        where: What mistakes are reported for.
-        taken: Names of kinolab's planners, which keep them.
+        entries: All entry points registered under its name.
+        where: Location for error messages.
+        taken: Names of kinolab's own planners, which are reserved.
 
     Raises:
-        InputError: If importing fails, or what is registered is no planner of that name.
+        InputError: If importing fails, or the registered object is no planner of that name.
     """
     entry, name = entries[0], entries[0].name
     packages = " and ".join(dict.fromkeys(map(package_of, entries)))

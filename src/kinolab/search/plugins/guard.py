@@ -1,4 +1,4 @@
-"""Run a planner that somebody else wrote, and tell its mistakes apart from kinolab's."""
+"""Run third-party planners, and attribute their errors to them."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ WHERE = "[planner]"
 
 @contextmanager
 def answerable(planner: type[AbstractPlanner]) -> Iterator[None]:
-    """Turn what a planner's code raises while it is made into a mistake that names the line.
+    """Convert exceptions of a planner's constructor into errors that name the line.
 
-    What kinolab's own planners raise stays as it is: it is a mistake in kinolab.
+    Exceptions of kinolab's own planners pass unchanged: they are bugs in kinolab.
     """
     if _is_kinolabs(planner):
         yield
@@ -45,7 +45,7 @@ def search(
     """Search with any planner.
 
     Raises:
-        InputError: If a planner that is not kinolab's fails, or returns what cannot be a result.
+        InputError: If a third-party planner fails or returns an invalid result.
     """
     kind = type(planner)
     if _is_kinolabs(kind):
@@ -56,12 +56,12 @@ def search(
         result = planner.solve(problem, seed, budget)
     result = _checked(result, what, problem)
     if budget.interrupted and result.outcome is not Outcome.SOLVED:
-        return replace(result, outcome=Outcome.INTERRUPTED)  # whatever it took the end for
+        return replace(result, outcome=Outcome.INTERRUPTED)  # whatever it reported
     return result
 
 
 def _file_of(planner: type[AbstractPlanner]) -> Path | None:
-    """Return the file that defines a class; one that was typed into a notebook has none."""
+    """Return the file that defines a class; None for one defined in a notebook."""
     file = getattr(sys.modules.get(planner.__module__), "__file__", None)
     return Path(file) if file else None
 
@@ -75,9 +75,9 @@ def _is_kinolabs(planner: type[AbstractPlanner]) -> bool:
 
 
 def _checked(result: Any, what: str, problem: PlanningTask) -> SearchResult:
-    """Return a result in the types that it promises, for files and reports to rely on.
+    """Validate a result and convert it to the declared types, for files and reports.
 
-    Whether it is true is not asked here: every motion is simulated again and verified.
+    The motion itself is not checked here: every motion is re-simulated and verified.
     """
     if not isinstance(result, SearchResult) or not isinstance(result.outcome, Outcome):
         kind = type(getattr(result, "outcome", result)).__name__

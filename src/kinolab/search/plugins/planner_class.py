@@ -1,4 +1,4 @@
-"""Whether a class is a planner: what the rest of kinolab relies on, looked at once."""
+"""Validate that a class implements the planner interface."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from kinolab.settings import KINDS, settings_of
 def planner_class(
     candidate: object, label: str, where: str, taken: Collection[str]
 ) -> type[AbstractPlanner]:
-    """Return a class that is a planner.
+    """Return a validated planner class.
 
     Args:
-        candidate: What the user named.
-        label: Its name.
-        where: What mistakes are reported for.
-        taken: Names that it may not have.
+        candidate: The object that the user named.
+        label: Its name in error messages.
+        where: Location for error messages.
+        taken: Reserved names.
 
     Raises:
-        InputError: With everything that keeps it from being one.
+        InputError: With everything that is wrong with it.
     """
     if not (isinstance(candidate, type) and issubclass(candidate, AbstractPlanner)):
         kind = "a class" if isinstance(candidate, type) else _with_article(candidate)
@@ -42,7 +42,7 @@ def _with_article(thing: object) -> str:
 
 
 def _naming(planner: type[AbstractPlanner], taken: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with a class's name as a planner, and what would work."""
+    """Yield (what is wrong, remedy) of a planner's name."""
     name = getattr(planner, "name", None)
     if not isinstance(name, str) or not name:
         yield "has no name.", f'Write name: ClassVar[str] = "{planner.__name__.lower()}" in it.'
@@ -59,7 +59,7 @@ def _methods(planner: type[AbstractPlanner]) -> Iterator[tuple[str, str]]:
 
 
 def _settings(planner: type[AbstractPlanner]) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with the settings that a class declares, and what would work."""
+    """Yield (what is wrong, remedy) of the settings that a class declares."""
     if "__dataclass_fields__" not in vars(planner):
         yield "is not a dataclass.", "Write @dataclass(frozen=True, kw_only=True) above it."
         return

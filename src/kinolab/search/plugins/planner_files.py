@@ -1,4 +1,4 @@
-"""A planner in a file of its own, which a scenario names as ``file.py:Class``."""
+"""Planners in user files, referenced as ``file.py:Class``."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from kinolab.search.plugins.planner_class import planner_class
 
 
 def full_reference(name: str, folder: Path) -> str:
-    """Return a planner's name so that it means the same in every folder.
+    """Return a planner's reference with an absolute path.
 
     Args:
-        name: A registered name, which stays as it is, or ``file.py:Class``.
-        folder: What the file's path is relative to.
+        name: A registered name, returned unchanged, or ``file.py:Class``.
+        folder: Folder that the file's path is relative to.
     """
     reference = python_reference(name)
     if reference is None:
@@ -26,7 +26,7 @@ def full_reference(name: str, folder: Path) -> str:
 
 
 def seen_from(folder: Path, name: str) -> str:
-    """Return a planner's name, its file relative to a folder instead of the working folder."""
+    """Return a planner's reference, its path relative to a folder instead of the working one."""
     reference = python_reference(name)
     if reference is None:
         return name
@@ -40,12 +40,12 @@ def class_in(
     """Run a user's file and return the planner in it.
 
     Args:
-        reference: The file, and the name of the class.
-        where: What mistakes are reported for.
+        reference: The file and the name of the class.
+        where: Location for error messages.
         taken: Names of other planners.
 
     Raises:
-        InputError: If the file fails, or the class is missing or no planner.
+        InputError: If the file fails, or the class is missing or is no planner.
     """
     path, name = Path(reference[0]), reference[1]
     module = run_file(path, where)
@@ -55,7 +55,7 @@ def class_in(
 
 
 def _planners(module: object) -> list[str]:
-    """Return the names of the planners that a module defines, not those that it imports."""
+    """Return the names of the planners that a module defines, excluding imported ones."""
     return [
         name
         for name, value in vars(module).items()

@@ -1,1 +1,1 @@
-"""Motions from guesses: one after another, until one meets every constraint."""
+"""Multistart: trajectories optimised from one initial guess after another until one is feasible."""

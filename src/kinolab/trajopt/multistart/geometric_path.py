@@ -1,8 +1,8 @@
-"""Ways through the free configurations, whatever the machine can follow of them: RRT-Connect.
+"""Geometric paths in free configuration space, ignoring the dynamics: RRT-Connect.
 
 Source: Kuffner, LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA
 2000; Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007 (the
-shortcuts); Gammell, Srinivasa, Barfoot, Informed RRT*, IROS 2014 (what is not worth a look).
+shortcuts); Gammell, Srinivasa, Barfoot, Informed RRT*, IROS 2014 (the informed subset).
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from kinolab.world.geometry import placement, sizes
 
 
 class GeometricPaths:
-    """Ways for one machine in one world.
+    """Collision-free geometric paths for one machine in one world.
 
     Args:
-        problem: Whose they are.
-        generator: Of the random numbers.
-        stop: Says that looking must end, by a CancelledError.
+        problem: The planning problem.
+        generator: Random number generator.
+        stop: Cancellation token; cancelling raises a CancelledError.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class GeometricPaths:
         self._space = problem.space
         self._circles = np.flatnonzero(problem.circular[: problem.model.nq])
         self._weights = problem.weights.copy()
-        self._weights[problem.model.nq :] = 0.0  # only the way counts
+        self._weights[problem.model.nq :] = 0.0  # only the path counts
         shapes = [shape for body in problem.bodies for shape in body.shapes]
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
         self._apart = GUESS.path_resolution * min(radii, default=1.0)
@@ -61,22 +61,22 @@ class GeometricPaths:
         within: Callable[[Array], bool] = lambda _: True,
         branches: int = 600,
     ) -> Array | None:
-        """Return a free way between two states, shape (m, nx); None where none was found.
+        """Return a collision-free path between two states, shape (m, nx); None if none is found.
 
-        All but the coordinates changes evenly along it. Angles may come out by whole turns from the
-        end that was asked for, and quaternions with the other sign. It is free wherever it is
-        looked at; a corner may be grazed between two looks.
+        All entries but the coordinates are interpolated linearly. At the end angles may differ by
+        whole turns from those asked for, and quaternions in sign. The path is checked at samples
+        only; a corner may be grazed between two of them.
 
         Args:
-            start: Where to begin, shape (nx,).
-            end: Where to end, shape (nx,).
-            turning: How far angles and attitudes are drawn from those between start and end, as a
-                share of half a turn.
-            within: Whether a way, shape (m, nx), is short enough.
-            branches: How often a tree is grown, both together, before it is given up.
+            start: Start state, shape (nx,).
+            end: End state, shape (nx,).
+            turning: Sampling range of angles and attitudes about those between start and end, as a
+                fraction of half a turn.
+            within: Whether a path, shape (m, nx), is short enough.
+            branches: Maximum number of extensions of both trees together.
 
         Raises:
-            CancelledError: If looking for it took too long.
+            CancelledError: If the search is cancelled.
         """
         trees = [_Tree(start), _Tree(end)]
         for k in range(branches):
@@ -94,20 +94,20 @@ class GeometricPaths:
         return None
 
     def is_free(self, begin: Array, end: Array) -> bool:
-        """Say whether the straight way between two states is free wherever it is looked at."""
+        """Say whether the straight path between two states, shape (nx,), is free at all samples."""
         line = self._line(begin, end)
         return all(self.are_free(line[::apart]) for apart in (GUESS.first_check_stride, 1))
 
     def are_free(self, states: Array) -> bool:
-        """Say whether a machine touches nothing in any of some states, shape (m, nx)."""
+        """Say whether all states, shape (m, nx), are collision-free."""
         return self._free(states) == len(states)
 
     def _drawn(
         self, start: Array, end: Array, turning: float, within: Callable[[Array], bool]
     ) -> Array:
-        """Return a configuration at random through which a way may be short enough.
+        """Sample a configuration through which a path may be short enough, shape (nx,).
 
-        It is the last one drawn where none of DRAWS is.
+        If none of ``max_draws`` samples is, return the last one.
         """
         for _ in range(GUESS.max_draws):
             x = self._anywhere(start, end, turning)
@@ -116,7 +116,7 @@ class GeometricPaths:
         return x
 
     def _anywhere(self, start: Array, end: Array, turning: float) -> Array:
-        """Return a configuration at random, turned like one between start and end or nearly so."""
+        """Sample a configuration with attitudes near those between start and end, shape (nx,)."""
         nq, generator = self._problem.model.nq, self._generator
         lower, upper = self._problem.sampling_bounds[:nq].T
         x = start + generator.random() * (self._space.nearest(start, end) - start)
@@ -130,9 +130,9 @@ class GeometricPaths:
     def _grown(
         self, tree: _Tree, aim: Array, end: Array, within: Callable[[Array], bool]
     ) -> Array | None:
-        """Grow a tree straight towards a state as far as it is free; return its new leaf.
+        """Extend a tree straight towards a state as far as it is free; return the new leaf.
 
-        None where it is not free, or where a way through there to the end would be too long.
+        None if the first step collides or a path through the leaf to the end would be too long.
         """
         parent = int(self._apart_by(aim, tree.x).argmin())
         line = self._line(tree.x[parent], aim)
@@ -146,11 +146,11 @@ class GeometricPaths:
         return leaf
 
     def _apart_by(self, x: Array, others: Array) -> Array:
-        """Return weighted distances of configurations (m, nx) from one (nx,), shape (m,)."""
+        """Return weighted distances from one configuration (nx,) to others (m, nx), shape (m,)."""
         return self._space.distance(x, others, self._weights)
 
     def _line(self, begin: Array, end: Array) -> Array:
-        """Return states on the shortest straight way, so many that no point moves far between."""
+        """Sample the straight path so densely that no point moves far between samples, (m, nx)."""
         few = self._between(begin, end, GUESS.min_path_samples)
         poses = self._problem.frames(few).reshape(len(few), -1, 3, 4)
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
@@ -165,11 +165,11 @@ class GeometricPaths:
         )
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
-        """Return states at even shares of the shortest straight way, shape (count + 1, nx)."""
+        """Return evenly spaced states on the shortest straight path, shape (count + 1, nx)."""
         return self._space.interpolate(begin, end, np.linspace(0.0, 1.0, count + 1))
 
     def _free(self, line: Array) -> int:
-        """Return how many of some states are free before one is not."""
+        """Count the states, shape (m, nx), before the first collision."""
         problem = self._problem
         frames = problem.model.frames(line)
         ends = problem.model.cables(line) if problem.cables else None
@@ -180,7 +180,7 @@ class GeometricPaths:
         return int(outside.argmax()) if outside.any() else len(line)
 
     def _shorter(self, path: Array) -> Array:
-        """Return a way with some of its corners cut off."""
+        """Shorten a path, shape (m, nx), by random shortcuts."""
         for _ in range(GUESS.max_path_shortcuts):
             raise_if_cancelled(self._stop)
             lengths = [self._apart_by(a, b[None])[0] for a, b in pairwise(path)]
@@ -197,7 +197,7 @@ class GeometricPaths:
 
 
 class _Tree:
-    """A tree of configurations; its last leaf is what it was grown to last."""
+    """A tree of configurations; the last leaf is the one added last."""
 
     def __init__(self, root: Array) -> None:
         self.x, self._parents = root[None].copy(), [-1]
@@ -207,7 +207,7 @@ class _Tree:
         self._parents.append(parent)
 
     def path(self, leaf: int = -1) -> Array:
-        """Return the states from the root to a leaf, the last one if none is named."""
+        """Return the states from the root to a leaf, by default the last one; shape (m, nx)."""
         nodes = [leaf % len(self.x)]
         while self._parents[nodes[-1]] >= 0:
             nodes.append(self._parents[nodes[-1]])
@@ -216,5 +216,5 @@ class _Tree:
 
 
 def _at(path: Array, along: Array, length: float) -> Array:
-    """Return the state after some length of a way, shape (nx,)."""
+    """Interpolate a path at an arc length, shape (nx,)."""
     return np.array([np.interp(length, along, column) for column in path.T])

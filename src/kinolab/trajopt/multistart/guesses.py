@@ -1,7 +1,7 @@
-"""Motions to begin an optimisation with: ways through the configurations, spread over a time.
+"""Initial guesses for trajectory optimisation: geometric paths with a time scaling.
 
-Nothing about them need be true: they slide sideways, stand still in the air and arrive at once.
-What matters is how long they take and on which side of obstacles they pass.
+They need not satisfy the dynamics: they may slip sideways, hover in the air or jump in velocity.
+What matters is their duration and their homotopy class, the side on which they pass obstacles.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from kinolab.trajopt.options import GUESS
 
 
 class Guesses:
-    """Guesses for one problem.
+    """Initial guesses for one problem.
 
     Args:
-        problem: To solve.
-        generator: Of the random numbers.
+        problem: The planning problem.
+        generator: Random number generator.
     """
 
     def __init__(self, problem: PlanningTask, generator: np.random.Generator) -> None:
         self._problem, self._generator = problem, generator
 
     def straight(self, turns: Sequence[int] = ()) -> Array:
-        """Return the straight way from start to goal, shape (2, nx).
+        """Return the straight path from start to goal, shape (2, nx).
 
-        What the goal leaves open stays as at the start, but for speeds, which vanish, and for
-        attitudes, which turn by the least angle that makes axes point at their targets.
+        Coordinates that the goal leaves free stay as at the start, except that velocities vanish
+        and attitudes turn by the least angle that makes axes point at their targets.
 
         Args:
-            turns: How many turns each angle on the circle makes more than the shortest way does,
-                negative ones backward; none where it is empty.
+            turns: Extra whole turns of each circular angle beyond the shortest path, signed; none
+                if empty.
         """
         problem, goal = self._problem, self._problem.goal
         start, end = problem.start, problem.start.copy()
@@ -58,7 +58,7 @@ class Guesses:
         return np.stack([start, end])
 
     def winding(self) -> Array:
-        """Return a way through one random configuration, with random turns, shape (3, nx)."""
+        """Return a path via one random configuration with random extra turns, shape (3, nx)."""
         problem, generator = self._problem, self._generator
         nq = problem.model.nq
         turns = generator.integers(-1, 2, len(self.circles))
@@ -77,10 +77,10 @@ class Guesses:
         return np.flatnonzero(self._problem.circular[: self._problem.model.nq])
 
     def quickest(self, path: Array) -> float:
-        """Return about the least time in [s] in which a motion along a way may be made.
+        """Estimate the minimum time in [s] of a motion along a path.
 
-        The largest rates are those of random states and inputs, so that it may be some percent
-        too long; what speeding up takes is left out.
+        Maximum rates are taken over random states and inputs, so the estimate may be some percent
+        too long; acceleration is neglected.
 
         Args:
             path: Shape (m, nx).
@@ -88,18 +88,18 @@ class Guesses:
         return float(self._times(path)[-1])
 
     def knots(self, path: Array, steps: int, h: float) -> Knots:
-        """Return knots along a way, one leg after the other, each with its share of the time.
+        """Return knots along a path, timed by the minimum time of each leg.
 
-        Inputs are in the middle of their ranges, but shaken a little.
+        Inputs are at the middle of their ranges plus a little noise.
 
         Args:
             path: Shape (m, nx).
-            steps: Number of them.
-            h: Length of each in [s].
+            steps: Number of steps.
+            h: Step length in [s].
         """
         problem, generator = self._problem, self._generator
         times = self._times(path)
-        if not times[-1] > 0:  # the same place, at other speeds
+        if not times[-1] > 0:  # same configuration, other velocities
             times = np.linspace(0.0, 1.0, len(path))
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
         held = np.tile((lower + upper) / 2, (len(path) - 1, 1))
@@ -108,14 +108,14 @@ class Guesses:
         return Knots(even.x, even.u + shaken, h)
 
     def _times(self, path: Array) -> Array:
-        """Return when each configuration is reached if every coordinate is as fast as it gets."""
+        """Return arrival times in [s] at the maximum rates for a path (m, nx), shape (m,)."""
         nq = self._problem.model.nq
         needed = np.abs(np.diff(path[:, :nq], axis=0)) / self._fastest
         return np.concatenate([[0.0], np.cumsum(needed.max(axis=1, initial=0.0))])
 
     @cached_property
     def starting(self) -> float:
-        """Return about how long in [s] it takes from rest to the limit of the slowest speed."""
+        """Estimate the time in [s] from rest to the limit of the slowest velocity."""
         problem = self._problem
         limits = np.abs(problem.bounds[problem.model.nq :]).max(axis=1, initial=0.0)
         slopes = np.median(np.abs(self._slopes[:, problem.model.nq :]), axis=0)
@@ -124,14 +124,14 @@ class Guesses:
 
     @cached_property
     def _fastest(self) -> Array:
-        """The largest rate of each coordinate in [1/s] that was seen, shape (nq,)."""
+        """Largest sampled rate of each coordinate in its unit per [s], shape (nq,)."""
         rates = np.abs(self._slopes[:, : self._problem.model.nq]).max(axis=0)
         seen: Array = np.maximum(rates, 1e-9)
         return seen
 
     @cached_property
     def _slopes(self) -> Array:
-        """Slopes at states and under inputs anywhere within their limits, shape (SPEEDS, nx)."""
+        """State derivatives at random states and inputs, shape (speed_samples, nx)."""
         problem, generator = self._problem, np.random.default_rng(0)
         model = problem.model
         lower, upper = np.clip(problem.sampling_bounds.T, -1e3, 1e3)
@@ -143,14 +143,14 @@ class Guesses:
 
 
 def path_time_scaling(problem: PlanningTask, knots: Knots) -> Knots:
-    """Return knots whose speeds lead from one configuration to the next, as far as possible.
+    """Return knots with the velocities that best follow the configurations.
 
-    The rates of coordinates are linear in a machine's velocities: those are taken that come
-    nearest. The first and the last one stay as they are.
+    Coordinate rates are linear in the machine's velocities, which are solved for by least squares.
+    The first and last knots stay as they are.
 
     Args:
-        problem: With the machine.
-        knots: Coordinates along a way, and any speeds.
+        problem: The planning problem.
+        knots: Configurations along a path; velocities are overwritten.
     """
     x, nq = knots.x.copy(), problem.model.nq
     if len(x) < 3 or nq == x.shape[1]:
@@ -167,7 +167,7 @@ def path_time_scaling(problem: PlanningTask, knots: Knots) -> Knots:
 
 
 def _directions(problem: PlanningTask, x: Array, coordinates: NDArray[np.int64]) -> Array:
-    """Return the rates of coordinates for each speed, shape (m, coordinates, speeds)."""
+    """Jacobian of coordinate rates in the velocities, shape (m, coordinates, velocities)."""
     model, (m, nx) = problem.model, x.shape
     one_by_one = np.vstack([np.zeros(nx), np.eye(nx)[model.nq :]])
     states = np.repeat(x[:, None], len(one_by_one), axis=1)

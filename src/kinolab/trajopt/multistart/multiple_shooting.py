@@ -1,9 +1,8 @@
-"""From guesses that break everything to motions that break nothing: direct multiple shooting.
+"""Direct multiple shooting from infeasible initial guesses to feasible trajectories.
 
-Guesses differ in how long they take, how they turn and which way they go. Each is first shot at the
-goal with few knots, between which the inputs are held for several steps of the problem; then with
-a knot after every step. Where a motion would make errors grow too much to be repeated, a faster one
-is looked for in between.
+Guesses differ in duration, turns and path. Each is first solved on a coarse grid, with inputs
+constant over several steps of the problem, then with a knot at every step. If open-loop errors
+would grow too much along the trajectory, a faster one is sought in between.
 
 Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
 IFAC 1984.
@@ -41,13 +40,13 @@ def shoot(
     iterations: int,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Trajectory | None:
-    """Return a motion from the start exactly into the goal's centre, or None.
+    """Return a feasible trajectory from the start to the goal's centre, or None.
 
     Args:
-        problem: To solve.
-        guess: To begin with.
-        block: Steps of the problem from knot to knot.
-        iterations: Largest number of subproblems with few knots.
+        problem: The planning problem.
+        guess: Initial guess.
+        block: Time steps of the problem per knot interval.
+        iterations: Maximum number of subproblems on the coarse grid.
         cancelled: Whether to give up.
     """
     task = TrajectoryProblem(problem, GUESS.clearance)
@@ -70,7 +69,7 @@ def _closed(
     iterations: int,
     cancelled: Callable[[], bool],
 ) -> Knots | None:
-    """Return knots of the same step length from which hardly anything is missing, or None."""
+    """Return nearly feasible knots of the same step length, or None."""
     return restore_feasibility(
         task, guess, cancelled, iterations=iterations, times=block,
         enough=GUESS.few_knots_tolerance / 10, most=GUESS.few_knots_tolerance,
@@ -87,7 +86,7 @@ def _step_by_step(task: TrajectoryProblem, knots: Knots, block: int) -> Trajecto
 def _faster(
     task: TrajectoryProblem, knots: Knots, block: int, cancelled: Callable[[], bool]
 ) -> Trajectory | None:
-    """Return a faster motion in whole steps of the problem, fewer per knot; or None."""
+    """Return a faster trajectory with fewer whole steps of the problem per knot, or None."""
     exact = _closed(task, knots, block, GUESS.fine_iterations, cancelled)
     if exact is None:
         return None
@@ -105,11 +104,11 @@ def _faster(
 
 @dataclass(frozen=True, eq=False)
 class GuessResult:
-    """What came of a guess.
+    """Result of one initial guess.
 
     Attributes:
-        motion: From the start exactly into the goal's centre; None where none came of it.
-        steps: How many steps of the problem the guess was long.
+        motion: Feasible trajectory from the start to the goal's centre; None if it failed.
+        steps: Length of the guess in steps of the problem.
     """
 
     motion: Trajectory | None
@@ -117,14 +116,14 @@ class GuessResult:
 
 
 class Multistart:
-    """Guesses that differ in how long they take, how they turn and which way they go.
+    """Multistart over initial guesses that differ in duration, turns and path.
 
     Args:
-        problem: To solve.
-        knots: How many knots a guess has, more or less.
-        seed: Of the random numbers.
+        problem: The planning problem.
+        knots: Approximate number of knots of a guess.
+        seed: Random seed.
         cancelled: Whether to give up.
-        below: Duration in [s] of a motion that there is already.
+        below: Duration in [s] of the incumbent solution, if any.
     """
 
     def __init__(
@@ -142,7 +141,7 @@ class Multistart:
         self._count, self._below, self._most = 0, below, math.inf
 
     def prepare(self) -> None:
-        """Have everything compiled and loaded that a guess needs, by a short one."""
+        """Warm up: compile and load all that a guess needs, by solving a short one."""
         problem, path = self._problem, self._guesses.straight()
         self._ways.is_free(*path)
         guess = Guesses(problem, np.random.default_rng(0)).knots(
@@ -151,10 +150,10 @@ class Multistart:
         self._shot(guess, 1, 1, never_cancelled)
 
     def next(self) -> GuessResult:
-        """Return what comes of the next guess.
+        """Solve from the next guess.
 
         Raises:
-            CancelledError: If it is too late to look for ways.
+            CancelledError: If the path search is cancelled.
         """
         guess, block = self._guess()
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
@@ -162,7 +161,7 @@ class Multistart:
         return GuessResult(motion, len(guess.u) * block)
 
     def _guess(self) -> tuple[Knots, int]:
-        """Return the next guess, and how many steps of the problem lie from knot to knot."""
+        """Return the next guess and its number of steps of the problem per knot interval."""
         guesses, step = self._guesses, self._problem.step
         longer = GUESS.durations[self._count % len(GUESS.durations)]
         longer *= math.exp(self._generator.uniform(-GUESS.duration_jitter, GUESS.duration_jitter))
@@ -178,7 +177,7 @@ class Multistart:
     def _shot(
         self, guess: Knots, block: int, patience: int, cancelled: Callable[[], bool]
     ) -> Trajectory | None:
-        """Return what comes of a guess; None too where its steps are so long that they run away."""
+        """Solve from a guess; None if that fails or its steps are so long that they diverge."""
         try:
             with np.errstate(over="raise", invalid="raise"):
                 return shoot(self._problem, guess, block, patience, cancelled)
@@ -186,9 +185,9 @@ class Multistart:
             return None
 
     def _path(self) -> Array:
-        """Return a free way that is short enough, or a winding one; shape (m, nx).
+        """Return a free path that is short enough, or a random detour; shape (m, nx).
 
-        Where the straight way is free most ways need not be looked for.
+        If the straight path is free most paths need no search.
         """
         begin, end = self._guesses.straight()
         turning = float(self._generator.choice((*GUESS.turning, math.nan), p=GUESS.odds))

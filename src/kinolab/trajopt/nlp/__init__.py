@@ -1,1 +1,1 @@
-"""A problem as a nonlinear program: unknowns, constraints and their derivatives."""
+"""The nonlinear program: decision variables, constraints and their derivatives."""

@@ -1,4 +1,4 @@
-"""Gaps to whatever is near along a trajectory, with their derivatives."""
+"""Collision constraints: signed distances along a trajectory, with their derivatives."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
 from kinolab.world.geometry import sizes
 from kinolab.world.redundant_obstacles import without_redundant
 
-# Compiled into machine code, which is made anew when this file changes.
-FD_STEP = 1e-6  # of a coordinate
-TOUCHING_GAP = 1e-12  # [m] of gap that counts as none
-MAX_GAPS = 64  # gaps of one pose that are kept
-QUEUE_SIZE = 128  # boxes of triangles that wait at most
-TRIANGLES_PER_SHAPE = 4  # that are kept of those near one shape
-SAME_NORMAL_COSINE = 0.999  # cosine between normals of triangles of which the nearer one is enough
-GROUND, OWN = -2, -3  # stand for an obstacle
+# Compiled in; the machine code is rebuilt when this file changes.
+FD_STEP = 1e-6  # finite difference of a coordinate, in its unit
+TOUCHING_GAP = 1e-12  # [m] signed distance below which shapes touch
+MAX_GAPS = 64  # distances kept per pose
+QUEUE_SIZE = 128  # capacity of the traversal stack
+TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
+SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
+GROUND, OWN = -2, -3  # in place of an obstacle's index
 
 
 class CollisionArrays(NamedTuple):
-    """The machine and its world for compiled code."""
+    """The machine and its world for compiled kernels."""
 
     frames: int
     cables: int
@@ -51,17 +51,17 @@ class CollisionArrays(NamedTuple):
     bodies: int
     strings: int
     coordinates: int
-    clearance: float  # [m] that gaps beside obstacles must leave
+    clearance: float  # [m] required from obstacles
 
 
 class GapBuffer(NamedTuple):
-    """Gaps of one pose, and memory to find them."""
+    """Signed distances of one pose, and scratch memory to find them."""
 
-    mover: Integers  # (MOST,) shape of the machine
-    what: Integers  # (MOST,) an obstacle, a triangle after them, GROUND, or OWN less a shape
-    normal: Array  # (MOST + 1, 3) from the other one to the shape; the last is scratch
-    gap: Array  # (MOST,)
-    half: Array  # (shapes, 3) half sizes; of cables as long as they are
+    mover: Integers  # (MAX_GAPS,) shape of the machine
+    what: Integers  # (MAX_GAPS,) obstacle, triangle (counted after them), GROUND, or OWN - shape
+    normal: Array  # (MAX_GAPS + 1, 3) from the other shape to this one; the last is scratch
+    gap: Array  # (MAX_GAPS,) [m]
+    half: Array  # (shapes, 3) half sizes; for cables at their current length
     turns: Array  # (shapes, 3, 3)
     places: Array  # (shapes, 3)
     box: Array  # (shapes, 6)
@@ -69,22 +69,22 @@ class GapBuffer(NamedTuple):
     ends: Array  # (cables, 6)
     corners: Array  # (3, 3)
     scratch: Array  # (9, 3)
-    queue: Integers  # (QUEUE,)
+    queue: Integers  # (QUEUE_SIZE,)
 
 
 class CollisionConstraints:
-    """Margins of all gaps: obstacles, the ground, and bodies that may not touch each other.
+    """Signed-distance constraints: obstacles, the ground, and self-collision.
 
     Args:
-        problem: Whose machine and world.
-        clearance: What every gap keeps in reserve, in [m].
-        near: Gaps that ``rows`` looks at beyond that, as a share of half the largest shape.
+        problem: The planning problem.
+        clearance: Safety margin of every distance, in [m].
+        near: Activation distance of ``rows`` beyond that, as a fraction of half the largest shape.
 
     Attributes:
-        size: Of the machine: between half its smallest shape and half its largest one, in [m].
+        size: Machine size in [m]: geometric mean of half the smallest and half the largest shape.
     """
 
-    begins = False  # gaps do not jump with the inputs
+    begins = False  # distances do not jump with the inputs
 
     def __init__(self, problem: PlanningTask, clearance: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # owns the code
@@ -98,18 +98,18 @@ class CollisionConstraints:
         self._any = bool(problem.world.obstacles or problem.world.ground or touching)
 
     def violation(self, at: Samples) -> float:
-        """Return the sum of all that is missing at samples, in [m]."""
+        """Return the sum of all violations at samples, in [m]."""
         if not self._any:
             return 0.0
         _, value, _ = self._gaps(at.x, self._room, derive=False)
         return float(np.maximum(self._room - value, 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> LinearInequalities:
-        """Return the gaps that a change may use up, none longer than is ``near``.
+        """Linearise the distances that a step may violate, none beyond ``near``.
 
         Args:
-            at: Where to look.
-            reach: Largest change of any variable, as a share of what counts as large.
+            at: Samples to evaluate at.
+            reach: Largest scaled change of any variable.
         """
         nu = at.u.shape[1]
         longest = self._room + min(reach * self._large, self._near * self._farthest)
@@ -117,14 +117,14 @@ class CollisionConstraints:
         return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
 
     def free(self, x: Array) -> bool:
-        """Say whether nothing touches at several states (m, nx)."""
+        """Say whether all states (m, nx) are collision-free."""
         if not self._any:
             return True
-        gaps = self._gaps(x, TOUCHING_GAP, derive=False)[1]  # some that are larger are among them
+        gaps = self._gaps(x, TOUCHING_GAP, derive=False)[1]  # includes some larger ones
         return bool((gaps >= TOUCHING_GAP).all())
 
     def least(self, x: Array) -> float:
-        """Return the smallest gap of several states (m, nx) in [m], infinite where none is near."""
+        """Return the smallest distance over states (m, nx) in [m], infinite where none is near."""
         if not self._any:
             return math.inf
         return float(np.min(self._gaps(x, self._farthest, derive=False)[1], initial=math.inf))
@@ -132,7 +132,10 @@ class CollisionConstraints:
     def _gaps(
         self, x: Array, reach: float, *, derive: bool = True
     ) -> tuple[NDArray[np.int64], Array, Array]:
-        """Return which state, its gap in [m] and the derivative of that, of all within reach."""
+        """Return all distances within reach: state indices (n,), distances (n,) in [m], gradients.
+
+        The gradients have shape (n, nx).
+        """
         states, nx = np.ascontiguousarray(x), x.shape[1]
         size = 4 * len(states) + MAX_GAPS
         side, memory = np.zeros(nx), Record(_memory(self._around.held))
@@ -149,9 +152,9 @@ class CollisionConstraints:
 
 @lru_cache(maxsize=4)
 def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
-    """Return the machine and its world for compiled code, and whether bodies may touch each other.
+    """Return the machine and its world for compiled kernels, and whether self-collision counts.
 
-    Building the search trees of large meshes takes longer than many a small program.
+    Cached: building the bounding volume hierarchy of large meshes can outlast a small program.
     """
     model, bodies, cables = problem.model, problem.bodies, problem.cables
     lines = [cable for cable in cables if cable.collides]
@@ -199,7 +202,7 @@ def _memory(around: CollisionArrays) -> GapBuffer:
 
 @kernel
 def placed(around, x, found):  # type: ignore[no-untyped-def]
-    """Place all shapes of the machine at a state."""
+    """Place all shapes of the machine at a state ``x``, shape (nx,)."""
     p, scene, strung = around.p.ctypes.data, around.scene, around.strung
     call_at(around.frames, x.ctypes.data, p, found.poses.ctypes.data)
     solid = scene.kind.shape[0] - strung.shape[0]
@@ -214,7 +217,7 @@ def placed(around, x, found):  # type: ignore[no-untyped-def]
 
 @kernel
 def gap_of(c, around, found):  # type: ignore[no-untyped-def]
-    """Give a gap where the machine is now, its normal held."""
+    """Signed distance ``c`` in [m] at the current placement, along its fixed normal."""
     s, k, n = found.mover[c], found.what[c], found.normal[c]
     fixed = around.fixtures
     shape = shape_of(s, around, found)
@@ -230,13 +233,13 @@ def gap_of(c, around, found):  # type: ignore[no-untyped-def]
 
 @kernel
 def shape_of(s, around, found):  # type: ignore[no-untyped-def]
-    """Return a shape of the machine where it is now."""
+    """Return a shape of the machine at its current placement."""
     return Convex(around.scene.kind[s], found.half[s], found.turns[s], found.places[s])
 
 
 @kernel
 def obstacle_of(k, fixed):  # type: ignore[no-untyped-def]
-    """Return an obstacle that is no mesh."""
+    """Return a convex obstacle, one that is not a mesh."""
     return Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
 
 
@@ -249,17 +252,17 @@ def corners_of(triangle, corners):  # type: ignore[no-untyped-def]
 
 @kernel
 def find(around, x, reach, derive, which, value, slope, side, found):  # type: ignore[no-untyped-def]
-    """List the gaps of all states that are within reach; return how many there are.
+    """List the distances within reach over all states; return their number.
 
-    The list ends where fewer than MOST places are left.
+    Stops and returns ``size`` when fewer than MAX_GAPS entries are left.
 
     Args:
         around: ``CollisionArrays``.
         x: States, shape (states, nx).
-        reach: In [m].
-        derive: Whether ``slope`` is wanted.
-        which, value: State and gap in [m] of each, shape (size,); written.
-        slope: Derivatives of the gaps, shape (size, nx); written.
+        reach: Largest distance in [m].
+        derive: Whether to compute ``slope``.
+        which, value: State index and distance in [m] of each, shape (size,); written.
+        slope: Gradients of the distances, shape (size, nx); written.
         side: Scratch, shape (nx,).
         found: ``GapBuffer``.
     """
@@ -288,7 +291,7 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
 
 @kernel
 def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
-    """Find the gaps of one state that are within reach; return how many there are."""
+    """Find the distances within reach at one state; return their number."""
     scene = around.scene
     placed(around, x, found)
     count = 0
@@ -321,12 +324,12 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
 
 @kernel
 def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-def]
-    """Append the triangles nearest to a shape, one for every direction; return the new count.
+    """Append the triangles nearest to a shape, one per normal direction; return the new count.
 
     Args:
         s: The shape's row.
-        count: Gaps so far.
-        reach: In [m].
+        count: Distances so far.
+        reach: Largest distance in [m].
         around, found: ``CollisionArrays`` and ``GapBuffer``.
     """
     tree, queue = around.tree, found.queue
@@ -358,12 +361,12 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
 
 @kernel
 def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-def]
-    """Keep the gap between a shape and a triangle if it is within a limit; return the count.
+    """Append the distance between a shape and a triangle if within the limit; return the count.
 
     Args:
         s, t: Rows of the shape and the triangle.
-        first, count: The shape's first triangle in the list, and gaps so far.
-        limit: In [m].
+        first, count: Index of the shape's first triangle in the list; distances so far.
+        limit: Largest distance in [m].
         around, found: ``CollisionArrays`` and ``GapBuffer``.
     """
     corners, n = found.corners, found.normal[MAX_GAPS]
@@ -377,7 +380,7 @@ def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-d
 
 @kernel
 def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
-    """Give the gap in [m] from which on no further triangle is kept."""
+    """Largest distance in [m] at which another triangle would still be kept."""
     if count - first < TRIANGLES_PER_SHAPE:
         return reach
     largest = -math.inf
@@ -388,13 +391,13 @@ def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
 
 @kernel
 def kept(s, what, gap, n, first, count, found):  # type: ignore[no-untyped-def]
-    """Keep a triangle if it is nearer than what it stands for or the farthest; return the count.
+    """Insert a triangle, replacing a farther one of like normal or the farthest; return the count.
 
     Args:
-        s, what: The shape's row, and the triangle as ``GapBuffer.what``.
-        gap: In [m].
+        s, what: The shape's row, and the triangle as in ``GapBuffer.what``.
+        gap: Signed distance in [m].
         n: Its unit normal, shape (3,).
-        first, count: The shape's first triangle in the list, and gaps so far.
+        first, count: Index of the shape's first triangle in the list; distances so far.
         found: ``GapBuffer``.
     """
     here = -1

@@ -1,4 +1,4 @@
-"""The unknowns, what counts as large of them, what is allowed, and what a trajectory costs."""
+"""Decision variables of the trajectory optimisation, their scaling and bounds, and the cost."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from kinolab.trajopt.options import SHORT
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """States and inputs that need not belong together yet.
+    """Decision variables: states and inputs, with defects between them.
 
     Attributes:
         x: States, shape (N+1, nx).
-        u: Inputs held between them, shape (N, nu).
+        u: Zero-order-hold inputs, shape (N, nu).
         h: Length of every step in [s].
     """
 
@@ -30,30 +30,30 @@ class Knots:
 
     @property
     def duration(self) -> float:
-        """Length in time, in [s]."""
+        """Duration in [s]."""
         return len(self.u) * self.h
 
     def moved(self, dx: Array, du: Array, dh: float) -> Knots:
-        """Return knots that differ by so much."""
+        """Return the knots plus a step: dx (N+1, nx), du (N, nu), dh in [s]."""
         return Knots(self.x + dx, self.u + du, self.h + dh)
 
     def in_steps(self, count: int, space: StateSpace) -> Knots:
-        """Return as many steps of the same duration, by ``resampled``."""
+        """Resample to ``count`` steps over the same duration, by ``resampled``."""
         times = self.h * np.arange(len(self.u) + 1.0)
         return resampled(times, self.x, self.u, count, space)
 
 
 def resampled(t: Array, x: Array, u: Array, count: int, space: StateSpace) -> Knots:
-    """Return as many even steps along a motion, stretched in time so that it has its duration.
+    """Resample a motion to ``count`` equal steps over the same duration.
 
-    States are interpolated on the straight line, inputs are averaged over each step.
+    States are interpolated linearly, inputs are averaged over each step.
 
     Args:
         t: Times in [s], shape (N+1,).
         x: States, shape (N+1, nx).
         u: Inputs, shape (N, nu).
         count: Number of steps.
-        space: Of the states; quaternions come out of unit length.
+        space: The state space; quaternions are normalised.
     """
     times = np.linspace(t[0], t[-1], count + 1)
     states = space.unit(np.column_stack([np.interp(times, t, column) for column in x.T]))
@@ -66,13 +66,13 @@ def resampled(t: Array, x: Array, u: Array, count: int, space: StateSpace) -> Kn
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """What counts as large, and what is allowed.
+    """Scales and bounds of the decision variables.
 
     Attributes:
-        x: Shape (nx,).
-        u: Shape (nu,).
-        x_bounds: Lower and upper limits, shape (nx, 2).
-        u_bounds: Shape (nu, 2).
+        x: State scales, shape (nx,).
+        u: Input scales, shape (nu,).
+        x_bounds: Lower and upper state bounds, shape (nx, 2).
+        u_bounds: Lower and upper input bounds, shape (nu, 2).
         h_bounds: Shortest and longest step in [s].
     """
 
@@ -85,13 +85,13 @@ class Scaling:
 
 @dataclass(frozen=True)
 class Weights:
-    """What a trajectory costs.
+    """Weights of the cost and the merit function.
 
     Attributes:
-        time: Of its duration, per [s].
-        effort: Of the mean square of its inputs, as shares of their limits.
-        stay: Of the mean square change of states and inputs, as shares of what counts as large.
-        penalty: Of what is missing: defects, goal and inequalities.
+        time: Of the duration, per [s].
+        effort: Of the mean square scaled input.
+        stay: Of the mean square scaled change of states and inputs (proximal term).
+        penalty: Of the constraint violation: defects, goal and inequalities.
     """
 
     time: float
@@ -101,13 +101,13 @@ class Weights:
 
 
 def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
-    """Return what a trajectory costs apart from what is missing."""
+    """Cost of a trajectory without the penalty on constraint violation."""
     effort = float(np.mean((knots.u / scaling.u) ** 2)) if knots.u.size else 0.0
     return weights.time * knots.duration + weights.effort * effort
 
 
 def even_knots(problem: PlanningTask, trajectory: Trajectory) -> Knots:
-    """Return a trajectory as knots with even steps, none longer than the problem's."""
+    """Return a trajectory as knots with equal steps, none longer than the problem's."""
     steps, h = len(trajectory.inputs), problem.step
     spans = np.diff(trajectory.t)
     even = (

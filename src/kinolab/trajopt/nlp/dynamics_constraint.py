@@ -1,4 +1,4 @@
-"""The dynamics between knots, in substeps that are short enough, and their derivatives."""
+"""Dynamics constraints between knots: step maps with adaptive substeps, and their derivatives."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from kinolab.trajopt.options import NLP, SHORT
 
 
 def is_discrete(problem: PlanningTask) -> bool:
-    """Say whether a problem's motions are steps of one length by one map."""
+    """Say whether the problem's dynamics are discrete: one map with a fixed step length."""
     return problem.scenario.integration.truth == "discrete"
 
 
 def step_map(problem: PlanningTask, knots: Knots) -> StepSensitivities:
-    """Return the map from knot to knot."""
+    """Return the discrete-time map from knot to knot."""
     return StepSensitivities(problem.model, *_steps_of(problem, knots))
 
 
 def derived_map(problem: PlanningTask, knots: Knots, times: int) -> StepSensitivities:
-    """Return the map with derivatives that are good enough for a direction."""
+    """Return the step map with derivatives accurate enough for a search direction."""
     model = problem.model
     acts = 1 if model.plant is model else times
     method, substeps = _steps_of(problem, knots, acts)
@@ -52,7 +52,7 @@ def derived_map(problem: PlanningTask, knots: Knots, times: int) -> StepSensitiv
 
 
 def refined(problem: PlanningTask, knots: Knots, times: int) -> Knots:
-    """Return the motion under the same inputs with so many times the steps."""
+    """Return the motion under the same inputs with every step split into ``times``."""
     short = Knots(knots.x, knots.u, knots.h / times)
     step, parts = step_map(problem, short), [knots.x[:-1]]
     for _ in range(times - 1):
@@ -62,7 +62,7 @@ def refined(problem: PlanningTask, knots: Knots, times: int) -> Knots:
 
 
 def true_trajectory(problem: PlanningTask, knots: Knots) -> Trajectory | None:
-    """Return the true motion under the inputs of knots; None where it cannot be followed."""
+    """Re-simulate the inputs of knots; None if the simulation diverges."""
     model = problem.model
     u = np.clip(knots.u, *model.control_bounds.T)
     t = knots.h * np.arange(len(u) + 1.0)
@@ -78,7 +78,7 @@ def true_trajectory(problem: PlanningTask, knots: Knots) -> Trajectory | None:
 
 
 def is_motion(problem: PlanningTask, trajectory: Trajectory) -> bool:
-    """Say whether a trajectory begins at the start and every step leads to the next state."""
+    """Say whether a trajectory begins at the start and has no defects."""
     largest = float(np.abs((trajectory.x[0] - problem.start) / problem.scales).max(initial=0.0))
     spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
     step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
@@ -90,7 +90,7 @@ def is_motion(problem: PlanningTask, trajectory: Trajectory) -> bool:
 
 
 def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:
-    """Say whether errors do not grow too much to follow the motion without feedback."""
+    """Say whether the error amplification is small enough to execute the motion open-loop."""
     start = perturbed_start(problem, problem.start)
     h = float(np.diff(trajectory.t).max(initial=0.0)) or 1.0
     x = np.vstack([start, np.empty((len(trajectory.inputs), len(start)))])
@@ -102,7 +102,7 @@ def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:
 
 
 def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, int]:
-    """Return the method and the number of substeps that are true enough."""
+    """Return an integration method and the number of substeps that is accurate enough."""
     settings, model = problem.scenario.integration, problem.model
     if is_discrete(problem):
         return settings.method, settings.substeps
@@ -119,7 +119,7 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, 
 
 
 def _derivative_error(problem: PlanningTask, coarse: Array, fine: Array) -> float:
-    """Return the largest difference of derivatives, in what counts as large."""
+    """Return the largest scaled difference of derivatives, shape (N, nx, nx + nu + 1)."""
     scales = problem.scales
     large = np.repeat(scales[:, None], coarse.shape[2], axis=1)
     large[:, : len(scales)] /= scales
@@ -127,6 +127,6 @@ def _derivative_error(problem: PlanningTask, coarse: Array, fine: Array) -> floa
 
 
 def _apart(coarse: Array, fine: Array, scales: Array) -> float:
-    """Return the largest difference in scales; NaN or infinite where a long step runs away."""
+    """Return the largest scaled difference; NaN or infinite where a long step diverges."""
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.abs((coarse - fine) / scales).max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Whether a true motion breaks nothing, as far as samples and planners' own judgement show."""
+"""Feasibility check of a re-simulated trajectory, by samples and the planners' collision check."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinolab.trajopt.options import NLP
 
 
 def satisfies_all(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
-    """Say whether a true motion ends in the goal and breaks nothing, as far as samples show."""
+    """Say whether a simulated motion ends in the goal and violates no constraint at samples."""
     return (
         task.problem.goal_excess(trajectory.x[-1]) <= 1.0
         and _breaks_nothing(task, _on_the_way(task, trajectory))
@@ -27,7 +27,7 @@ def satisfies_all(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
 
 
 def satisfies_all_at_knots(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
-    """Say the same of a motion whose steps have been judged one by one."""
+    """Say the same of a motion whose steps have already been checked, from its knots alone."""
     return (
         task.problem.goal_excess(trajectory.x[-1]) <= 1.0
         and _breaks_nothing(task, samples(Knots(trajectory.x, trajectory.inputs, 1.0), 1))
@@ -45,24 +45,21 @@ def _breaks_nothing(task: TrajectoryProblem, at: Samples) -> bool:
 
 
 def _begins_well(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
-    """Say whether what inputs decide is as it must be where each step begins."""
+    """Say whether input-dependent constraints are satisfied where each step begins."""
     at = beginnings(Knots(trajectory.x, trajectory.inputs, 1.0))
     margins = PathConstraints(task.problem, 0.0, begins=True).margins(at.x, at.u)
     return bool(margins.min(initial=0.0) >= -LIMIT_TOLERANCE)
 
 
 def _stays_free(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
-    """Say whether every step is free between its ends too, as planners judge it."""
+    """Say whether every step passes the planners' continuous collision check."""
     judge, spans = task.judge, np.diff(trajectory.t).tolist()
     steps = zip(trajectory.x.tolist(), trajectory.inputs.tolist(), spans, strict=False)
     return all(judge.touches_nothing(x, u, span) for x, u, span in steps)
 
 
 def _on_the_way(task: TrajectoryProblem, trajectory: Trajectory) -> Samples:
-    """Return states of the motion between knots, not of the straight lines between them.
-
-    A discrete motion is those lines.
-    """
+    """Sample the integrated motion between knots, or straight lines if it is discrete."""
     spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
     knots = Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0)))
     at = samples(knots, NLP.check_factor * task.samples_per_step(knots))

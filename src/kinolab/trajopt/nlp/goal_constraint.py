@@ -1,4 +1,4 @@
-"""What is missing at the end of a trajectory: every target exactly, not within its tolerance."""
+"""Goal constraint at the final state: every target met exactly, not within its tolerance."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from kinolab.trajopt.options import SHORT
 
 
 class GoalConstraint:
-    """The equations of the goal near one way to reach it.
+    """Goal equations on the branch nearest to a guess.
 
-    Angles on the circle have their target once per turn and attitudes have two quaternions: the
-    ones nearest to a first guess are kept, so that the equations are smooth.
+    Circular angles meet their target once per turn and attitudes have two quaternions: the branch
+    nearest to the guess is fixed, which keeps the equations smooth.
 
     Args:
-        problem: With the goal.
-        guess: Where the trajectory ends so far, shape (nx,).
+        problem: The planning problem.
+        guess: Guess of the final state, shape (nx,).
     """
 
     def __init__(self, problem: PlanningTask, guess: Array) -> None:
@@ -35,7 +35,7 @@ class GoalConstraint:
         self._large = problem.scales[entries]
 
     def residual(self, x: Array) -> Array:
-        """Return what is missing at a last state, as shares of what counts as large."""
+        """Goal residual at the final state, scaled; shape (ng,)."""
         near = (x[self._entries] - self._targets) / self._large
         goal = self._problem.goal
         if not goal.needs_frames:
@@ -44,7 +44,7 @@ class GoalConstraint:
         return np.concatenate([near, *(target.offset(frames) for target in goal.of_bodies)])
 
     def jacobian(self, x: Array) -> Array:
-        """Return the derivative of ``residual``, shape (m, nx)."""
+        """Jacobian of ``residual``, shape (ng, nx)."""
         nx, goal = len(x), self._problem.goal
         own = np.zeros((len(self._entries), nx))
         own[np.arange(len(self._entries)), self._entries] = 1 / self._large
@@ -55,5 +55,5 @@ class GoalConstraint:
 
 
 def meets_centre(problem: PlanningTask, x: Array) -> bool:
-    """Say whether a motion that ends in a state, shape (nx,), ends in the goal's centre."""
+    """Say whether a final state, shape (nx,), lies in the goal's centre."""
     return bool(np.abs(GoalConstraint(problem, x).residual(x)).sum() <= SHORT.centre_tolerance)

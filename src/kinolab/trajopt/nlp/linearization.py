@@ -1,4 +1,4 @@
-"""A trajectory's surroundings, linearised."""
+"""Linearisation of the nonlinear program about a trajectory."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """A trajectory's surroundings, linearised.
+    """Constraints and their derivatives at given knots.
 
     Attributes:
-        knots: Where.
-        defects: Where each step leads less the next knot, shape (N, nx).
-        sensitivities: Derivatives of where the steps lead, shape (N, nx, nx + nu + 1).
-        rows: Inequalities.
-        goal_residual: What is missing in the goal, shape (m,), as shares of what counts as large.
-        goal_jacobian: Its derivative with respect to the last state, shape (m, nx).
+        knots: Linearisation point.
+        defects: End of each step minus the next knot, shape (N, nx).
+        sensitivities: Derivatives of the step ends in x, u and h, shape (N, nx, nx + nu + 1).
+        rows: Linearised inequalities.
+        goal_residual: Scaled goal residual, shape (m,).
+        goal_jacobian: Its derivative with respect to the final state, shape (m, nx).
     """
 
     knots: Knots
@@ -32,10 +32,10 @@ class Linearization:
     goal_jacobian: Array
 
     def open_defects(self, scaling: Scaling) -> float:
-        """Return the sum of all defects, in scales."""
+        """Return the 1-norm of all scaled defects."""
         return float(np.abs(self.defects / scaling.x).sum())
 
     def violation(self, scaling: Scaling) -> float:
-        """Return the sum of all that is missing."""
+        """Return the total constraint violation, scaled."""
         goal = float(np.abs(self.goal_residual).sum())
         return self.rows.violation + goal + self.open_defects(scaling)

@@ -1,8 +1,7 @@
-"""What a machine and its world demand of every state, and inequalities along a trajectory.
+"""Path constraints: inequalities on state and inputs along a trajectory, linearised at samples.
 
-Demands are requirements, limits of dependent rates, the limits of the workspace and cones that axes
-keep out of: functions of state and inputs that come as numbers, so that central differences have
-to do for their derivatives.
+They are requirements, limits of dependent rates, workspace bounds and keep-out cones. They can only
+be evaluated, so derivatives are central differences.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ from kinolab.trajopt.options import NLP
 
 
 class PathConstraints:
-    """The margins of all demands.
+    """Margins of all path constraints.
 
     Args:
-        problem: Whose machine and world.
-        clearance: Share of what counts as large that each margin keeps in reserve.
-        begins: Whether it is looked at where steps begin. There inputs jump, and what they decide
-            with them; all else is what it was at the end of the step before, and left out.
+        problem: The planning problem.
+        clearance: Scaled amount by which each margin is tightened.
+        begins: Whether to evaluate where steps begin. There inputs jump, and margins that depend on
+            them; all others equal those at the end of the previous step and are left out.
     """
 
     def __init__(self, problem: PlanningTask, clearance: float, *, begins: bool = False) -> None:
@@ -40,22 +39,22 @@ class PathConstraints:
         self._any = bool(self._decided.any() if begins else anything or problem.keep_outs)
 
     def margins(self, x: Array, u: Array) -> Array:
-        """Return all margins at states (m, nx) under inputs (m, nu), shape (m, demands)."""
+        """Return all margins at states (m, nx) and inputs (m, nu), shape (m, constraints)."""
         parts = [part.reshape(len(x), -1) for part in self._parts(x, u)]
         return np.hstack([np.zeros((len(x), 0)), *parts]) - self._room
 
     def violation(self, at: Samples) -> float:
-        """Return the sum of all that is missing at samples."""
+        """Return the sum of all violations at samples."""
         if not self._any:
             return 0.0
         return float(np.maximum(-self.margins(at.x, at.u), 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> LinearInequalities:
-        """Return the margins that a change may use up.
+        """Linearise the margins that a step may violate.
 
         Args:
-            at: Where to look.
-            reach: Largest change of any variable, as a share of what counts as large.
+            at: Samples to evaluate at.
+            reach: Largest scaled change of any variable.
         """
         nx, nu = at.x.shape[1], at.u.shape[1]
         if not self._any:
@@ -94,7 +93,7 @@ class PathConstraints:
 
 
 def _decided_by_inputs(problem: PlanningTask) -> NDArray[np.bool_]:
-    """Return which requirements depend on the inputs, as states at random show, shape (m,)."""
+    """Say which requirements depend on the inputs, tested at random states, shape (m,)."""
     if not problem.system.requirements:
         return np.zeros(0, dtype=bool)
     random, half = np.random.default_rng(0), _half_ranges(problem)
@@ -115,10 +114,10 @@ class Samples:
     """States on the straight lines between knots.
 
     Attributes:
-        knot: After which they come, shape (m,).
-        share: Of the way to the next knot, in [0, 1], shape (m,).
+        knot: Index of the preceding knot, shape (m,).
+        share: Fraction of the step to the next knot, in [0, 1], shape (m,).
         x: States, shape (m, nx).
-        u: Inputs held there, shape (m, nu).
+        u: Inputs, shape (m, nu).
     """
 
     knot: NDArray[np.int64]
@@ -129,11 +128,11 @@ class Samples:
     def rows(
         self, which: NDArray[np.int64], value: Array, dx: Array, du: Array
     ) -> LinearInequalities:
-        """Return inequalities whose derivatives at some of the samples are known.
+        """Return inequalities on the knots from derivatives at samples.
 
         Args:
-            which: Sample of each inequality, shape (n,).
-            value: Shape (n,).
+            which: Sample index of each inequality, shape (n,).
+            value: Margins, shape (n,).
             dx: Derivative with respect to the sample's state, shape (n, nx).
             du: With respect to its inputs, shape (n, nu).
         """
@@ -142,7 +141,7 @@ class Samples:
 
 
 def samples(knots: Knots, pieces: int) -> Samples:
-    """Return so many states per step, evenly spaced, the start left out."""
+    """Sample ``pieces`` evenly spaced states per step, excluding the start."""
     steps = len(knots.u)
     knot = np.repeat(np.arange(steps), pieces)
     fraction = np.tile(np.arange(1, pieces + 1) / pieces, steps)
@@ -151,21 +150,21 @@ def samples(knots: Knots, pieces: int) -> Samples:
 
 
 def beginnings(knots: Knots) -> Samples:
-    """Return the state at the beginning of each step, under the inputs that are held from there."""
+    """Return the state at the beginning of each step with the inputs of that step."""
     steps = len(knots.u)
     return Samples(np.arange(steps), np.zeros(steps), knots.x[:-1], knots.u)
 
 
 @dataclass(frozen=True, eq=False)
 class LinearInequalities:
-    """Margins that must be at least zero, each at a knot or on the way to the next one.
+    """Linearised inequalities, margin >= 0, each at a knot or between it and the next.
 
     Attributes:
-        knot: Which knot, shape (m,).
-        value: Of the margin as a share of what counts as large, shape (m,).
-        dx: Derivative with respect to the state there, shape (m, nx).
+        knot: Knot index, shape (m,).
+        value: Scaled margin, shape (m,).
+        dx: Derivative with respect to the knot's state, shape (m, nx).
         dx_next: With respect to the next knot's state, shape (m, nx).
-        du: With respect to the inputs held there, shape (m, nu).
+        du: With respect to the inputs of that step, shape (m, nu).
     """
 
     knot: NDArray[np.int64]
@@ -176,12 +175,12 @@ class LinearInequalities:
 
     @property
     def violation(self) -> float:
-        """Sum of what is missing."""
+        """Sum of all violations."""
         return float(np.maximum(-self.value, 0.0).sum())
 
 
 def no_inequalities(nx: int, nu: int) -> LinearInequalities:
-    """Return no inequality at all."""
+    """Return an empty set of inequalities."""
     none = np.zeros((0, nx))
     return LinearInequalities(
         np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nu))
@@ -189,7 +188,7 @@ def no_inequalities(nx: int, nu: int) -> LinearInequalities:
 
 
 def stack(parts: Sequence[LinearInequalities]) -> LinearInequalities:
-    """Return all inequalities of several kinds."""
+    """Stack inequalities of several kinds."""
     return LinearInequalities(
         np.concatenate([part.knot for part in parts]),
         np.concatenate([part.value for part in parts]),

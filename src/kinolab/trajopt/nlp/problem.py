@@ -1,4 +1,4 @@
-"""A problem as equations and inequalities of the knots of a trajectory: multiple shooting.
+"""The trajectory optimisation problem and its multiple-shooting transcription.
 
 Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
 IFAC 1984; Malyuta and others, Convex optimization for trajectory generation, IEEE Control Systems
@@ -36,19 +36,19 @@ from kinolab.trajopt.options import NLP
 
 
 class TrajectoryProblem:
-    """One problem for the optimiser.
+    """A planning problem as a trajectory optimisation problem.
 
     Args:
-        problem: To solve.
-        clearance: What gaps keep in reserve, as a share of the machine's size; limits of states
-            and other margins keep a share of it, as a share of what counts as large.
-        fraction: That one.
-        near: Gaps that are looked at beyond the reserve, as a share of half the largest shape.
+        problem: The planning problem.
+        clearance: Safety margin of distances, as a fraction of the machine's size.
+        fraction: Scaled margin of state limits and path constraints, as a fraction of that.
+        near: Activation distance of collision constraints beyond the safety margin, as a fraction
+            of half the largest shape.
 
     Attributes:
-        problem: As given.
-        discrete: Whether steps have one length, and motions are straight lines between knots.
-        bare: Gaps without any reserve.
+        problem: The planning problem.
+        discrete: Whether the step length is fixed and motions are straight lines between knots.
+        bare: Collision constraints without a safety margin.
     """
 
     def __init__(
@@ -69,16 +69,16 @@ class TrajectoryProblem:
         self._reserve = reserve
 
     def of(self, problem: PlanningTask) -> TrajectoryProblem:
-        """Return the task of another problem of the same machine in the same world.
+        """Return the same for another problem of the same machine in the same world.
 
-        What is known of the world is shared: building it takes longer than a small problem.
+        The collision arrays are shared: building them takes longer than a small problem.
         """
         other = copy.copy(self)
         other.problem = problem
         return other
 
     def scaling(self, shortest: float, longest: float) -> Scaling:
-        """Return the scaling of all variables, with a range of the step length in [s]."""
+        """Return scales and bounds of all variables, given bounds of the step length in [s]."""
         problem = self.problem
         lower, upper = problem.model.control_bounds.T
         half = (upper - lower) / 2
@@ -88,7 +88,7 @@ class TrajectoryProblem:
         return Scaling(problem.scales, large, bounds, limits, (shortest, longest))
 
     def _tightened(self) -> Array:
-        """Return the limits of states with a reserve, but not tighter than start and goal."""
+        """Return tightened state limits that still contain start and goal, shape (nx, 2)."""
         problem = self.problem
         inset, goal = self._reserve * problem.scales, problem.start.copy()
         goal[list(problem.goal.indices)] = problem.goal.targets
@@ -102,14 +102,14 @@ class TrajectoryProblem:
         )
 
     def within_limits(self, knots: Knots) -> Knots:
-        """Return knots that begin at the start, clipped to the limits of states and inputs."""
+        """Clip knots to the limits of states and inputs, and begin them at the start."""
         scaling = self.scaling(knots.h, knots.h)
         x = np.clip(knots.x, *scaling.x_bounds.T)
         x[0] = self.problem.start
         return Knots(x, np.clip(knots.u, *scaling.u_bounds.T), knots.h)
 
     def transcription(self, knots: Knots, times: int = 1) -> MultipleShooting:
-        """Return the equations for knots near a guess, of so many of the problem's steps each."""
+        """Return the transcription near a guess, with ``times`` steps of the problem per knot."""
         parts: list[Inequalities] = [*self._demands, self._obstacles]
         step = derived_map(self.problem, knots, times)
         return MultipleShooting(
@@ -118,11 +118,11 @@ class TrajectoryProblem:
 
     @cached_property
     def judge(self) -> Propagator:
-        """What planners judge single steps by."""
+        """The planners' collision check of single steps."""
         return Propagator(self.problem)
 
     def samples_per_step(self, knots: Knots) -> int:
-        """Return how many samples per step show everything of importance."""
+        """Return how many samples per step resolve the motion well enough."""
         model = self.problem.model
         speed = np.max(model.point_speed(knots.x[:-1], knots.u), initial=0.0)
         if self.problem.cables:
@@ -134,28 +134,28 @@ class TrajectoryProblem:
 
 
 class Inequalities(Protocol):
-    """One kind of margins along a trajectory."""
+    """One kind of inequality constraint along a trajectory."""
 
     @property
     def begins(self) -> bool:
-        """Whether they are looked at where steps begin, not on the way from there."""
+        """Whether they are evaluated where steps begin, not at samples after that."""
 
     def rows(self, at: Samples, reach: float) -> LinearInequalities:
-        """Return the linearised margins that a change may use up."""
+        """Linearise the margins that a step may violate."""
 
     def violation(self, at: Samples) -> float:
-        """Return the sum of all that is missing."""
+        """Return the sum of all violations."""
 
 
 class MultipleShooting:
-    """The equations of one problem for knots near a guess.
+    """Multiple-shooting transcription of one problem for knots near a guess.
 
     Args:
-        problem: To solve.
+        problem: The planning problem.
         step_map: From knot to knot.
-        end: A guess of the last state, shape (nx,): it chooses between turns of the same angle.
-        inequalities: What to keep on the way.
-        pieces: Into which every step is cut, to look at the inequalities.
+        end: Guess of the final state, shape (nx,); it selects the branch of the goal constraint.
+        inequalities: Path and collision constraints.
+        pieces: Samples per step at which inequalities are evaluated.
     """
 
     def __init__(
@@ -170,7 +170,7 @@ class MultipleShooting:
         self._inequalities, self._pieces = inequalities, pieces
 
     def linearization(self, knots: Knots, reach: float) -> Linearization:
-        """Return the linearisation; ``reach`` is the largest change it will be used for."""
+        """Return the linearisation; ``reach`` is the largest scaled step it will be used for."""
         after, tangents = self._map.linearized(knots.x, knots.u, knots.h)
         rows = stack([part.rows(at, reach) for part, at in self._looks(knots)])
         end = knots.x[-1]
@@ -178,14 +178,14 @@ class MultipleShooting:
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
 
     def violation(self, knots: Knots) -> tuple[float, float, float]:
-        """Return the sums of all defects, of what is missing in the goal and in inequalities."""
+        """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
         after = self._map.after(knots.x, knots.u, knots.h)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
         short = sum(part.violation(at) for part, at in self._looks(knots))
         return defects, float(np.abs(self._ends.residual(knots.x[-1])).sum()), short
 
     def _looks(self, knots: Knots) -> Iterator[tuple[Inequalities, Samples]]:
-        """Yield each kind of margins with where it is looked at."""
+        """Yield each kind of inequality with its samples."""
         begin, on_the_way = beginnings(knots), samples(knots, self._pieces)
         for part in self._inequalities:
             yield part, begin if part.begins else on_the_way

@@ -1,1 +1,1 @@
-"""Motions made shorter: detours and cycles left out, all that stays made quicker."""
+"""Trajectory shortening: shortcuts, cycle removal and minimum-time segments."""

@@ -1,11 +1,11 @@
-"""Loops left out: where a motion comes back to about the same state, what lies between goes.
+"""Cycle removal: cut out a loop where a motion returns to nearly the same state.
 
-Guesses keep the motion before and after a loop and spread the gap between its ends over both, so
-that machines too are served that nobody knows how to steer: they go on as they did.
+Guesses keep the motion before and after a loop and distribute the gap between its ends over both,
+so no steering function is needed.
 
 Source: Frazzoli, Dahleh, Feron, Maneuver-based motion planning for nonlinear systems with
-symmetries, IEEE Transactions on Robotics 21(6), 2005 (the idea that pieces of motions fit together
-where their ends are alike).
+symmetries, IEEE Transactions on Robotics 21(6), 2005 (concatenating motions whose end states
+match).
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from kinolab.trajopt.segments import Segments, straight
 
 
 def without_cycles(segments: Segments, motion: Trajectory) -> Trajectory:
-    """Return a motion without loops that is shorter, or the same one.
+    """Return a shorter motion without loops, or the same one.
 
     Args:
-        segments: Make motions of guesses.
-        motion: A true one.
+        segments: Turns guesses into feasible segments.
+        motion: A dynamically feasible motion.
     """
     while not segments.cancelled():
         shorter = _without_one(segments, motion)
@@ -39,7 +39,7 @@ def without_cycles(segments: Segments, motion: Trajectory) -> Trajectory:
 
 
 def _without_one(segments: Segments, motion: Trajectory) -> Trajectory | None:
-    """Return a motion with one loop less."""
+    """Return a motion with one loop less, or None."""
     t, margin = motion.t, SHORT.blend_steps * segments.problem.step
     for tried, (begin, end) in enumerate(_cycles(segments.problem, motion)):
         if tried == SHORT.max_failed_cycles or segments.cancelled():
@@ -47,7 +47,7 @@ def _without_one(segments: Segments, motion: Trajectory) -> Trajectory | None:
         before = int(np.searchsorted(t, t[begin] - margin))
         after = min(int(np.searchsorted(t, t[end] + margin)), len(t) - 1)
         if begin - before + after - end < SHORT.min_steps:
-            continue  # too few steps are left to take up the gap
+            continue  # too few steps to absorb the gap
         given, last = motion.piece(before, after), after == len(motion.u)
         guess = _closed_gap(segments.problem, given, begin - before, end - before)
         segment = segments.along(guess, given, last=last)
@@ -57,7 +57,7 @@ def _without_one(segments: Segments, motion: Trajectory) -> Trajectory | None:
 
 
 def _closed_gap(problem: PlanningTask, motion: Trajectory, begin: int, end: int) -> Knots:
-    """Return a motion that leaves a loop out, its gap spread over all that is left."""
+    """Return a guess without the loop, the gap distributed over the rest."""
     before, after = motion.piece(0, begin), motion.piece(end, len(motion.u))
     times = np.concatenate([before.t, before.t[-1] + after.t[1:]])
     fraction = (times / times[-1])[:, None]
@@ -71,7 +71,7 @@ def _closed_gap(problem: PlanningTask, motion: Trajectory, begin: int, end: int)
 
 
 def _cycles(problem: PlanningTask, motion: Trajectory) -> Iterator[tuple[int, int]]:
-    """Yield the ends of loops, those that take long and end near where they begin first."""
+    """Yield the end indices of loops, long ones with small gaps first."""
     t, step, near = motion.t, problem.step, SHORT.same_cycle_samples
     apart = max(SHORT.min_cycle_spacing * step, t[-1] / SHORT.cycle_samples)
     places = np.unique(np.minimum(np.searchsorted(t, np.arange(0, t[-1], apart)), len(t) - 1))
@@ -89,6 +89,6 @@ def _cycles(problem: PlanningTask, motion: Trajectory) -> Iterator[tuple[int, in
 
 
 def _gaps(problem: PlanningTask, x: Array) -> Array:
-    """Return the weighted distance of each state from each other one, shape (m, m)."""
+    """Return pairwise weighted distances of states (m, nx), shape (m, m)."""
     counted = np.where(cyclic_coordinates(problem), 0.0, problem.weights)
     return problem.space.distance(x[:, None], x[None], counted)

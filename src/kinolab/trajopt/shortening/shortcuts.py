@@ -1,7 +1,7 @@
-"""Detours left out: direct paths between two states of a motion, the largest gain first.
+"""Shortcuts: direct connections between two states of a motion, the largest gain first.
 
-Machines that are known to be flat have curves that they follow from rest to rest; that they are in
-motion at both ends is left to the optimiser. Others are thought to move straight.
+Differentially flat machines follow curves from rest to rest; the optimiser then corrects for the
+velocities at both ends. Others are guessed to move straight.
 
 Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJRR 26(8), 2007.
 """
@@ -26,14 +26,14 @@ from kinolab.trajopt.segments import Segments, straight
 
 
 class Shortcuts:
-    """Looks for direct paths between two states of a motion."""
+    """Searches for direct connections between two states of a motion."""
 
     def __init__(self, segments: Segments) -> None:
         self._segments, self._samples = segments, cycle(SHORT.shortcut_samples)
         self._guesses = ConnectionGuesses(segments.problem)
 
     def with_shortcuts(self, motion: Trajectory) -> Trajectory:
-        """Return a motion that is shorter or the same."""
+        """Return a shorter motion, or the same one."""
         while not self._segments.cancelled():
             shorter = self._once(motion)
             if shorter is None:
@@ -45,7 +45,7 @@ class Shortcuts:
         return motion
 
     def _once(self, motion: Trajectory) -> Trajectory | None:
-        """Return a motion with one detour less."""
+        """Return a motion with one more shortcut, or None."""
         failures, slow, places = 0, 0, next(self._samples)
         for begin, end in self._pairs(motion, places):
             if (
@@ -66,7 +66,7 @@ class Shortcuts:
         return None
 
     def _pairs(self, motion: Trajectory, places: int) -> Iterator[tuple[int, int]]:
-        """Yield the ends of pieces that a direct way may make shorter, the largest gain first."""
+        """Yield the end indices of segments worth a shortcut, the largest gain first."""
         t = motion.t
         even = np.searchsorted(t, np.linspace(0, t[-1], places + 1))
         knots = np.unique(np.minimum(even, len(t) - 1)).tolist()
@@ -81,10 +81,10 @@ class Shortcuts:
 
 
 class ConnectionGuesses:
-    """Guesses for one machine in one world.
+    """Initial guesses of connections for one machine in one world.
 
     Args:
-        problem: That the whole motion solves.
+        problem: The problem that the whole motion solves.
     """
 
     def __init__(self, problem: PlanningTask) -> None:
@@ -92,23 +92,23 @@ class ConnectionGuesses:
         self._guesses = Guesses(problem, np.random.default_rng(0))
         self._ways = GeometricPaths(problem, np.random.default_rng(0))
         model, self._curves = problem.model, None
-        # Inputs along a curve are forces, which feedback would choose by itself.
+        # Inputs along a curve are forces, which under feedback are not the inputs.
         if problem.system.flat is not None and not model.attitudes and model.plant is model:
             self._curves = path_family(problem)
             self._paths = PathMotion(problem, self._curves.coordinates)
 
     def least(self, begin: Array, end: Array) -> float:
-        """Return about the least time in [s] that a motion takes from one state to another."""
+        """Estimate the minimum time in [s] between two states, shape (nx,)."""
         path = straight(self._problem, begin, end)
         return self._guesses.quickest(path) + self._guesses.starting
 
     def between(self, begin: Array, end: Array, knots: int) -> Iterator[Knots]:
-        """Yield guesses of motions, the likeliest first.
+        """Yield initial guesses, the most promising first.
 
         Args:
-            begin: State, shape (nx,).
-            end: State, shape (nx,).
-            knots: How many there are, at most.
+            begin: Start state, shape (nx,).
+            end: End state, shape (nx,).
+            knots: Maximum number of knots.
         """
         path = straight(self._problem, begin, end)
         if self._curves is not None:

@@ -1,7 +1,7 @@
-"""A motion made shorter: faster with the same number of steps, then as fast with fewer of them.
+"""Shorten a trajectory: minimise time at a fixed number of steps, then reduce the number of steps.
 
-It is made faster with few knots first, where most is gained in little time. In a long one detours
-and cycles are left out and every segment is made quicker, over and over, before that.
+This starts on a coarse grid, where most is gained in little time. Long motions first undergo
+rounds of shortcuts, cycle removal and minimum-time segments.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibilit
 def shorten(
     problem: PlanningTask, trajectory: Trajectory, seconds: float | Callable[[], float]
 ) -> Trajectory:
-    """Return a shorter motion, or the one that was given.
+    """Return a shorter motion, or the given one.
 
     Args:
-        problem: That the trajectory solves.
-        trajectory: Exact or not; what is returned in its place is exact.
-        seconds: Of this thread's time that may be spent; or what tells the share that is spent of
-            whatever is allowed, and is asked before each subproblem.
+        problem: The problem that the trajectory solves.
+        trajectory: Exact or not; a shorter result is exact.
+        seconds: Budget of thread time in [s]; or a function that returns the fraction of the budget
+            spent, called before each subproblem.
     """
     if isinstance(seconds, int | float):
         seconds = Budget(seconds, clock=time.thread_time).fraction()
@@ -69,16 +69,16 @@ def _shorten_segments(
     cancelled: Callable[[], bool],
     over: Callable[[], bool],
 ) -> Trajectory:
-    """Return a shorter motion, or the one that was given.
+    """Shorten a long motion segment by segment; return the given one if that fails.
 
-    It ends in the goal's centre, but where neither the given one does nor one near it could be
+    The result ends in the goal's centre, unless the given motion does not and no exact one is
     found: then it ends somewhere in the goal.
 
     Args:
-        problem: That the motion solves.
-        given: A true motion; one that is not true stays as it is.
-        cancelled: Whether to stop making it shorter.
-        over: Whether to stop making what is shorter exact.
+        problem: The problem that the motion solves.
+        given: A dynamically feasible motion; others are returned unchanged.
+        cancelled: Whether to stop shortening.
+        over: Whether to stop making the shorter motion exact.
     """
     segments, short = Segments(problem, SHORT.segment_clearances[0], cancelled), given
     if not is_motion(problem, given):
@@ -111,13 +111,13 @@ def _shorten_whole(
     cancelled: Callable[[], bool],
     over: Callable[[], bool],
 ) -> Trajectory:
-    """Return a shorter motion, or the one that was given.
+    """Shorten a motion as a whole; return the given one if that fails.
 
     Args:
-        problem: That the motion solves.
+        problem: The problem that the motion solves.
         given: Exact or not.
-        cancelled: Whether to stop making it shorter.
-        over: Whether to stop making what is shorter exact.
+        cancelled: Whether to stop shortening.
+        over: Whether to stop making the shorter motion exact.
     """
     guess, best = _with_few_knots(problem, given, cancelled), given
     for clearance in SHORT.short_clearances:
@@ -139,7 +139,7 @@ def _shorten_whole(
 def _with_few_knots(
     problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Knots | None:
-    """Return a fast motion under inputs that are held for several steps each, step by step."""
+    """Minimise time on a coarse grid; return the result refined to single steps, or None."""
     task = TrajectoryProblem(problem, SHORT.coarse_clearance)
     block = round(len(trajectory.inputs) / SHORT.coarse_knots)
     while block > 1 and not cancelled():
@@ -155,7 +155,7 @@ def _with_few_knots(
 def _closed(
     task: TrajectoryProblem, trajectory: Trajectory, block: int, cancelled: Callable[[], bool]
 ) -> Knots | None:
-    """Return exact knots of so many steps each, None where there are none near a motion."""
+    """Return feasible knots near a motion, ``block`` steps each, or None."""
     count = math.ceil(len(trajectory.inputs) / block)
     space = task.problem.space
     few = resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
@@ -173,7 +173,7 @@ def _closed(
 
 
 def _shorter(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
-    """Return exact knots of a shorter duration, or the same ones."""
+    """Return feasible knots of a shorter duration, or the same ones."""
     for _ in range(SHORT.max_rounds):
         if cancelled():
             break
@@ -190,7 +190,7 @@ def _shorter(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool
 def _with_fewer_steps(
     task: TrajectoryProblem, fast: Knots, slow: Knots, cancelled: Callable[[], bool]
 ) -> Knots:
-    """Return the fast motion in steps of the problem's length, the slow one where that fails."""
+    """Resample the fast motion to fewer steps; else keep it, or the slow one if discrete."""
     h = task.problem.step
     fewest = max(math.ceil(fast.duration / h - 1e-6), SHORT.min_steps)
     if not task.discrete:
@@ -203,7 +203,7 @@ def _with_fewer_steps(
 def _in_steps(
     task: TrajectoryProblem, fast: Knots, most: int, cancelled: Callable[[], bool]
 ) -> Knots | None:
-    """Return a motion in steps of the problem's length, fewer than a number of them; or None."""
+    """Return a motion of fewer than ``most`` steps, each at most the problem's; or None."""
     count = max(math.ceil(fast.duration / task.problem.step - 1e-6), SHORT.min_steps)
     for attempt in range(SHORT.max_step_counts):
         if count >= most or cancelled():
@@ -218,14 +218,14 @@ def _in_steps(
 def _in(
     task: TrajectoryProblem, fast: Knots, count: int, cancelled: Callable[[], bool]
 ) -> Knots | None:
-    """Return a motion in so many steps, each as long as the problem's or less; None if it fails."""
+    """Return a motion of ``count`` steps, each at most the problem's; None if that fails."""
     guess = fast.in_steps(count, task.problem.space)
     h = task.problem.step if task.discrete else guess.h
     return make_knots_exact(task, Knots(guess.x, guess.u, h), cancelled, iterations=20)
 
 
 def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory) -> Trajectory:
-    """Return the true motion under the inputs of knots where it is shorter and keeps everything."""
+    """Re-simulate knots; return the result if it is shorter and feasible, else the best so far."""
     if not knots.duration < best.duration:
         return best
     made = true_trajectory(task.problem, knots)

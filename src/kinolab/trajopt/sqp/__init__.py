@@ -1,1 +1,1 @@
-"""Sequential quadratic programming within trust regions."""
+"""Trust-region sequential quadratic programming."""

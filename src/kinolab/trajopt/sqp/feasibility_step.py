@@ -1,8 +1,8 @@
-"""The least change from which nothing is missing, where there is one within the trust region.
+"""Least-norm feasibility step: the smallest step in the trust region that removes all violation.
 
-It is what the subproblem gives where time and effort have no price, for a fraction of the work: an
-active set holds some variables at their limits and makes equations of some inequalities, so that
-every guess of it is one least-squares problem along the chain of knots.
+It solves the subproblem without time and effort weights at a fraction of the cost: an active set
+fixes some variables at their limits and turns some inequalities into equations, so each active set
+costs one block-banded least-squares problem.
 
 Source: Hintermueller, Ito, Kunisch, The primal-dual active set strategy as a semismooth Newton
 method, SIAM Journal on Optimization 13(3), 2002.
@@ -29,30 +29,30 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class ActiveSet:
-    """What is held: variables at one of their limits, inequalities that are equations."""
+    """Variables fixed at one of their limits, and inequalities treated as equations."""
 
     low: Flags  # (N+1, nx + nu)
     high: Flags
     rows: Flags  # (m,)
-    step: float | None  # change of the step length, None while that is free
+    step: float | None  # change of the step length, None if free
 
 
 @dataclass(frozen=True, eq=False)
 class LeastNormSolution:
-    """The least change for a guess."""
+    """Least-norm step for one active set."""
 
     z: Array  # (N+1, nx + nu)
     h: float
-    pulled: Array  # where the multipliers would have all variables, (N+1, nx + nu)
-    pulled_step: float  # and the step length
-    pushes: Array  # multipliers of inequalities, (m,), 0 of those that are none of the equations
+    pulled: Array  # variables implied by the multipliers if all were free, (N+1, nx + nu)
+    pulled_step: float  # likewise the step length
+    pushes: Array  # multipliers of inequalities, (m,), 0 for inactive ones
 
 
 def feasibility_step(given: Subproblem) -> Step | None:
-    """Return the least change within a trust region that leaves nothing missing, None without one.
+    """Return the least-norm step in the trust region to zero violation; None if there is none.
 
     Args:
-        given: The subproblem; its weights of time and effort must be zero.
+        given: The subproblem; its time and effort weights must be zero.
     """
     program = _Program(given)
     guess = program.first()
@@ -103,7 +103,7 @@ class _Program:
         return LeastNormSolution(z, h, pulled, pulled_step, pushes)
 
     def next(self, guess: ActiveSet, found: LeastNormSolution, *, free: bool) -> ActiveSet | None:
-        """Return another guess, None where what was found breaks nothing."""
+        """Return the next active set; None if the solution is feasible."""
         step, z = found.h, found.z
         over = guess.step is None and not self._step[0] <= step <= self._step[1]
         broken = ~guess.rows & (self._margins.residual(z, 0.0) > SQP.inequality_tolerance)
@@ -122,13 +122,13 @@ class _Program:
         return ActiveSet(low, high, broken | (guess.rows & (found.pushes > 0)), held)
 
     def _let_go(self, held: float, pulled: float) -> bool:
-        """Say whether the step length is held at a limit from which it is pulled away."""
+        """Say whether the multipliers pull a step length fixed at a limit back inside."""
         shortest, longest = self._step
         return bool((held < longest and pulled > held) or (held > shortest and pulled < held))
 
 
 def _equations(linearization: Linearization, scaling: Scaling) -> BlockBandedSystem:
-    """Return the dynamics and the goal."""
+    """Return the linearised dynamics and goal equations."""
     steps, nx = linearization.defects.shape
     nu, goals = len(scaling.u), len(linearization.goal_residual)
     large = np.concatenate([scaling.x, scaling.u])
@@ -147,7 +147,7 @@ def _equations(linearization: Linearization, scaling: Scaling) -> BlockBandedSys
 
 
 def _margins(rows: LinearInequalities, scaling: Scaling) -> BlockBandedSystem:
-    """Return all inequalities as if they were equations."""
+    """Return all linearised inequalities as equations."""
     slopes = np.hstack([rows.dx * scaling.x, rows.du * scaling.u, rows.dx_next * scaling.x])
     return BlockBandedSystem(rows.knot, slopes, np.zeros(len(rows.knot)), -rows.value)
 

@@ -1,8 +1,8 @@
-"""The convex subproblem: a sparse quadratic program over all knots at once.
+"""The convex subproblem as a sparse quadratic program over all knots.
 
-Variables are changes, as shares of what counts as large: of the states, the inputs and the step,
-what is missing in the goal and in the inequalities, and the share of all defects that stays open.
-With that share (Powell's) the program has a solution whatever the limits and the trust region are.
+Variables, all scaled: steps in states, inputs and step length, slacks of goal and inequalities, and
+the fraction of all defects left open. With that fraction (Powell's) the program is feasible for any
+limits and trust region.
 
 Source: Powell, A fast algorithm for nonlinearly constrained optimization calculations, 1978;
 solver: Schwan, Jiang, Kuhn, Jones, PIQP: a proximal interior-point quadratic programming solver,
@@ -25,13 +25,13 @@ from kinolab.trajopt.sqp.subproblem import Step, Subproblem, TrustRegion
 
 
 def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
-    """Return the best change within a trust region, None where the solver fails.
+    """Return the optimal step within the trust region; None if the solver fails.
 
     Args:
         given: The subproblem.
-        accuracy: Of the solution, as a share of what counts as large.
+        accuracy: Scaled tolerance of the solution.
     """
-    import piqp  # late: nothing else needs it
+    import piqp  # imported here: nothing else needs it
 
     linearization, scaling, weights = given.linearization, given.scaling, given.weights
     knots, rows = linearization.knots, given.rows
@@ -64,7 +64,7 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
 
 
 class _Columns:
-    """Where which variable is: those of a knot side by side, the global ones last."""
+    """Column indices of the variables: grouped by knot, global ones last."""
 
     def __init__(self, nx: int, nu: int, steps: int, rows: LinearInequalities, goals: int) -> None:
         last = np.full(nx, steps)
@@ -89,14 +89,14 @@ class _Columns:
 
 
 def _matrix(entries: list[tuple[Any, Any, Any]], shape: tuple[int, int]) -> Any:
-    """Return a sparse matrix of (row, column, value), each broadcast against the others."""
+    """Return a sparse matrix from (row, column, value) triples, broadcast against each other."""
     parts = [np.broadcast_arrays(*entry) for entry in entries]
     row, column, value = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
     return sparse.csc_matrix((value, (row, column)), shape=shape)
 
 
 def _equalities(linearization: Linearization, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
-    """Return the dynamics, the start and the goal."""
+    """Return the equality constraints A z = b: dynamics, start and goal."""
     steps, nx = linearization.defects.shape
     nu = len(scaling.u)
     defects = linearization.defects / scaling.x
@@ -121,7 +121,7 @@ def _equalities(linearization: Linearization, scaling: Scaling, at: _Columns) ->
 
 
 def _inequalities(rows: LinearInequalities, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
-    """Return value + derivative * change + slack >= 0."""
+    """Return the constraints value + derivative * step + slack >= 0 as G z >= low."""
     row = np.arange(len(rows.knot))
     here = np.minimum(rows.knot, len(at.u) - 1)  # the last knot has no inputs of its own
     after = np.minimum(rows.knot + 1, len(at.x) - 1)
@@ -151,7 +151,7 @@ def _cost(
 
 
 def _limits(limits: TrustRegion, at: _Columns, open_defects: float) -> tuple[Array, Array]:
-    """Return the limits of all variables."""
+    """Return lower and upper bounds of all variables, shape (n,) each."""
     lower, upper = np.empty(at.size), np.empty(at.size)
     for place, (least, most) in ((at.x, limits.x), (at.u, limits.u), (at.h, limits.h)):
         lower[place], upper[place] = least, most

@@ -1,7 +1,7 @@
-"""What is missing from knots is closed, while they change as little as that allows.
+"""Feasibility restoration: remove all constraint violation with the least change to the knots.
 
-Knots may be several steps of the problem apart: the inputs are held in between, and the motion is
-the same as in single steps.
+Knots may be several steps of the problem apart (move blocking): inputs are constant in between, and
+the motion is the same as in single steps.
 
 Source: Martinez, Pilotta, Inexact-restoration algorithm for constrained optimization, Journal of
 Optimization Theory and Applications 104(1), 2000; Cagienard, Grieder, Kerrigan, Morari, Move
@@ -20,7 +20,7 @@ from kinolab.trajopt.sqp.solver import minimize
 
 
 def restoration_weights(penalty: float = SQP.violation_penalty) -> Weights:
-    """Return the weights that change a trajectory as little as exactness allows."""
+    """Return weights for the least change that restores feasibility."""
     return Weights(time=0.0, effort=0.0, stay=1.0, penalty=penalty)
 
 
@@ -37,19 +37,19 @@ def restore_feasibility(
     pace: float = 0.0,
     penalty: float = SQP.violation_penalty,
 ) -> Knots | None:
-    """Return knots near given ones from which nothing is missing; None where none are found.
+    """Return feasible knots near given ones; None if none are found.
 
     Args:
         task: The problem.
-        knots: To begin with; what passes a limit of states or inputs is clipped first.
+        knots: Initial guess, clipped first to the limits of states and inputs.
         cancelled: Whether to give up.
-        iterations: Largest number of subproblems.
-        times: Steps of the problem from knot to knot.
-        lengths: Range of the step length in [s]; it is held where none is given.
-        enough: Sum of all that is missing, in scales, that ends it.
-        most: Sum that counts as nothing once it has ended.
-        pace: Share of what is missing that every few subproblems must get rid of.
-        penalty: Of what is missing, against the change.
+        iterations: Maximum number of subproblems.
+        times: Steps of the problem per knot interval.
+        lengths: Bounds of the step length in [s]; fixed if None.
+        enough: Total scaled violation at which to stop.
+        most: Total scaled violation accepted of the result.
+        pace: Fraction of the violation that every few subproblems must remove.
+        penalty: Weight of the violation relative to the change.
     """
     knots = task.within_limits(knots)
     scaling = task.scaling(*(lengths or (knots.h, knots.h)))
@@ -62,10 +62,10 @@ def restore_feasibility(
 
 
 def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
-    """Return knots of the same duration from which little is missing, or the given ones.
+    """Return nearly feasible knots of the same duration from a coarse grid, or the given ones.
 
-    The motion under inputs that are held for several steps is the same as in single steps, so that
-    the smaller program, which is faster and has fewer wrong ways to go, leaves little to do.
+    The motion under inputs held constant for several steps is the same as in single steps, so the
+    smaller program, which is faster and has fewer local minima, leaves little to do.
 
     Args:
         task: The problem.
@@ -95,9 +95,9 @@ def make_knots_exact(
     *,
     held: bool = False,
 ) -> Knots | None:
-    """Return knots near given ones from which nothing is missing; None where none are found.
+    """Return feasible knots near given ones; None if none are found.
 
-    Steps keep their length where that is ``held`` and in discrete problems.
+    The step length is fixed if ``held`` and in discrete problems.
     """
     knots = coarse_to_fine(task, task.within_limits(knots), cancelled)
     free = (0.5 * knots.h, max(task.problem.step, knots.h))

@@ -1,4 +1,4 @@
-"""Sequential convex programming: one subproblem after another, each within a trust region.
+"""Sequential convex programming with an exact penalty and a trust region.
 
 Source: Conn, Gould, Toint, Trust-region methods, 2000, chapter 15 (exact penalties); Mao, Szmuk,
 Acikmese, Successive convexification, CDC 2016.
@@ -20,12 +20,12 @@ from kinolab.trajopt.sqp.subproblem import subproblem
 
 @dataclass(frozen=True, eq=False)
 class SqpResult:
-    """Where a sequence ended.
+    """Result of the SQP solver.
 
     Attributes:
-        knots: The best that was found.
-        violation: Sums of defects, of what is missing in the goal and in inequalities.
-        iterations: Subproblems that were solved.
+        knots: The last accepted iterate.
+        violation: Summed scaled violations of dynamics (defects), goal and inequalities.
+        iterations: Subproblems solved.
     """
 
     knots: Knots
@@ -45,26 +45,26 @@ def minimize(
     pace: float = 0.0,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> SqpResult:
-    """Improve knots until nothing is missing and no more is gained.
+    """Improve knots until they are feasible and the cost no longer falls.
 
     Args:
-        transcription: The equations.
-        knots: To begin with; within the limits of states and inputs.
+        transcription: The nonlinear program.
+        knots: Initial guess within the limits of states and inputs.
         scaling: Of the variables.
-        weights: Of what counts; without a weight of time only what is missing counts.
-        iterations: Largest number of subproblems.
-        enough: Sum of all that is missing, in scales, that counts as nothing.
-        worth: Share of what was missing above which a subproblem's rest ends the sequence.
-        pace: Share of what is missing that every few subproblems must get rid of.
+        weights: Of the merit function; without time and effort only feasibility is restored.
+        iterations: Maximum number of subproblems.
+        enough: Total scaled violation that counts as feasible.
+        worth: Stop if a step leaves more than this fraction of the violation.
+        pace: Fraction of the violation that every few subproblems must remove.
         cancelled: Whether to stop.
     """
     missing = transcription.violation(knots)
     made, linearization, refused = 0, None, math.inf
     course = [sum(missing)]
-    restoring = not (weights.time or weights.effort)  # only what is missing counts
+    restoring = not (weights.time or weights.effort)  # feasibility only
     if not math.isfinite(sum(missing)):
         return SqpResult(knots, missing, made)
-    # What misses little needs no large change, and what is far away need not be looked at then.
+    # A small violation needs only a small step, and then distant obstacles need not be considered.
     radius = min(
         max(SQP.radius_per_violation * sum(missing), SQP.min_good_radius), SQP.max_first_radius
     )
@@ -99,7 +99,7 @@ def minimize(
         done = change.predicted <= SQP.min_predicted * before and sum(missing) <= enough
         stuck = restoring and so_far < SQP.nearly_exact_violation and sum(found) > 0.5 * so_far
         radius = _radius(radius, ratio, change.length)
-        # else a region has yet to be found
+        # otherwise the trust region is still being sized
         if ratio > SQP.accept_ratio or len(course) > 1 or made > SQP.pace_iterations:
             course.append(sum(missing))
         stuck |= (
@@ -112,7 +112,7 @@ def minimize(
 
 
 def _radius(radius: float, ratio: float, length: float) -> float:
-    """Return the next region: larger where it was in the way, smaller where it was not needed."""
+    """Return the next trust-region radius: about twice a good step, a quarter after a bad one."""
     if ratio > SQP.expand_ratio:
         return min(max(2 * length, SQP.min_good_radius), SQP.max_radius)
     return radius if ratio > SQP.accept_ratio else radius / 4

@@ -1,4 +1,4 @@
-"""The convex subproblem of one step: a linearisation, its price, and how far it is trusted."""
+"""The convex subproblem of one SQP step: linearisation, weights and trust region."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """What changes, and by how much the model says that the merit falls.
+    """A step and its predicted reduction of the merit function.
 
-    ``length`` is the largest change of any variable, as a share of what counts as large;
-    ``iterations`` is how many systems of equations it took.
+    ``length`` is the largest scaled change of any variable; ``iterations`` is the number of linear
+    systems solved.
     """
 
     dx: Array
@@ -30,14 +30,14 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Subproblem:
-    """What a step is to solve as well as a trust region allows.
+    """The convex subproblem within a trust region.
 
     Attributes:
         linearization: Of the problem.
         scaling: Of the variables.
-        weights: Of what counts.
-        region: How far every variable may change.
-        rows: Inequalities that some change within that breaks.
+        weights: Of the merit function.
+        region: Bounds of the step.
+        rows: Inequalities that some step in the region violates.
     """
 
     linearization: Linearization
@@ -47,14 +47,14 @@ class Subproblem:
     rows: LinearInequalities
 
     def step(self, x: Array, u: Array, h: float, predicted: float, iterations: int) -> Step:
-        """Return a change that is given in fractions of what counts as large.
+        """Return the step in physical units from scaled changes.
 
         Args:
-            x: Of the states, shape (N+1, nx).
-            u: Of the inputs, shape (N, nu).
-            h: Of the step length.
-            predicted: Fall of the merit by the linearisation.
-            iterations: Systems of equations that it took.
+            x: Scaled change of the states, shape (N+1, nx).
+            u: Scaled change of the inputs, shape (N, nu).
+            h: Relative change of the step length.
+            predicted: Predicted reduction of the merit function.
+            iterations: Number of linear systems solved.
         """
         scaling, dh = self.scaling, h * self.linearization.knots.h
         length = max(float(np.abs(part).max(initial=0.0)) for part in (x, u, np.array([h])))
@@ -69,8 +69,8 @@ def subproblem(
     Args:
         linearization: Of the problem.
         scaling: With all limits.
-        weights: Of what counts.
-        radius: Largest change of any variable, as a share of what counts as large.
+        weights: Of the merit function.
+        radius: Largest scaled change of any variable.
     """
     region = trust_region(linearization.knots, scaling, radius)
     rows = inequalities_within(linearization.rows, scaling, region)
@@ -79,10 +79,10 @@ def subproblem(
 
 @dataclass(frozen=True, eq=False)
 class TrustRegion:
-    """Least and largest changes, as shares of what counts as large.
+    """Lower and upper bounds of the scaled step.
 
     Attributes:
-        x: Of the states, shape (2, N+1, nx); the first one is held.
+        x: Of the states, shape (2, N+1, nx); the start is fixed.
         u: Of the inputs, shape (2, N, nu).
         h: Of the step length, shape (2,).
     """
@@ -93,12 +93,12 @@ class TrustRegion:
 
 
 def trust_region(knots: Knots, scaling: Scaling, radius: float) -> TrustRegion:
-    """Return how far knots may change; what is beyond a limit may stay there.
+    """Return the trust region about knots; variables beyond a limit may stay there.
 
     Args:
-        knots: Where.
+        knots: Centre of the region.
         scaling: With all limits.
-        radius: Largest change of any variable, as a share of what counts as large.
+        radius: Largest scaled change of any variable.
     """
     x = _range(knots.x, scaling.x_bounds, scaling.x, radius)
     x[:, 0] = 0.0
@@ -110,7 +110,7 @@ def trust_region(knots: Knots, scaling: Scaling, radius: float) -> TrustRegion:
 def inequalities_within(
     rows: LinearInequalities, scaling: Scaling, region: TrustRegion
 ) -> LinearInequalities:
-    """Return the inequalities that some change within the box breaks: the others say nothing."""
+    """Return the inequalities that some step in the region violates: the others are redundant."""
     last_x, last_u = region.x.shape[1] - 1, region.u.shape[1] - 1
     after = np.minimum(rows.knot + 1, last_x)
     least = (
@@ -137,5 +137,5 @@ def _range(values: Array, bounds: Array, large: Array, radius: float) -> Array:
 
 
 def _least(slope: Array, limits: Array) -> Array:
-    """Return the least sum of slope * change, one per row."""
+    """Return the minimum of slope @ change over box bounds, shape (m,)."""
     return np.asarray(np.minimum(slope * limits[0], slope * limits[1]).sum(axis=-1))

@@ -1,1 +1,1 @@
-"""OMPL's planners that follow leads through a grid of regions."""
+"""Syclop: OMPL's planners that follow leads through a decomposition into regions."""

@@ -1,10 +1,10 @@
-"""Regions as Syclop asks for them.
+"""Grid decomposition for Syclop.
 
-OMPL 2.0.1's wheel hands ``project`` a copy of the coordinates that it is to fill, so that what
-Python writes there is lost, and OMPL goes on with zeros. The bounds of the grid are shared, though:
-``project`` moves the grid under the zeros instead of the coordinates over the grid. The finer grid
-by which OMPL measures coverage has bounds of its own, out of reach. To it all states look alike,
-and a region counts as covered as soon as one state lies in it.
+OMPL 2.0.1's wheel passes ``project`` a copy of the coordinates to fill, so what Python writes there
+is lost and OMPL continues with zeros. But the bounds of the grid are shared: ``project`` shifts the
+grid instead of the coordinates. The finer grid by which OMPL measures coverage has bounds of its
+own that cannot be changed. To it all states look alike, and a region counts as covered as soon as
+it contains one state.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from ompl import util as ou
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.syclop.regions import Regions
 
-# states that OMPL draws to estimate free volumes; the wheel cannot change it
+# samples of OMPL's free-volume estimate, fixed in the wheel
 FREE_VOLUME_DRAWS = 100_000
 
 
 class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
-    """A grid of regions that leads go through.
+    """The grid of regions for leads.
 
-    A planner keeps it, so that it must not refer to the planner. It serves one planner once: OMPL
-    asks first where the states lie that it estimates free volumes from, and these questions are
-    counted. Most are answered by "outside", for looking at all of them would take seconds.
+    A planner keeps it, so it must not refer to the planner. It serves one planner once: OMPL first
+    projects the samples of its free-volume estimate, and these calls are counted. Most samples are
+    reported as outside the grid, since checking all of them would take seconds.
 
     Args:
         setup: The problem in OMPL's terms.
-        regions: That there are.
-        looks: States that free volumes are estimated from.
-        max_states_per_cell: How many states a cell of the default projection may hold; leads pass
-            by all further ones.
-        seed: Of the states that are drawn.
+        regions: The regions.
+        looks: Number of samples of the free-volume estimate.
+        max_states_per_cell: Capacity of a cell of the default projection; leads ignore all further
+            states.
+        seed: Random seed of sampled states.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         self._last: tuple[list[float], list[float]] = ([], [])
 
     def project(self, state: Any, _: list[float]) -> None:
-        """Move the grid so that zero lies in it where the state's coordinates would."""
+        """Shift the grid so that zero lies in the state's region."""
         self._asked += 1
         if self._asked <= len(self._assumed):
             values, coordinates = self._assumed[self._asked - 1]
@@ -77,7 +77,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
             self._outside = True
 
     def sampleFullState(self, sampler: Any, coordinates: list[float], state: Any) -> None:
-        """Write a state of the region that the coordinates were drawn from."""
+        """Sample a state in the region from which the coordinates were drawn."""
         *position, level = coordinates
         if level >= 1.0:
             spread = self._regions.reach(int(level))
@@ -91,11 +91,11 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         self._states.write(state, values)
 
     def _assume(self, empty: list[list[float]], looks: int) -> list[tuple[list[float], Any]]:
-        """List states with coordinates that OMPL shall look at before any that it has drawn.
+        """List prior states with coordinates, to replace the first samples that OMPL draws.
 
-        It raises the share of a region that is free to the eighth power, which few looks do not
-        bear: as many free states are assumed as there are looks. In regions without states one is
-        assumed that is not free.
+        OMPL raises the free fraction of a region to the eighth power, which is too noisy for few
+        samples: as many free states are assumed as samples are taken. In regions without states
+        an invalid one is assumed.
         """
         start = np.clip(self._problem.start, *self._problem.bounds.T).tolist()
         far = list(self._regions.far())
@@ -104,7 +104,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         return [*[(start, middle) for middle in far] * often, *((beyond, at) for at in empty)]
 
     def _beyond(self, values: list[float]) -> list[float]:
-        """Return a state like another that breaks a limit, as long as there is any."""
+        """Return a copy of a state that violates a limit, if there is any limit."""
         low, high = self._problem.bounds.T
         for k in np.flatnonzero(np.isfinite(high - low) & ~self._problem.circular):
             return [*values[:k], float(2 * high[k] - low[k] + 1.0), *values[k + 1 :]]
@@ -113,8 +113,8 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
     def _place(self, values: list[float]) -> list[float]:
         """Return the coordinates of a state.
 
-        What an obstacle or a limit stopped is put where no lead leads, for few ways lead on from
-        it, and so is what ends where many have ended.
+        States stopped by an obstacle or a limit are hard to extend; they are put into a region that
+        no lead visits, and so are states in crowded cells.
         """
         if self._guide is None or self._aside is None or not self._guide.ended_in(values):
             return self._regions.coordinates(values)
@@ -124,19 +124,19 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         return self._last[1]
 
     def _crowds(self, values: list[float]) -> bool:
-        """Count a state in its cell, and say whether that held enough already."""
+        """Count a state in its cell, and say whether that was full already."""
         cell = self._projection.cell(values)
         self._held[cell] += 1
         return self._held[cell] > self._most
 
     def _keep_regions(self) -> None:
-        """Let OMPL work out the bounds of all regions, which it keeps, before the grid moves."""
+        """Let OMPL compute and cache the bounds of all regions before the grid is shifted."""
         generator, unused = ou.RNG(), [0.0] * self.getDimension()
         for region in range(self.getNumRegions()):
             self.sampleFromRegion(region, generator, unused)
 
     def _move_under(self, coordinates: list[float]) -> None:
-        """Move the grid so that zero lies in it where coordinates would, or at its nearest edge."""
+        """Shift the grid so that zero lies at given coordinates, clamped to the grid."""
         low, high = self._regions.low, self._regions.high
         rows = zip(coordinates, low, high, strict=True)
         at = [min(max(value, lowest), highest) for value, lowest, highest in rows]
@@ -146,5 +146,5 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         )
 
     def _move(self, low: list[float], high: list[float]) -> None:
-        bounds = self.getBounds()  # not kept: it refers to this object, unseen by the collector
+        bounds = self.getBounds()  # not kept: a reference cycle invisible to the collector
         bounds.low, bounds.high = low, high

@@ -1,4 +1,4 @@
-"""Regions of positions, and of nearness to the goal."""
+"""Regions for Syclop: a grid over positions and goal-distance levels."""
 
 from __future__ import annotations
 
@@ -13,24 +13,23 @@ from kinolab.search.ompl.goal_errors import GoalErrors
 
 
 class Regions:
-    """A grid of regions, equally many along each axis.
+    """A grid of regions, with the same number of cells along each axis.
 
-    The first axes are coordinates of the configuration. The last one is the level, which counts how
-    often the distance to the goal was halved: 0 is all that is farther away than
-        ``goal_region_scale`` times the
-    goal's tolerances, and rates count there as well.
+    The first axes are coordinates of the configuration. The last one is the level, the number of
+    times the distance to the goal was halved: level 0 is everything farther than
+    ``goal_region_scale`` times the goal's tolerances, which include those of rates.
 
     Args:
-        problem: Whose states and goal.
-        count: About how many regions there are to be.
+        problem: The planning problem.
+        count: Approximate number of regions.
         goal_region_scale: What counts as near the goal, in its tolerances.
-        angles: Whether angles are divided too, where there are fewer than three lengths.
+        angles: Whether to divide angles too if there are fewer than three lengths.
 
     Attributes:
-        entries: Of the state, that are divided.
-        cells: Along each axis.
-        low: Lowest coordinates, those of the level included.
-        high: Highest coordinates.
+        entries: Divided entries of the state.
+        cells: Number of cells along each axis.
+        low: Lower bounds of the coordinates, the level included.
+        high: Upper bounds of the coordinates.
     """
 
     def __init__(
@@ -48,22 +47,22 @@ class Regions:
         self._sizes = (np.array(self.high) - self.low) / self.cells
 
     def coordinates(self, values: list[float]) -> list[float]:
-        """Return where a state lies in the grid."""
+        """Return the coordinates of a state in the grid."""
         shares = self._near.fractions(values)
         level = 1 + math.log2(self._zoom / max(1.0, *map(abs, shares))) if shares else 0.0
         return [*(values[entry] for entry in self.entries), level]
 
     def reach(self, level: int) -> float:
-        """Return how far around the goal a level begins, in tolerances; 1 within the goal."""
+        """Return the outer distance of a level, in goal tolerances; 1 within the goal."""
         return max(1.0, self._zoom / 2.0 ** (level - 1))
 
     def far(self) -> Iterator[list[float]]:
-        """Yield the middle of every region that is far from the goal."""
+        """Yield the centre of every region of level 0."""
         for cell in np.ndindex(*(self.cells,) * len(self.entries)):
             yield self._middle((*cell, 0))
 
     def empty(self) -> Iterator[list[float]]:
-        """Yield the middle of every region without states: its level is near, its position far."""
+        """Yield the centre of every empty region: its level is near the goal, its position far."""
         for cell in np.ndindex(*(self.cells,) * len(self.low)):
             middle = self._middle(cell)
             if cell[-1] and not self._holds_states(cell[-1], middle):
@@ -75,7 +74,7 @@ class Regions:
 
     def _holds_states(self, level: int, middle: list[float]) -> bool:
         if self._zoom < 2.0 ** (level - 1):
-            return False  # nothing is nearer to the goal than what is inside it
+            return False  # beyond the innermost level
         goal = self._problem.goal
         for index, target, tolerance in zip(
             goal.indices, goal.targets, goal.tolerances, strict=True

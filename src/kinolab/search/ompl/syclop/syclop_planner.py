@@ -1,4 +1,4 @@
-"""What the planners have in common that follow leads through a grid of regions."""
+"""Base class of the Syclop planners."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from kinolab.search.planner import setting, with_default
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractSyclopPlanner(AbstractGuidedPlanner):
-    """A planner that looks for a lead through regions, and grows its tree along that.
+    """A planner that computes a lead through regions and grows its tree along it.
 
-    The wheel has none of Syclop's settings: how many extensions it makes before another lead, when
-    it abandons one early, how often that is the shortest, further costs of its edges. It asks for
-    the time about three times per extension, so that an extension takes as many iterations.
+    The wheel exposes none of Syclop's parameters: extensions per lead, probability of abandoning a
+    lead early, probability of the shortest lead, further edge costs. It checks the termination
+    condition about three times per extension, so an extension counts as three iterations.
     """
 
     restart_after: int = with_default(100_000, AbstractGuidedPlanner, "restart_after")
@@ -52,7 +52,7 @@ class AbstractSyclopPlanner(AbstractGuidedPlanner):
         )
 
     def begin(self, setup: OmplSetup) -> Any:
-        """Return OMPL's planner, which has estimated the free volumes: that can not be ended."""
+        """Return OMPL's planner after its free-volume estimate, which cannot be interrupted."""
         planner = super().begin(setup)
         planner.solve(ob.PlannerTerminationCondition(lambda: True))
         return planner
