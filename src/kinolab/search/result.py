@@ -1,4 +1,4 @@
-"""What a search gives back: how it ended, and the inputs it found."""
+"""Search results: outcome, inputs and statistics."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search found.
+    """Result of a search.
 
     Attributes:
         outcome: How it ended.
-        t: Times of the knots in [s], shape (N+1,); a single 0 where nothing was found.
+        t: Times of the knots in [s], shape (N+1,); a single 0 if nothing was found.
         u: Inputs per interval, shape (N, nu).
-        iterations: Number of extensions tried.
-        statistics: Numbers worth reporting, by name.
-        rejections: Fraction of all refused motions, by cause and by who is to blame.
-        graph: What it explored, None where a planner keeps nothing of the kind.
+        iterations: Number of attempted extensions.
+        statistics: Counters to report, by name.
+        rejections: Fractions of all rejected motions, by cause and source.
+        graph: Search graph, None if the planner keeps none.
     """
 
     outcome: Outcome

@@ -92,7 +92,7 @@ class PlanResult:
         goal_distance: Norm of the goal errors at the end, in SI units.
         timings: Seconds per stage.
         statistics: The planner's counters.
-        rejections: Fractions of all rejected extensions, by cause and by source.
+        rejections: Fractions of all motions that the search rejected, by cause and source.
         message: Explanation for the user.
         jobs: Number of parallel searches.
         attempts: Outcome of every seed tried, including this one.

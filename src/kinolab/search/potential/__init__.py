@@ -1,4 +1,4 @@
-"""Artificial potentials: what pulls a machine to its goal, what keeps it off obstacles."""
+"""Artificial potential fields: attraction to the goal, repulsion from obstacles."""
 
 from kinolab.search.potential.potential_search import FieldSettings, solve
 

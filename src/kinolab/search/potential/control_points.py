@@ -1,4 +1,4 @@
-"""The points of the bodies that the field pulls at, and where it wants them.
+"""Control points: points of bodies that the field attracts, with their goal positions.
 
 Source: Barraquand, Latombe, Robot motion planning: a distributed representation approach,
 IJRR 10(6), 1991.
@@ -15,20 +15,20 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.leading_bodies import LeadingBody, leading_bodies, sample_states
 
-SLENDERNESS = 1.2  # length over width from which a body's two ends are led apart
-FREE_TURN = 1.0  # [rad] that its axis turns by where it is free to turn
-POINT_TOLERANCE = 1e-6  # [m] by which a point of the goal may differ and still be the same one
+SLENDERNESS = 1.2  # length over width from which a body has two control points
+FREE_TURN = 1.0  # [rad] range of its axis from which a body counts as free to turn
+POINT_TOLERANCE = 1e-6  # [m] spread of a point's positions that counts as none
 RANDOM_STATES = 12
 
 
 @dataclass(frozen=True, eq=False)
 class ControlPoint:
-    """A point of a body with a goal of its own.
+    """A point of a body with a goal position.
 
     Attributes:
         carrier: The body that it belongs to.
-        at: Where it is in the body's frame, in [m], shape (3,).
-        goal: Where it should come, in the world, in [m], shape (3,).
+        at: Position in the body frame, in [m], shape (3,).
+        goal: Goal position in the world frame, in [m], shape (3,).
         name: For reports.
     """
 
@@ -39,11 +39,11 @@ class ControlPoint:
 
 
 def control_points(problem: PlanningTask) -> list[ControlPoint]:
-    """Return the points whose place in the goal is known; none where the goal names no place.
+    """Return the points whose goal position is determined; none if the goal determines no position.
 
-    A slender body that is free to turn is led by both its ends, and so to the goal's attitude;
-    any other one by its centre, or by the origin of its frame. A point that nothing moves, such as
-    a pivot, leads nowhere.
+    A slender body that is free to turn has one at each end, which also determine its attitude; any
+    other has one at its centre or at the origin of its frame. Immovable points, such as pivots, are
+    left out.
     """
     generator = np.random.default_rng(0)
     goals = np.array([problem.sample_goal(generator, spread=0.0) for _ in range(RANDOM_STATES)])
@@ -57,7 +57,7 @@ def control_points(problem: PlanningTask) -> list[ControlPoint]:
 
 
 def place(at: Array, poses: Array) -> Array:
-    """Return a point of a body in the world, shape (n, 3), at the body's poses (n, 12)."""
+    """Transform a body point (3,) to the world, shape (n, 3), at the body's poses (n, 12)."""
     frame = poses.reshape(-1, 3, 4)
     where: Array = frame[:, :, :3] @ at + frame[:, :, 3]
     return where
@@ -81,7 +81,7 @@ def _points_of(problem: PlanningTask, carrier: LeadingBody, goals: Array) -> Ite
             yield ControlPoint(carrier, at, place(at, poses)[0], f"{end} of {name}")
         return
     for at in (carrier.centre, np.zeros(3)):
-        # Where the goal leaves the attitude free, the frame's origin may still have its place.
+        # If the goal leaves the attitude free, the frame's origin may still be determined.
         if _known(place(at, poses)):
             yield ControlPoint(carrier, at, place(at, poses)[0], name)
             return
@@ -92,7 +92,7 @@ def _known(places: Array) -> bool:
 
 
 def _ends(problem: PlanningTask, carrier: LeadingBody) -> dict[str, Array]:
-    """Return the front and back end of a slender body that is free to turn, in its frame."""
+    """Return the front and back of a slender body that is free to turn, in its frame, (3,) each."""
     along = int(carrier.reach.argmax())
     width = float(np.sort(carrier.reach)[1])
     if carrier.reach[along] < SLENDERNESS * width:
@@ -102,6 +102,6 @@ def _ends(problem: PlanningTask, carrier: LeadingBody) -> dict[str, Array]:
     if np.arccos(np.clip(axes @ axes.T, -1.0, 1.0)).max() < FREE_TURN:
         return {}
     step = np.zeros(3)
-    # A ball of the body's width fits around an end, unless that leaves no lever to turn with.
+    # A ball of the body's width fits around an end, unless that leaves no lever arm.
     step[along] = max(carrier.reach[along] - width, carrier.reach[along] / 2)
     return {"front": carrier.centre + step, "back": carrier.centre - step}

@@ -1,4 +1,4 @@
-"""Down the potential through the full dynamics, until the goal, a minimum or the budget's end."""
+"""Descent of the potential under the full dynamics, to the goal, a minimum or the budget's end."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from kinolab.steering import GoalConnection
 
 @dataclass(eq=False)
 class PartialMotion:
-    """States and the inputs between them, from the start.
+    """A motion from the start that is extended step by step.
 
     Attributes:
-        states: The first is the start.
-        inputs: One fewer than the states.
+        states: Each of shape (nx,); the first is the start.
+        inputs: Each of shape (nu,); one fewer than the states.
     """
 
     states: list[Array]
@@ -30,21 +30,21 @@ class PartialMotion:
 
     @property
     def end(self) -> Array:
-        """The state it leads to."""
+        """The final state, shape (nx,)."""
         return self.states[-1]
 
     def until(self, count: int) -> PartialMotion:
-        """Return the part of it that has ``count`` inputs."""
+        """Return its first ``count`` steps."""
         return PartialMotion(self.states[: count + 1], self.inputs[:count])
 
     def add(self, u: Array, x: Array) -> None:
-        """Go on with inputs that lead to a state."""
+        """Append a step: inputs (nu,) and the state (nx,) that they lead to."""
         self.inputs.append(u)
         self.states.append(x)
 
 
-MIN_PROGRESS = 0.01  # [m] by which the potential must fall within the patience
-GOAL_CONNECTION_PERIOD = 4  # steps between two looks for the last motion into the goal
+MIN_PROGRESS = 0.01  # [m] decrease of the potential that counts as progress
+GOAL_CONNECTION_PERIOD = 4  # steps between attempts at a goal connection
 
 
 class Ending(Enum):
@@ -56,15 +56,15 @@ class Ending(Enum):
 
 
 class Descent:
-    """Follows the field.
+    """Descends the field.
 
     Args:
         field: The potential.
         lookahead: Proposes inputs.
-        arrival: Looks for the last motion into the goal.
-        propagator: Makes and judges every step.
-        near: Potential in [m] below which the last motion is looked for.
-        patience: Steps without progress after which a place counts as a minimum.
+        arrival: Goal connection.
+        propagator: Propagates and checks every step.
+        near: Potential in [m] below which goal connections are attempted.
+        patience: Steps without progress that count as a local minimum.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Descent:
     def follow(
         self, trail: PartialMotion, generator: np.random.Generator, budget: Budget
     ) -> Ending:
-        """Go on from the end of a trail, and add what was gone."""
+        """Extend a motion from its end until the descent ends."""
         u = self._idle()
         lowest, waited, count = self._height(trail.end), 0, 0
         while self._problem.goal_excess(trail.end) > 1.0:
@@ -107,7 +107,7 @@ class Descent:
         return Ending.GOAL
 
     def _idle(self) -> Array:
-        """Return the inputs of a machine that is left alone: 0, or the nearest that it may have."""
+        """Return idle inputs, shape (nu,): 0, or the nearest within limits."""
         return np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
 
     def _height(self, x: Array) -> float:
@@ -122,13 +122,13 @@ class Descent:
     def _choose(
         self, x: Array, u: Array, generator: np.random.Generator, budget: Budget
     ) -> tuple[Array, Array] | None:
-        """Return inputs and the state after one step of them.
+        """Return inputs (nu,) and the state (nx,) after one step of them.
 
-        The best proposal that is free up to the horizon is taken, else the one that is free for
-        longest; None where not even one step is.
+        Takes the best proposal that is free up to the horizon, else the one that is free longest;
+        None if no first step is free.
 
         Raises:
-            CancelledError: If the budget's time was over before all were looked at.
+            CancelledError: If time ran out before all were checked.
         """
         longest, best = 0, None
         for proposal in self._lookahead.proposals(x, u, generator):
@@ -141,7 +141,7 @@ class Descent:
         return best
 
     def _free_steps(self, x: Array, u: Array) -> tuple[int, Array | None]:
-        """Return for how many steps the way is free, and the state after the first."""
+        """Return the number of free steps, and the state (nx,) after the first."""
         first, held = None, u.tolist()
         for k in range(self._lookahead.steps):
             reached, free = self._propagator.step(x.tolist(), held, self._problem.step)

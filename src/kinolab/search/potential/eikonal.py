@@ -1,7 +1,7 @@
-"""A navigation function: how long the way to a goal is for a point among blocked cells.
+"""Navigation function: path length to a goal for a point among blocked cells.
 
-It solves |grad N| = 1/speed by fast sweeping (fteikpy). Every node's value comes from a smaller one
-beside it, so that going down never ends but at the goal.
+It solves the eikonal equation |grad N| = 1/speed by fast sweeping (fteikpy). Every node's value
+derives from a smaller adjacent one, so the goal is the only minimum.
 
 Source: Noble, Gesret, Belayouni, Accurate 3-D finite difference computation of traveltimes in
 strongly heterogeneous media, Geophysical J. Int. 199, 2014; Barraquand, Latombe, IJRR 10(6), 1991.
@@ -21,23 +21,23 @@ from kinolab.numerics.jit_cache import sealed_caches
 
 Mask: TypeAlias = NDArray[np.bool_]
 
-BLOCKED_SPEED = 1e-3  # speed in blocked cells, as a share of that in the open
-MIN_SPEED = 0.2  # the same beside an obstacle
-MIN_SWEEPS = 6  # over the grid before it is seen whether anything still changes
+BLOCKED_SPEED = 1e-3  # speed in blocked cells, relative to open space
+MIN_SPEED = 0.2  # the same next to an obstacle
+MIN_SWEEPS = 6  # sweeps before the first convergence check
 MAX_SWEEPS = 256
-CONVERGENCE_TOLERANCE = 1e-9  # share of a value by which sweeping may still lower it
-STRAIGHT_CELLS = 2.0  # cells around the goal in which the way is straight
+CONVERGENCE_TOLERANCE = 1e-9  # relative change of a value
+STRAIGHT_CELLS = 2.0  # cells around the goal in which paths are straight
 
 
 @dataclass(frozen=True, eq=False)
 class WorkspaceGrid:
-    """Equal cells along some axes of the world.
+    """Regular grid over some axes of the world.
 
     Attributes:
-        axes: Which axes of the world: 0, 1 and 2 for x, y and z; two or three of them.
+        axes: World axes: 0, 1 and 2 for x, y and z; two or three of them.
         origin: Lowest corner in [m], shape (axes,).
         size: Edge of a cell in [m].
-        shape: How many cells there are along each axis.
+        shape: Number of cells along each axis.
     """
 
     axes: tuple[int, ...]
@@ -46,19 +46,19 @@ class WorkspaceGrid:
     shape: tuple[int, ...]
 
     def centre(self, cell: tuple[int, ...]) -> Array:
-        """Return the middle of a cell, shape (axes,)."""
+        """Return the centre of a cell, shape (axes,)."""
         middle: Array = self.origin + self.size * (np.array(cell) + 0.5)
         return middle
 
     def cell_of(self, point: Array) -> tuple[int, ...]:
-        """Return the cell that holds a point of the world (3,), or the nearest one."""
+        """Return the cell that contains a world point (3,), or the nearest one."""
         place = (point[list(self.axes)] - self.origin) / self.size
         nearest = np.clip(np.floor(place).astype(int), 0, np.array(self.shape) - 1)
         return tuple(int(entry) for entry in nearest)
 
 
 def cropped(grid: WorkspaceGrid, free: Mask, goal: Array) -> tuple[WorkspaceGrid, Mask]:
-    """Return a grid's part that holds all free cells and the goal (3,), with a cell around."""
+    """Crop a grid to all free cells and the goal (3,), with a margin of one cell."""
     found = np.argwhere(free)
     corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size).astype(int)
     lowest, highest = (np.vstack([found, corner - k]) for k in (0, 1))
@@ -70,13 +70,13 @@ def cropped(grid: WorkspaceGrid, free: Mask, goal: Array) -> tuple[WorkspaceGrid
 
 @dataclass(frozen=True, eq=False)
 class NavigationFunction:
-    """The length of the way to a goal, in [m] of open space, for points of the world.
+    """Path length to a goal, in [m] of open space, as a function of world points.
 
     Attributes:
-        grid: Where it is known; elsewhere the nearest value holds.
-        values: At the corners of the cells, each size one more than the grid's.
-        goal: Where it is 0, in the world, shape (3,).
-        slowness: Beside the goal: 1 in the open, more where room is short.
+        grid: Domain; points outside take the nearest value.
+        values: At the corners of the cells, one more per axis than cells.
+        goal: World point where it is 0, shape (3,).
+        slowness: At the goal: 1 in open space, more where clearance is small.
     """
 
     grid: WorkspaceGrid
@@ -97,7 +97,7 @@ class NavigationFunction:
         return self._near_goal(points, value, gradient)
 
     def _interpolate(self, corner: NDArray[Any], fraction: Array) -> tuple[Array, Array]:
-        """Interpolate between the corners of cells; slopes are per cell."""
+        """Interpolate multilinearly in cells, corner and fraction (n, axes); slopes per cell."""
         count, dims = fraction.shape
         value, slope = np.zeros(count), np.zeros((count, dims))
         for bits in np.ndindex(*(2,) * dims):
@@ -111,7 +111,7 @@ class NavigationFunction:
         return value, slope
 
     def _near_goal(self, points: Array, value: Array, gradient: Array) -> tuple[Array, Array]:
-        """Take the straight way where it is shorter, within some cells of the goal."""
+        """Use the straight-line distance where it is shorter, within some cells of the goal."""
         away = np.zeros_like(points)
         axes = list(self.grid.axes)
         away[:, axes] = (points - self.goal)[:, axes]
@@ -126,15 +126,15 @@ class NavigationFunction:
 def navigation_function(
     free: Mask, grid: WorkspaceGrid, goal: Array, clearance_cost_radius: float
 ) -> NavigationFunction:
-    """Solve for the way to a goal through free cells.
+    """Solve for the navigation function of a goal over free cells.
 
     Args:
-        free: Which cells may be crossed, of the grid's shape.
-        grid: The cells.
-        goal: Point of the world at a corner of cells, shape (3,): between corners the solver fails
-            where the speed jumps.
-        clearance_cost_radius: Distance from blocked cells in [m] below which a way counts as
-            longer, up to five times, so that ways keep to the middle; 0 for shortest ways.
+        free: Mask of free cells, of the grid's shape.
+        grid: The grid.
+        goal: World point at a corner of cells, shape (3,): between corners the solver fails where
+            the speed jumps.
+        clearance_cost_radius: Clearance in [m] below which path length is weighted, up to five
+            times, to keep paths off obstacles; 0 for shortest paths.
     """
     speed = _speed(free, grid, clearance_cost_radius)
     corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size)
@@ -151,9 +151,9 @@ def _speed(free: Mask, grid: WorkspaceGrid, clearance_cost_radius: float) -> Arr
 
 
 def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
-    """Sweep over cells of size 1 until nothing changes at the corners that count.
+    """Sweep over cells of size 1 until the corners in the mask converge.
 
-    Mazes need as many sweeps as their ways have turns.
+    Mazes need as many sweeps as their paths have turns.
     """
     sweeps = MIN_SWEEPS
     values = shortest(speed, source, sweeps)
@@ -166,12 +166,12 @@ def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
 
 
 def shortest(speed: Array, source: Array, sweeps: int) -> Array:
-    """Return the times of arrival at the corners of cells of size 1 after some sweeps.
+    """Return arrival times at the corners of cells of size 1 after some sweeps.
 
     ``speed`` has one entry per cell, shape (nx, ny) or (nx, ny, nz), the times one more per axis.
 
-    The solver wants a source whose coordinates are whole numbers to the last bit: it takes anything
-    else for a point between corners.
+    The source must have exact integer coordinates: the solver takes anything else for a point
+    between corners.
     """
     with sealed_caches():  # its import compiles what is not cached yet
         from fteikpy import Eikonal2D, Eikonal3D
@@ -182,7 +182,7 @@ def shortest(speed: Array, source: Array, sweeps: int) -> Array:
 
 
 def _corners_of(cells: Mask) -> Mask:
-    """Return which corners belong to one of some cells."""
+    """Return the mask of the corners of masked cells."""
     corners = np.zeros(tuple(n + 1 for n in cells.shape), dtype=bool)
     for step in np.ndindex(*(2,) * cells.ndim):
         corners[tuple(slice(k, k + n) for k, n in zip(step, cells.shape, strict=True))] |= cells

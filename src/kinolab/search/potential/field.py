@@ -1,4 +1,4 @@
-"""The whole potential of a machine: its control points' ways to go, and its gaps to obstacles."""
+"""The potential field of a machine: attraction of control points, repulsion from obstacles."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
 from kinolab.world.collision.closest_points import Gap, GapFinder
 
-MIN_DISTANCE = 1e-4  # [m]; nearer than this the push grows no more, so that it stays a number
+MIN_DISTANCE = 1e-4  # [m] below which the repulsion is constant, so that it stays finite
 
 
 @dataclass(frozen=True)
 class Repulsion:
-    """A potential gain / 2 (1/d - 1/reach)^2 of a gap d, and 0 beyond the reach.
+    """Repulsive potential gain / 2 (1/d - 1/reach)^2 at distance d, and 0 beyond the reach.
 
     Attributes:
         gain: In [m^3], so that the potential is in [m].
@@ -38,9 +38,9 @@ class Repulsion:
         return 0.5 * self.gain * (1 / max(distance, MIN_DISTANCE) - 1 / self.reach) ** 2
 
     def force(self, gap: Gap) -> Array:
-        """Return the push on the body at its nearest point, away from the obstacle, shape (3,).
+        """Return the force on the body at its closest point, away from the obstacle, shape (3,).
 
-        Its length is gain (1/d - 1/reach) / d^2; it is 0 at contact, where no direction is known.
+        Its norm is gain (1/d - 1/reach) / d^2, and 0 at contact, where no direction is defined.
         """
         d = max(gap.distance, MIN_DISTANCE)
         if not 0 < gap.distance < self.reach:
@@ -55,7 +55,7 @@ PointPotential: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True, eq=False)
 class AttractivePotential:
-    """A control point with its potential and how much it counts."""
+    """A control point with its potential and weight."""
 
     point: ControlPoint
     potential: PointPotential
@@ -64,12 +64,12 @@ class AttractivePotential:
 
 @dataclass(frozen=True, eq=False)
 class PointForce:
-    """A force on a point of a body: minus the slope of the potential, without a unit.
+    """A force on a point of a body: the negative gradient of the potential, dimensionless.
 
     Attributes:
         body: Index of the body.
-        at: The point in the world, in [m], shape (3,).
-        force: Shape (3,).
+        at: World point in [m], shape (3,).
+        force: World vector, shape (3,).
     """
 
     body: int
@@ -81,9 +81,9 @@ class Field:
     """The sum of all potentials, in [m], as a function of the state.
 
     Args:
-        problem: The machine and its world.
-        pulls: What attracts; where there are none, the norm of the goal errors does.
-        repulsion: What keeps off obstacles.
+        problem: The planning problem.
+        pulls: Attractive potentials; without any, the norm of the goal errors.
+        repulsion: Repulsive potential of obstacles.
     """
 
     def __init__(
@@ -94,14 +94,14 @@ class Field:
         self._near = problem.checker(margin=repulsion.reach) if repulsion.gain > 0 else None
 
     def potential(self, states: Array) -> Array:
-        """Return the potential at states (n, nx), shape (n,); infinite where bodies touch."""
+        """Return the potential at states (n, nx), shape (n,); infinite in collision."""
         poses = self.problem.frames(states)
         return self.attraction(states, poses) + [
             self._repelled(x, p) for x, p in zip(states, poses, strict=True)
         ]
 
     def attraction(self, states: Array, poses: Array) -> Array:
-        """Return what pulls at states (n, nx) with poses (n, bodies, 12), shape (n,)."""
+        """Return the attraction at states (n, nx) with poses (n, bodies, 12), shape (n,)."""
         if not self.pulls:
             return np.array([self.problem.goal_distance(x) for x in states])
         total = np.zeros(len(states))
@@ -111,13 +111,13 @@ class Field:
         return total
 
     def points(self, states: Array) -> Array:
-        """Return the control points at states (n, nx), shape (n, points, 3)."""
+        """Return the control points' positions at states (n, nx), shape (n, points, 3)."""
         poses = self.problem.frames(states)
         found = [place(p.point.at, poses[:, p.point.carrier.body]) for p in self.pulls]
         return np.stack(found, axis=1) if found else np.zeros((len(states), 0, 3))
 
     def forces(self, x: Array) -> list[PointForce]:
-        """Return the forces on the bodies at a state, the pulls first, then the pushes."""
+        """Return the forces at a state (nx,), attractive ones first, then repulsive ones."""
         poses = self.problem.frames(x)
         found = []
         for pull in self.pulls:
@@ -131,7 +131,7 @@ class Field:
         return found
 
     def pushed(self, x: Array, direction: Array) -> list[PointForce]:
-        """Return forces that push all control points the same way, along a vector (3,)."""
+        """Return equal forces, a vector (3,), on all control points at a state (nx,)."""
         poses = self.problem.frames(x)
         bodies = [(pull.point.carrier.body, pull.point.at) for pull in self.pulls]
         return [PointForce(b, place(at, poses[b][None])[0], direction) for b, at in bodies]
@@ -143,7 +143,7 @@ class Field:
         return sum(self.repulsion.potential(gap.distance) for gap in gaps)
 
     def _is_near(self, x: Array, poses: Array) -> bool:
-        """Say whether anything may be within reach; much faster than to measure gaps."""
+        """Say whether anything may be within reach; much faster than computing distances."""
         if self._near is None:
             return False
         ends = self.problem.placement(x)[1] if self.problem.cables else np.zeros((0, 6))
@@ -152,11 +152,11 @@ class Field:
 
 @dataclass(frozen=True, eq=False)
 class StraightLinePotential:
-    """The distance to a goal, rounded off beside it: a cone that ends in a paraboloid.
+    """Distance to a goal, smoothed near it: conic potential with a parabolic well.
 
     Attributes:
-        goal: In the world, in [m], shape (3,).
-        rounding: Distance in [m] below which the pull fades.
+        goal: World point in [m], shape (3,).
+        rounding: Distance in [m] below which it is parabolic.
 
     Source: Latombe, Robot Motion Planning, 1991, section 7.1.
     """

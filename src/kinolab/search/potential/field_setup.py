@@ -1,4 +1,4 @@
-"""Makes the field of a problem: what pulls each control point, and how much it counts."""
+"""Sets up the field of a problem: potentials and weights of the control points."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.workspace import grid_of, is_open, open_cells
 from kinolab.simulation import Propagator
 
-FOLLOWER_WEIGHT = 0.3  # weight of the end of a body that follows, against 1 for the one that leads
-CELL_FRACTION = 0.7  # of half the body's width: edge of a cell where the user gives none
-HALVINGS = 3  # of a cell's edge, where the start is cut off from the goal
-MIN_SHRINKAGE = 0.9  # share of its edge below which a smaller cell may open a gap
-MAX_CELLS_PER_SIDE = 200.0  # cells along a workspace, where the user gives no edge
+FOLLOWER_WEIGHT = 0.3  # weight of a body's trailing end, relative to 1 for the leading one
+CELL_FRACTION = 0.7  # default cell edge, of half the body's width
+HALVINGS = 3  # of the cell's edge while start and goal are disconnected
+MIN_SHRINKAGE = 0.9  # ratio of edges above which refinement is pointless
+MAX_CELLS_PER_SIDE = 200.0  # cells along a workspace at the default edge
 
 
 def plain_field(problem: PlanningTask, repulsion: Repulsion) -> Field:
-    """Return the field that knows the way to the goal only as the crow flies."""
+    """Return the field with straight-line attraction."""
     points = control_points(problem)
     return Field(
         problem,
@@ -46,15 +46,15 @@ def navigation_field(
     clearance_cost_radius: float,
     stop: Callable[[], bool],
 ) -> Field | None:
-    """Return the field of navigation functions; None where ``stop`` said to end.
+    """Return the field of navigation functions; None if cancelled.
 
     Args:
-        propagator: Judges where the machine of its problem can be.
-        repulsion: Besides.
-        resolution: Edge of a cell in [m]; 0 to take it from the body's width.
-        grid_memory: For the cells of one point, in [MB].
+        propagator: Checks states of its problem for collisions.
+        repulsion: Repulsive potential of obstacles.
+        resolution: Edge of a cell in [m]; 0 to derive it from the body's width.
+        grid_memory: Memory limit for the grid of one point, in [MB].
         clearance_cost_radius: See ``navigation_function``.
-        stop: Asked now and then.
+        stop: Whether to cancel; polled.
     """
     problem = propagator.problem
     points = control_points(problem)
@@ -76,7 +76,7 @@ def _navigation(
     clearance_cost_radius: float,
     stop: Callable[[], bool],
 ) -> NavigationFunction | None:
-    """Return the way to a point's goal; cells are halved while they cut the start off."""
+    """Return a point's navigation function; cells are halved while start and goal disconnect."""
     problem = propagator.problem
     grid = grid_of(problem, point, edge, grid_memory)
     free = open_cells(propagator, point, grid, stop)
@@ -106,9 +106,10 @@ def _edge(problem: PlanningTask, point: ControlPoint) -> float:
 def _weighed(
     problem: PlanningTask, points: list[ControlPoint], potentials: list[PointPotential]
 ) -> list[AttractivePotential]:
-    """Let the end of a body that must go farther lead: the machine then arrives that way round.
+    """Weight potentials so that the end of a body with the farther goal leads.
 
-    Pulled equally at both ends a body that cannot move sideways would find no reason to turn.
+    The machine then arrives facing the right way. A body that cannot move sideways would have no
+    reason to turn if both ends were attracted equally.
     """
     start = problem.frames(problem.start)
     heights = []

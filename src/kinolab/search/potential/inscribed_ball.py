@@ -1,4 +1,4 @@
-"""The largest ball about a point that fits into a body."""
+"""The largest ball about a point inside a body."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
 
 
 def inscribed_radius(body: BodyGeometry, at: Array) -> float:
-    """Return the radius in [m] of the ball about a point of the body's frame; 0 outside.
+    """Return the radius in [m] of the ball about a body-frame point, shape (3,); 0 outside.
 
-    Shapes that overlap might hold a larger one together: this is that of the best single shape.
+    It is that of the best single shape: the union of overlapping shapes might contain a larger one.
     """
     return max((_depth(shape, at) for shape in body.shapes), default=0.0)
 

@@ -1,4 +1,4 @@
-"""Waits for compiled work without turning a deaf ear to interrupts."""
+"""Run compiled work so that interrupts are still handled."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-CANCELLATION_PERIOD = 0.05  # [s] between two looks at whether to stop
+CANCELLATION_PERIOD = 0.05  # [s] between cancellation checks
 
 
 def run_unless_cancelled(work: Callable[[], T], stop: Callable[[], bool]) -> T | None:
-    """Return what ``work`` returns, or None as soon as ``stop`` says to end.
+    """Return the result of ``work``, or None as soon as ``stop`` returns True.
 
-    Python handles signals in its main thread, and only between two of its own instructions; so
-    what takes seconds elsewhere runs beside it. What was given up ends by itself, unheard.
+    Python handles signals in its main thread and only between bytecodes, so long compiled work runs
+    in another thread. Cancelled work finishes in the background and is discarded.
     """
     results: list[T] = []
     failures: list[BaseException] = []

@@ -1,4 +1,4 @@
-"""Which bodies are led to the goal, and which lengths of the machine carry them there."""
+"""Leading bodies: the bodies guided to the goal, and the length coordinates that move them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from kinolab.numerics.quaternions import random_attitude
 from kinolab.problem import PlanningTask
 from kinolab.world import BodyGeometry, triangles
 
-RANDOM_STATES = 24  # configurations at which the machine is looked at
-MIN_MOTION = 1e-6  # [m] that a point moves by where it moves at all
+RANDOM_STATES = 24  # sampled configurations
+MIN_MOTION = 1e-6  # [m] displacement from which a point counts as moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +22,9 @@ class LeadingBody:
 
     Attributes:
         body: Its index.
-        lengths: Entries of the state, each a coordinate in [m], that move it.
-        centre: Of its shapes, in its own frame, shape (3,).
-        reach: Half of its size along its axes, in [m], shape (3,).
+        lengths: Entries of the state that move it, each a coordinate in [m].
+        centre: Centre of its bounding box in its own frame, in [m], shape (3,).
+        reach: Half extents along its axes, in [m], shape (3,).
     """
 
     body: int
@@ -34,10 +34,10 @@ class LeadingBody:
 
 
 def leading_bodies(problem: PlanningTask) -> list[LeadingBody]:
-    """Return the bodies that lead: no other body's lengths contain all of theirs.
+    """Return the leading bodies: those whose lengths are no subset of another body's.
 
-    A crane's load leads its trolley and its bridge. Of bodies moved by the same lengths the
-    first that the system names leads. Where no length moves any body, as in an arm, all lead.
+    A crane's load leads its trolley and its bridge. Of bodies moved by the same lengths the first
+    in the system leads. If no length moves any body, as in an arm, all lead.
     """
     states = sample_states(problem, RANDOM_STATES)
     found = [
@@ -54,7 +54,7 @@ def leading_bodies(problem: PlanningTask) -> list[LeadingBody]:
 
 
 def sample_states(problem: PlanningTask, count: int) -> Array:
-    """Return states whose configurations are drawn from the limits, shape (count, nx)."""
+    """Sample states with configurations uniform within limits, shape (count, nx)."""
     generator, nq = np.random.default_rng(0), problem.model.nq
     states = np.tile(problem.start, (count, 1))
     lower, upper = problem.sampling_bounds[:nq].T

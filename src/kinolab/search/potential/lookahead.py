@@ -1,8 +1,8 @@
-"""Which inputs to take: several proposals, each simulated for a while, the lowest potential first.
+"""Lookahead: candidate inputs, simulated to a horizon and ranked by the potential they reach.
 
-A force on a crane's load asks nothing of its trolley at once, and one across a car nothing of its
-steering; what they ask for shows only some time later. So the inputs are also chosen by least
-squares on where the control points will be at a horizon, as far as that is linear in the inputs.
+A force on a crane's load has no immediate effect on its trolley, nor a lateral force on a car's
+steering: the response comes only later. So inputs are also chosen by linear least squares on the
+positions of the control points at the horizon.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from kinolab.search.potential.field import Field
 from kinolab.search.potential.pullback import InputProjection, independent_entries
 from kinolab.simulation import ZeroOrderHold
 
-STEP_LENGTHS = (0.3, 1.0, 3.0)  # [m] that the control points are asked to go within the horizon
-FD_STEP = 0.05  # of an input's range, to see what it changes
+STEP_LENGTHS = (0.3, 1.0, 3.0)  # [m] targets for the control points' motion within the horizon
+FD_STEP = 0.05  # finite difference, of an input's range
 
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """Inputs, and the potential that they lead to at the horizon, in [m]."""
+    """Inputs, shape (nu,), and the potential that they reach at the horizon, in [m]."""
 
     potential: float
     u: Array
@@ -37,10 +37,10 @@ class Lookahead:
 
     Args:
         field: The potential.
-        projection: Turns its forces into inputs.
-        steps: Of the problem's length, up to the horizon.
-        draws: Proposals drawn at random besides.
-        stop: Says that what is being done must end, by a CancelledError.
+        projection: Maps its forces to inputs.
+        steps: Horizon in time steps of the problem.
+        draws: Number of additional random proposals.
+        stop: Cancellation token; cancelling raises a CancelledError.
     """
 
     def __init__(
@@ -57,12 +57,12 @@ class Lookahead:
         self._lower, self._upper = field.problem.model.control_bounds.T
 
     def proposals(self, x: Array, u: Array, generator: np.random.Generator) -> list[Proposal]:
-        """Return proposals for a state, the best first; those whose simulation fails are left out.
+        """Return proposals for a state, the best first, without those whose simulation fails.
 
         Args:
             x: State, shape (nx,).
-            u: Inputs that were held until now, shape (nu,).
-            generator: Of the random ones.
+            u: Current inputs, shape (nu,).
+            generator: Random number generator.
         """
         found, ends = [], []
         for proposed in self._ideas(x, u, generator):
@@ -83,7 +83,7 @@ class Lookahead:
         yield from self._by_linear_response(x, u)
         for k in range(self._draws):
             drawn = generator.uniform(self._lower, self._upper)
-            # Half of them lie around what is held, so that a good choice is refined.
+            # Half of them lie near the current inputs, to refine a good choice.
             yield drawn if k % 2 else np.clip(u + 0.2 * (drawn - u), self._lower, self._upper)
 
     def _pulled_back(self, x: Array) -> Iterator[Array]:
@@ -93,7 +93,7 @@ class Lookahead:
             return  # kinematic, or singular here: the other proposals remain
 
     def _by_linear_response(self, x: Array, u: Array) -> Iterator[Array]:
-        """Yield inputs that bring the control points down the field, and some that brake."""
+        """Yield inputs that move the control points down the field, and one that brakes."""
         base = self._rollout.end(x, u, self.steps)
         nudges = np.where(u > (self._lower + self._upper) / 2, -FD_STEP, FD_STEP)
         nudges *= self._upper - self._lower
@@ -120,7 +120,7 @@ class Lookahead:
             yield u + bounded_least_squares(slowing, -base[entries] / scales, *bounds)
 
     def _way_down(self, points: Array) -> Array:
-        """Return directions in which the control points (n, 3) go down, at most of length 1."""
+        """Return descent directions of the control points (n, 3), of norm at most 1, (n, 3)."""
         found = []
         for pull, at in zip(self._field.pulls, points, strict=True):
             value, slope = pull.potential(at[None])

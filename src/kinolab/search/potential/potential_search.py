@@ -1,4 +1,4 @@
-"""The whole search: build the field, follow it, escape from its minima, say how it ended."""
+"""Potential-field search: build the field, descend it, and escape from its minima."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from kinolab.steering import GoalConnection
 
 @dataclass(frozen=True, kw_only=True)
 class FieldSettings:
-    """What the search needs to know; the planner says what each one means."""
+    """Settings of the search; documented in the planner."""
 
     navigation: bool
     random_walk_escapes: int
@@ -45,7 +45,7 @@ class FieldSettings:
 def solve(
     problem: PlanningTask, settings: FieldSettings, seed: int, budget: Budget
 ) -> SearchResult:
-    """Search for a motion into the goal down a potential field."""
+    """Search for a motion into the goal by descent of a potential field."""
     propagator = Propagator(problem)
     if settings.navigation:
         run_unless_cancelled(_load_solver, lambda: budget.interrupted)
@@ -76,7 +76,7 @@ def solve(
 
 
 def _load_solver() -> None:
-    """Import the eikonal solver and solve for next to nothing: compiling is no part of a search."""
+    """Warm up the eikonal solver on a tiny grid: its compilation is not part of the search."""
     for dims in (2, 3):
         shortest(np.ones((2,) * dims), np.ones(dims), sweeps=1)
 
@@ -123,7 +123,7 @@ def _rows(problem: PlanningTask, trail: PartialMotion) -> tuple[Array, Array]:
 
 
 def _where(problem: PlanningTask, escapes: RandomWalkEscapes) -> dict[str, float]:
-    """Return where the lowest minimum is, by the names of the configuration."""
+    """Return the configuration of the lowest minimum, by coordinate names."""
     lowest = min(escapes.minima, key=lambda minimum: minimum.height)
     names = problem.model.state_names[: problem.model.nq]
     place = {f"minimum_{n}": float(v) for n, v in zip(names, lowest.trail.end, strict=False)}

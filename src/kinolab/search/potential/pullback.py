@@ -1,4 +1,4 @@
-"""From forces on points to generalised forces, and from those to inputs.
+"""Pullback of point forces to generalised forces, and their projection onto inputs.
 
 Source: Khatib, A unified approach for motion and force control of robot manipulators: the
 operational space formulation, IEEE J. Robotics and Automation 3(1), 1987; the least squares are
@@ -19,12 +19,12 @@ from kinolab.search.potential.field import PointForce
 
 
 def independent_entries(model: Model) -> slice:
-    """Return which entries of the state are independent velocities."""
+    """Return the slice of the independent velocities in the state."""
     return slice(model.nq, model.nq + len(model.independent))
 
 
 def velocity_columns(model: Model, x: Array) -> tuple[Array, Array]:
-    """Return how configuration and velocities follow from the independent velocities.
+    """Return the Jacobians of rates and velocities in the independent velocities v.
 
     Returns:
         d(q_dot)/dv in the entries of the configuration, shape (nq, nv), and d(nu)/dv among all
@@ -39,12 +39,12 @@ def velocity_columns(model: Model, x: Array) -> tuple[Array, Array]:
 
 
 def point_jacobians(model: Model, x: Array, points: Sequence[tuple[int, Array]]) -> Array:
-    """Return the velocities of points of bodies per independent velocity.
+    """Return the Jacobians of body points in the independent velocities.
 
     Args:
         model: The machine.
         x: State, shape (nx,).
-        points: Index of a body, and a point of the world that moves with it, shape (3,).
+        points: Body index and world point fixed to it, shape (3,).
 
     Returns:
         Shape (points, 3, nv).
@@ -61,14 +61,14 @@ def point_jacobians(model: Model, x: Array, points: Sequence[tuple[int, Array]])
 
 
 def generalised_force(jacobians: Array, forces: Sequence[PointForce]) -> Array:
-    """Return the sum of J^T f, a covector on the independent velocities, shape (nv,)."""
+    """Return the generalised force, the sum of J^T f over points, shape (nv,)."""
     stacked = np.array([force.force for force in forces]).reshape(-1, 3)
     force: Array = np.einsum("kij,ki->j", jacobians, stacked)
     return force
 
 
 def reduced_mass(model: Model, x: Array) -> Array:
-    """Return the mass matrix on the independent velocities, shape (nv, nv).
+    """Return the mass matrix reduced to the independent velocities, shape (nv, nv).
 
     Raises:
         NoDynamicsError: If the machine is kinematic.
@@ -80,12 +80,12 @@ def reduced_mass(model: Model, x: Array) -> Array:
 
 @dataclass(frozen=True)
 class InputProjection:
-    """Chooses the inputs under which the machine moves most nearly as a force asks.
+    """Projects desired accelerations onto the inputs.
 
     Attributes:
         model: The machine.
-        pull: Acceleration in [m/s^2] of the control points where the potential's slope is 1.
-        damping: Rate in [1/s] at which the velocities that a force leaves alone fade.
+        pull: Acceleration of the control points in [m/s^2] for a unit gradient of the potential.
+        damping: Decay rate in [1/s] of velocities in the absence of force.
     """
 
     model: Model
@@ -95,17 +95,17 @@ class InputProjection:
     def inputs(self, x: Array, forces: Sequence[PointForce], pulls: int) -> Array:
         """Return inputs within their limits, shape (nu,).
 
-        A machine that could move every way would accelerate by M^-1 F - damping v. This one gets
-        the inputs that bring its accelerations nearest to that, in the metric of M.
+        A fully actuated machine would accelerate by M^-1 F - damping v. The inputs bring the
+        acceleration nearest to that in the metric of M.
 
         Args:
             x: State, shape (nx,).
             forces: On points of the bodies.
-            pulls: How many of them, the first ones, attract; these set the scale of the force.
+            pulls: Number of leading forces that are attractive; they set the scale of the force.
 
         Raises:
             NoDynamicsError: If the machine is kinematic.
-            SingularError: Where the equations of motion have no unique solution.
+            SingularError: If the equations of motion have no unique solution.
         """
         model, entries = self.model, independent_entries(self.model)
         jacobians = point_jacobians(model, x, [(force.body, force.at) for force in forces])
@@ -119,7 +119,7 @@ class InputProjection:
         return self.nearest_inputs(x, mass, wanted)
 
     def nearest_inputs(self, x: Array, mass: Array, wanted: Array) -> Array:
-        """Return the inputs whose accelerations are nearest to those wanted (nv,)."""
+        """Return the inputs (nu,) whose accelerations are nearest to those wanted (nv,)."""
         model, entries = self.model, independent_entries(self.model)
         lower, upper = model.control_bounds.T
         middle = (lower + upper) / 2

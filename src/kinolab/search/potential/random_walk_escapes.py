@@ -1,4 +1,4 @@
-"""Out of local minima: random motions through the full dynamics, over a tree of minima.
+"""Escapes from local minima: random walks under the full dynamics, over a tree of minima.
 
 Source: Barraquand, Latombe, Robot motion planning: a distributed representation approach,
 IJRR 10(6), 1991, section 6 (the randomized path planner).
@@ -20,21 +20,21 @@ from kinolab.search.potential.field import Field
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.simulation import Propagator
 
-# random motions that begin at the lowest minimum before the search goes back
+# random walks from the lowest minimum before the search backtracks
 ESCAPES_PER_MINIMUM = 8
-SHORTEST, LONGEST = 4.0, 60.0  # [s] that a random motion lasts, short and long ones alike
-MEAN_HOLD_TIME = 2.0  # [s] for which it goes one way, in the mean
-MAX_REJECTIONS = 20  # draws in a row that lead nowhere, after which it ends
-MIN_IMPROVEMENT = 0.05  # [m] by which a minimum is lower that counts as progress
+SHORTEST, LONGEST = 4.0, 60.0  # [s] range of a random walk's duration, log-uniform
+MEAN_HOLD_TIME = 2.0  # [s] for which it keeps one direction, on average
+MAX_REJECTIONS = 20  # consecutive rejections after which it ends
+MIN_IMPROVEMENT = 0.05  # [m] decrease of the lowest minimum that counts as progress
 
 
 @dataclass(eq=False)
 class LocalMinimum:
-    """A place where a descent ended.
+    """A local minimum where a descent ended.
 
     Attributes:
-        trail: How it was reached.
-        height: Of the potential there, in [m].
+        trail: The motion to it.
+        height: Its potential in [m].
     """
 
     trail: PartialMotion
@@ -42,19 +42,19 @@ class LocalMinimum:
 
 
 class RandomWalkEscapes:
-    """The search over minima.
+    """Search over local minima, alternating descents and random walks.
 
     Args:
         field: The potential.
-        descent: Goes down it.
-        projection: Turns random pushes into inputs.
-        propagator: Makes and judges the random motions.
-        most: How many random motions there may be.
-        reached: Says of a trail into the goal whether the true motion ends there too.
+        descent: Descends it.
+        projection: Maps random forces to inputs.
+        propagator: Propagates and checks the random walks.
+        most: Maximum number of random walks.
+        reached: Whether the re-simulation of a motion into the goal ends there too.
 
     Attributes:
-        minima: Those found, the first one first.
-        made: How many random motions were made.
+        minima: Minima in order of discovery.
+        made: Number of random walks so far.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class RandomWalkEscapes:
     def search(
         self, problem: PlanningTask, generator: np.random.Generator, budget: Budget
     ) -> tuple[Ending, PartialMotion]:
-        """Return how the search ended, and the trail to the goal or to the nearest approach."""
+        """Return how the search ended, and the motion to the goal or to the nearest approach."""
         trail = PartialMotion([problem.start])
         nearest = trail.until(0)
         while True:
@@ -92,7 +92,7 @@ class RandomWalkEscapes:
     def _descend(
         self, trail: PartialMotion, generator: np.random.Generator, budget: Budget
     ) -> Ending:
-        """Go down; a goal that is missed in truth counts as a minimum."""
+        """Descend; a goal that re-simulation misses counts as a minimum."""
         ending = self._descent.follow(trail, generator, budget)
         if ending is Ending.GOAL and not self._reached(trail):
             ending = Ending.MINIMUM
@@ -107,10 +107,10 @@ class RandomWalkEscapes:
         self.minima.append(LocalMinimum(trail, height))
 
     def _origin(self, generator: np.random.Generator) -> PartialMotion:
-        """Return a trail from whose end a random motion begins.
+        """Return a motion from whose end to start a random walk.
 
-        That is the lowest minimum until it was tried too often, then a place on the way to any of
-        them, so that the search goes back as far as it must.
+        It ends at the lowest minimum until that was tried too often, then at a random state on the
+        motion to any minimum, so that the search can backtrack as far as it must.
         """
         self._since_progress += 1
         if self._since_progress <= ESCAPES_PER_MINIMUM:
@@ -126,7 +126,7 @@ class RandomWalkEscapes:
         generator: np.random.Generator,
         budget: Budget,
     ) -> bool:
-        """Add a random motion of random duration to a trail; False where the budget is spent."""
+        """Append a random walk of random duration; False if the budget is spent."""
         h, refused = problem.step, 0
         duration = SHORTEST * (LONGEST / SHORTEST) ** generator.random()
         left = 1 + int(duration / h)
@@ -147,9 +147,9 @@ class RandomWalkEscapes:
     def _drive(
         self, problem: PlanningTask, generator: np.random.Generator
     ) -> Callable[[Array], Array]:
-        """Draw what moves the machine: inputs, or a push on all control points in one direction.
+        """Sample constant inputs, or a force in one direction on all control points.
 
-        Inputs held on their own make most machines go round in circles.
+        Constant inputs alone make most machines drive in circles.
         """
         lower, upper = problem.model.control_bounds.T
         u: Array = generator.uniform(lower, upper)
@@ -168,7 +168,7 @@ class RandomWalkEscapes:
 
 
 def _nearest(problem: PlanningTask, trail: PartialMotion, best: PartialMotion) -> PartialMotion:
-    """Return the part of a trail that ends nearest to the goal, if that is nearer than the best."""
+    """Truncate a motion at its state nearest to the goal; return it if nearer than the best."""
     distances = [problem.goal_distance(x) for x in trail.states]
     k = int(np.argmin(distances))
     return trail.until(k) if distances[k] < problem.goal_distance(best.end) else best

@@ -1,8 +1,8 @@
-"""Where a control point can be: cells to which the machine brings it without touching anything.
+"""Free workspace of a control point: cells that it can reach without collision.
 
-Where lengths carry the point the machine itself is judged, brought to a cell in several attitudes:
-the cell is open if one of them is free, so that no feasible way is cut off but by the sampling of
-attitudes. Elsewhere (an arm) only the largest ball about the point that fits the body is judged.
+If length coordinates move the point, the machine itself is checked in each cell in several
+attitudes: the cell is free if one of them is, so only the sampling of attitudes can exclude a
+feasible path. Otherwise (an arm) only the largest ball about the point inside the body is checked.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ from kinolab.world import BodyGeometry, CollisionChecker
 
 Mask: TypeAlias = NDArray[np.bool_]
 
-RANDOM_ATTITUDES = 16  # in which the machine is brought to a cell
-RANDOM_STATES = 32  # configurations from which the workspace of a point is measured
-MIN_MOTION = 1e-6  # [m] by which a point moves along an axis of its workspace
+RANDOM_ATTITUDES = 16  # checked per cell
+RANDOM_STATES = 32  # configurations that determine the extent of the workspace
+MIN_MOTION = 1e-6  # [m] extent from which an axis belongs to the workspace
 ROUNDING = 1e-9  # [m]
-BYTES_PER_CELL = 64  # occupancy, speeds and values, with what the solver keeps beside them
-MIN_RADIUS = 1e-3  # [m] radius of a ball that stands for a point
-CELLS_PER_CANCELLATION_CHECK = 16  # cells between two looks at the clock
+BYTES_PER_CELL = 64  # occupancy, speeds and values, with the solver's own arrays
+MIN_RADIUS = 1e-3  # [m] radius of a ball that represents a point
+CELLS_PER_CANCELLATION_CHECK = 16  # cells between cancellation checks
 
 
 def grid_of(
     problem: PlanningTask, point: ControlPoint, resolution: float, grid_memory: float
 ) -> WorkspaceGrid:
-    """Return the cells of a point's workspace; the goal is a corner of some of them.
+    """Return the grid of a point's workspace, aligned so that the goal is a corner of cells.
 
     Args:
-        problem: Gives the limits.
+        problem: The planning problem.
         point: The control point.
-        resolution: Edge of a cell in [m]; longer where memory is short.
-        grid_memory: That all cells may take, in [MB].
+        resolution: Edge of a cell in [m]; increased to fit the memory limit.
+        grid_memory: Memory limit for all cells, in [MB].
     """
     low, high = _extent(problem, point)
     axes = tuple(int(k) for k in np.flatnonzero(high - low > MIN_MOTION))
@@ -62,11 +62,11 @@ def grid_of(
 
 
 def _extent(problem: PlanningTask, point: ControlPoint) -> tuple[Array, Array]:
-    """Return the lowest and highest place of a point, shape (3,), as far as samples tell."""
+    """Estimate the bounds of a point's positions by sampling, shape (3,) each, in [m]."""
     states = sample_states(problem, RANDOM_STATES)
     for k, entry in enumerate(point.carrier.lengths):
         for half, value in zip((0, 1), problem.sampling_bounds[entry], strict=True):
-            # Both ends of every length, together with both ends of all others.
+            # All combinations of the lengths' limits.
             states[(np.arange(RANDOM_STATES) >> k) % 2 == half, entry] = value
     places = place(point.at, problem.frames(states)[:, point.carrier.body])
     places = np.vstack([places, point.goal, _at(problem, point, problem.start)])
@@ -81,9 +81,9 @@ def _extent(problem: PlanningTask, point: ControlPoint) -> tuple[Array, Array]:
 def open_cells(
     propagator: Propagator, point: ControlPoint, grid: WorkspaceGrid, stop: Callable[[], bool]
 ) -> Mask | None:
-    """Return which cells the point can be brought to from its goal, of the grid's shape.
+    """Return the mask of free cells connected to the point's goal, of the grid's shape.
 
-    Only what is connected with the goal is judged. None where ``stop`` said to end.
+    It is a flood fill from the goal, so no other cells are checked. None if cancelled.
     """
     is_free = _judge(propagator, point, grid)
     free, seen = np.zeros(grid.shape, dtype=bool), np.zeros(grid.shape, dtype=bool)
@@ -106,7 +106,7 @@ def open_cells(
 
 
 def is_open(problem: PlanningTask, point: ControlPoint, grid: WorkspaceGrid, free: Mask) -> bool:
-    """Say whether the start is in an open cell or beside one."""
+    """Say whether the start is in a free cell or next to one."""
     cell = grid.cell_of(_at(problem, point, problem.start))
     around = tuple(slice(max(k - 1, 0), k + 2) for k in cell)
     return bool(free[around].any())
@@ -130,7 +130,7 @@ def _neighbours(cell: tuple[int, ...], shape: tuple[int, ...]) -> Iterator[tuple
 def _judge(
     propagator: Propagator, point: ControlPoint, grid: WorkspaceGrid
 ) -> Callable[[Array], bool]:
-    """Return the question whether the point may be at a place (axes,) of the grid."""
+    """Return the predicate whether the point may be at a position (axes,) of the grid."""
     problem = propagator.problem
     states = _attitudes(problem)
     steps, ball_fits = _carried(problem, point, grid, states), _ball(problem, point, grid)
@@ -153,7 +153,7 @@ def _judge(
             return False  # nor does the body, in any attitude
         for k in range(len(states)):
             if k != latest and brought(k, target):
-                latest = k  # most likely free beside this cell too
+                latest = k  # most likely free in adjacent cells too
                 return True
         return False
 
@@ -161,9 +161,9 @@ def _judge(
 
 
 def _attitudes(problem: PlanningTask) -> Array:
-    """Return states at rest in several attitudes: the start's, the goal's, and others.
+    """Return states at rest in several attitudes: the start's, the goal's, and others; (n, nx).
 
-    Angles that do not turn all the way round (a sway, a steering) stay where the start has them.
+    Angles that are not circular (sway, steering) stay as at the start.
     """
     generator = np.random.default_rng(0)
     states = np.tile(problem.start, (RANDOM_ATTITUDES + 2, 1))
@@ -174,7 +174,7 @@ def _attitudes(problem: PlanningTask) -> Array:
     states[1, turned] = goal[turned]
     for k in range(RANDOM_ATTITUDES):
         for j, entry in enumerate(turning):
-            # Even for one angle, spread like a lattice for several.
+            # Equidistant for one angle, a lattice for several.
             states[k + 2, entry] = (
                 2 * np.pi * ((k * (1 + 7 * j)) % RANDOM_ATTITUDES) / RANDOM_ATTITUDES - np.pi
             )
@@ -186,9 +186,9 @@ def _attitudes(problem: PlanningTask) -> Array:
 def _carried(
     problem: PlanningTask, point: ControlPoint, grid: WorkspaceGrid, states: Array
 ) -> Array | None:
-    """Return how lengths change with the point's place, shape (lengths, axes), if they carry it.
+    """Return the Jacobian of the lengths in the point's position, shape (lengths, axes).
 
-    None where the lengths do not move the point along every axis of the grid, or not straight.
+    None if the lengths do not move the point along every axis of the grid, or not linearly.
     """
     lengths, body, axes = point.carrier.lengths, point.carrier.body, list(grid.axes)
     if not lengths:
@@ -209,7 +209,7 @@ def _carried(
 def _ball(
     problem: PlanningTask, point: ControlPoint, grid: WorkspaceGrid
 ) -> Callable[[Array], bool]:
-    """Judge the largest ball about the point that fits the body, in place of the machine."""
+    """Return the check of the largest ball about the point inside the body, for the machine."""
     body = problem.bodies[point.carrier.body]
     radius = max(inscribed_radius(body, point.at), MIN_RADIUS)
     ball = BodyGeometry("ball", (Sphere(radius),), body.touches_ground)

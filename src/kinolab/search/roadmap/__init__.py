@@ -1,4 +1,4 @@
-"""Roadmaps: milestones, motions between them, and the questions they answer."""
+"""Kinodynamic roadmaps: milestones, motions between them, and queries."""
 
 from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.search.roadmap.roadmap_builder import RoadmapBuilder

@@ -1,4 +1,4 @@
-"""Milestones: states in which a machine can stay, drawn at random."""
+"""Milestone sampling: random collision-free equilibria."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 
-MAX_DRAWS = 400  # draws before there is no milestone to be had
-MAX_DRAWS_AT_REST = 50  # draws without an equilibrium before a moving state will do
+MAX_DRAWS = 400  # samples before giving up
+MAX_DRAWS_AT_REST = 50  # samples without an equilibrium before moving states are accepted
 
 
 class Sampler:
-    """Draws free milestones: equilibria, and moving states where a configuration has none.
+    """Samples collision-free milestones: equilibria, or moving states if there are none.
 
     Args:
-        problem: Whose states.
+        problem: The planning problem.
         steering: Of its machine.
-        judge: Says what is free.
-        seed: Of the random numbers.
-        stop: Says that drawing must end, by a CancelledError.
+        judge: Collision and limit check.
+        seed: Random seed.
+        stop: Cancellation token; cancelling raises a CancelledError.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Sampler:
         self._generator = np.random.default_rng(seed)
 
     def draw(self) -> Array | None:
-        """Return a free state, shape (nx,); None where none was found."""
+        """Sample a free state, shape (nx,); None if none is found."""
         for k in range(MAX_DRAWS):
             raise_if_cancelled(self._stop)
             x = self._problem.sample(self._generator)
@@ -49,7 +49,7 @@ class Sampler:
         return None
 
     def near_goal(self, count: int) -> list[Array]:
-        """Return free states within the goal, at rest where they can be; its middle comes first."""
+        """Return free states (nx,) in the goal, at rest if possible, its centre first."""
         found = []
         for k in range(count):
             raise_if_cancelled(self._stop)
@@ -62,7 +62,7 @@ class Sampler:
         return inside and self._judge.is_free(state.tolist())
 
     def _at_rest(self, x: Array) -> Array | None:
-        """Return the equilibrium near a state, without what does not matter, if there is one."""
+        """Return the equilibrium near a state, cyclic coordinates at zero, (nx,); None if none."""
         x = np.where(cyclic_coordinates(self._problem), 0.0, x)
         settled = nearest_equilibrium(self._problem, self._steering.ways.straightened(x))
         return None if settled is None else settled[0]

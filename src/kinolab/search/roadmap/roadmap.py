@@ -1,4 +1,4 @@
-"""Milestones, and motions from one to another."""
+"""The roadmap graph: milestones, and motions between them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinolab.search.graph import SearchGraph
 
 @dataclass
 class Roadmap:
-    """A directed graph: states, and the inputs that lead from one to another.
+    """A directed graph of states, with inputs as edges.
 
     Attributes:
         milestones: States, each of shape (nx,).
@@ -26,18 +26,18 @@ class Roadmap:
     motions: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     def add(self, state: Array) -> int:
-        """Add a milestone and return its number."""
+        """Add a milestone and return its index."""
         self.milestones.append(state)
         return len(self.milestones) - 1
 
     def connect(self, begin: int, end: int, inputs: Array) -> None:
-        """Add a motion between two milestones; the quicker of two stays."""
+        """Add a motion between two milestones, inputs (steps, nu); the faster of two is kept."""
         known = self.motions.get((begin, end))
         if known is None or len(inputs) < len(known):
             self.motions[begin, end] = inputs
 
     def graph(self, nx: int) -> SearchGraph:
-        """Return its states, of nx entries each, and which of them motions join."""
+        """Return the search graph, states of nx entries each."""
         edges = np.array(list(self.motions), dtype=np.int32).reshape(-1, 2)
         return SearchGraph(np.array(self.milestones).reshape(-1, nx), edges)
 
@@ -46,12 +46,12 @@ class Roadmap:
         return Roadmap(list(self.milestones), dict(self.motions))
 
     def groups(self) -> NDArray[np.int32]:
-        """Return for each milestone which group it belongs to; each can be reached from each."""
+        """Return the strongly connected component of each milestone, shape (n,)."""
         _, labels = connected_components(self._steps(), directed=True, connection="strong")
         return np.asarray(labels)
 
     def quickest(self, begin: int, end: int) -> Array | None:
-        """Return the inputs of the quickest way, shape (steps, nu); None where there is none."""
+        """Return the inputs of the fastest path, shape (steps, nu); None if there is none."""
         lengths, before = dijkstra(self._steps(), indices=begin, return_predecessors=True)
         if not np.isfinite(lengths[end]):
             return None
@@ -62,7 +62,7 @@ class Roadmap:
         return np.vstack([self.motions[pair] for pair in pairs])
 
     def reached(self, begin: int) -> list[int]:
-        """Return the milestones to which motions lead from one, itself included."""
+        """Return the milestones reachable from one, itself included."""
         lengths = dijkstra(self._steps(), indices=begin)
         return [int(k) for k in np.flatnonzero(np.isfinite(lengths))]
 

@@ -1,4 +1,4 @@
-"""Grows a roadmap and asks it for motions."""
+"""Roadmap construction and queries."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering
 
-STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
-ENOUGH_CONNECTIONS = 2  # motions that join a start or a goal to the roadmap
+STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation checks
+ENOUGH_CONNECTIONS = 2  # motions that connect a start or a goal to the roadmap
 
 
 class RoadmapBuilder:
-    """A roadmap of one problem's machine and world, with what is needed to grow and to ask it.
+    """Grows and queries a roadmap of one machine and world.
 
     Args:
-        problem: Whose machine and world; start and goal can be others in each question.
-        neighbours: How many of the nearest milestones a new one is steered to.
-        seed: Of the random numbers.
-        roadmap: What to go on with.
+        problem: The planning problem; start and goal may differ in each query.
+        neighbours: Number of nearest milestones that a new one is steered to.
+        seed: Random seed.
+        roadmap: Roadmap to extend.
 
     Attributes:
         roadmap: Milestones and motions.
@@ -40,16 +40,16 @@ class RoadmapBuilder:
         self._steering = Steering(problem, self._cancelled)
         self._judge = Propagator(problem)
         self.rejections = self._judge.rejections
-        known = len(self.roadmap.milestones)  # which were drawn, and are not to be drawn again
+        known = len(self.roadmap.milestones)  # seeds the sampler, so as not to repeat these
         self._sampler = Sampler(
             problem, self._steering, self._judge, (seed, known), self._cancelled
         )
-        self._budget: Budget | None = None  # of what is being done
-        self._start = problem.start  # of the last question
+        self._budget: Budget | None = None  # of the current operation
+        self._start = problem.start  # of the last query
         self._left: dict[int, Array] = {}  # motions from there, by milestone
 
     def goals(self, count: int, budget: Budget | None = None) -> list[Array]:
-        """Return free states within the problem's goal, its middle first; none if it is late."""
+        """Return free states (nx,) in the problem's goal, its centre first; none if cancelled."""
         self._budget = budget
         try:
             return self._sampler.near_goal(count)
@@ -59,7 +59,7 @@ class RoadmapBuilder:
     def grow(self, budget: Budget) -> int | None:
         """Add a milestone with motions to and from its neighbours.
 
-        None where none is free, or none was found in time.
+        None if no free state is found or time runs out.
         """
         self._budget = budget
         try:
@@ -74,9 +74,9 @@ class RoadmapBuilder:
         return number
 
     def query(self, start: Array, goals: list[Array], budget: Budget) -> Array | None:
-        """Return inputs that lead from a start to one of some goals, shape (steps, nu).
+        """Return inputs from a start (nx,) to one of some goals (nx,), shape (steps, nu).
 
-        The roadmap stays as it is. None where it does not lead there, or the budget is spent.
+        The roadmap is not modified. None if they are not connected or the budget is spent.
         """
         asked = self.roadmap.copy()
         size = len(asked.milestones)
@@ -96,13 +96,13 @@ class RoadmapBuilder:
         return None
 
     def approach(self, start: Array, distance: Callable[[Array], float]) -> Array:
-        """Return inputs, shape (steps, nu), that lead from a start as near as is known.
+        """Return inputs from a start to the reachable milestone nearest to the goal, (steps, nu).
 
-        No motion is tried any more: those from the start are known from questions about it.
+        No new motions are tried: those from the start are known from earlier queries.
 
         Args:
-            start: Where to begin, shape (nx,).
-            distance: Of a state from where it should be.
+            start: Start state, shape (nx,).
+            distance: Distance of a state from the goal.
         """
         asked = self.roadmap.copy()
         begin = asked.add(start)
@@ -115,14 +115,14 @@ class RoadmapBuilder:
         return np.zeros((0, self._problem.model.nu)) if inputs is None else inputs
 
     def _keep(self, left: dict[int, Array], start: Array) -> None:
-        """Keep motions from a start beside those known before, unless they begin elsewhere."""
+        """Cache motions from a start, together with earlier ones from the same start."""
         same = np.array_equal(start, self._start)
         self._start, self._left = start, {**self._left, **left} if same else left
 
     def _joined(
         self, roadmap: Roadmap, number: int, size: int, budget: Budget, *, leaving: bool
     ) -> int:
-        """Join a start or a goal to the roadmap's first milestones; return how often it worked."""
+        """Connect a start or a goal to the roadmap's milestones; return the number of successes."""
         done = 0
         for other in self._nearest(roadmap.milestones[number], 3 * self._neighbours, size=size):
             pair = (number, other) if leaving else (other, number)
@@ -132,7 +132,7 @@ class RoadmapBuilder:
         return done
 
     def _join(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> None:
-        """Steer both ways; where curves are the same back and forth, one collision is enough."""
+        """Steer in both directions; if steering is reversible, one failure rules out both."""
         there = self._steer(roadmap, a, b, budget)
         if there or not self._steering.reversible:
             self._steer(roadmap, b, a, budget)
@@ -155,12 +155,12 @@ class RoadmapBuilder:
         return self._budget is not None and self._budget.expired()
 
     def _passes_coarse_check(self, states: Array) -> bool:
-        """Look at some states of a way for which there is no motion yet."""
+        """Check sampled states (n, nx) of a path before its motion is computed."""
         raise_if_cancelled(self._cancelled)
         return all(self._judge.admits(x) for x in states.tolist())
 
     def _is_free(self, motion: Maneuver) -> bool:
-        """Check a motion step by step against limits, requirements and obstacles."""
+        """Check every step of a motion for limits, requirements and obstacles."""
         step, states, inputs = self._problem.step, motion.x.tolist(), motion.u.tolist()
         for k, (x, u) in enumerate(zip(states, inputs, strict=False)):
             if k % STEPS_PER_CANCELLATION_CHECK == 0:
@@ -172,7 +172,7 @@ class RoadmapBuilder:
     def _nearest(
         self, state: Array, count: int, *, apart_from: int = -1, size: int | None = None
     ) -> Iterator[int]:
-        """Yield the milestones nearest to a state in the problem's metric."""
+        """Yield the milestones nearest to a state (nx,) in the problem's metric."""
         known = np.array(self.roadmap.milestones[:size])
         if not len(known):
             return

@@ -1,4 +1,4 @@
-"""Roadmaps on disk: plain arrays, refused where the machine or the world is another one."""
+"""Roadmap files: plain arrays with fingerprints of the machine and the world."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinolab.steering import cyclic_coordinates
 
 
 def fingerprints(problem: PlanningTask) -> dict[str, str]:
-    """Return a hash of everything that the motions of a roadmap rest on, by what it is."""
+    """Return hashes of everything that the motions of a roadmap depend on, by kind."""
     world, integration = problem.world, problem.scenario.integration
     shapes = [array.tobytes() for o in world.obstacles for array in (o.vertices, o.faces)]
     solids = [(o.solid, o.primitive is None) for o in world.obstacles]
@@ -34,7 +34,7 @@ def fingerprints(problem: PlanningTask) -> dict[str, str]:
                 (integration.step, integration.substeps, integration.truth, integration.method)
             ).encode()
         ),
-        # Motions end anywhere in what is ignorable, which a goal may not be content with.
+        # Motions end anywhere in cyclic coordinates, which another goal may constrain.
         "relevance of coordinates": _hash(cyclic_coordinates(problem).tobytes()),
     }
 
@@ -51,7 +51,7 @@ VERSION = 1
 
 
 def save_roadmap(path: Path, roadmap: Roadmap, problem: PlanningTask) -> None:
-    """Write a roadmap as a whole file, with what it rests on.
+    """Write a roadmap atomically, with its fingerprints.
 
     Raises:
         InputError: If it cannot be written.
@@ -90,7 +90,7 @@ def load_roadmap(path: Path, problem: PlanningTask) -> Roadmap:
         return _roadmap(content, problem)
     except InputError:
         raise
-    except Exception as error:  # there is no end to what a file of any kind makes readers raise
+    except Exception as error:  # a malformed file may raise anything
         what = f"it is no roadmap ({type(error).__name__}: {error})."
         raise InputError(
             [Mistake(str(path), what, "Name a file that does not exist yet.")]

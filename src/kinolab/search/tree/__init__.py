@@ -1,7 +1,7 @@
-"""The compiled planning core: trees that grow in one compiled loop, for any machine.
+"""Compiled tree planners: trees that grow in one compiled loop, for any machine.
 
-The machine comes as addresses of its functions and the problem as arrays: what is compiled here is
-compiled once and kept on disk, whatever is planned for. Nothing is allocated per iteration.
+Machines are passed as function addresses and problems as arrays, so the kernels are compiled once
+for all problems and cached on disk. Nothing is allocated per iteration.
 """
 
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner

@@ -1,4 +1,4 @@
-"""How a search goes on after its first motion into the goal, for shorter ones."""
+"""Anytime search: improvement of the incumbent after the first solution."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExte
 
 
 class IncumbentImprovement:
-    """The shortest motion so far, and how long the search for shorter ones goes on.
+    """The incumbent solution and the time limit of its improvement.
 
     Args:
         budget: Of the search.
-        seconds: For which it goes on after its first motion.
-        step: Of the motions' knots in [s].
+        seconds: Time to continue after the first solution, in [s].
+        step: Time step of the motions in [s].
 
     Attributes:
-        u: Inputs of the shortest motion into the goal (N, nu); None before there is one.
-        statistics: The duration of the first motion in [s], and how many were shorter.
+        u: Inputs of the shortest solution (N, nu); None before there is one.
+        statistics: Duration of the first solution in [s], and the number of improvements.
     """
 
     def __init__(self, budget: Budget, seconds: float, step: float) -> None:
@@ -30,15 +30,15 @@ class IncumbentImprovement:
 
     @property
     def over(self) -> bool:
-        """Whether the search has come to its end."""
+        """Whether the search must end."""
         return self._pointless or self._clock() >= self._until
 
     def wants(self, u: Array) -> bool:
-        """Say whether a motion is shorter than all before."""
+        """Say whether inputs (N, nu) are shorter than the incumbent."""
         return len(u) < (UNBOUNDED_STEPS if self.u is None else len(self.u))
 
     def found(self, u: Array, tree: AbstractTreeExtension) -> None:
-        """Take a shorter motion, and have a tree look for shorter ones."""
+        """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
         if self.u is None:
             self.statistics = {"first_duration": len(u) * self._step, "improvements": 0.0}
             self._until = self._clock() + self._seconds

@@ -1,8 +1,7 @@
-"""A rapidly-exploring random tree in states and costs, below a bound of the cost; compiled.
+"""AO-RRT kernel: a rapidly-exploring random tree in state-cost space, below a cost bound.
 
-Samples have a cost, too: a node is near one where its state is, and where its cost is. So a state
-that was reached is reached again at less cost, and no node is kept from which the bound cannot be
-kept.
+Samples include a cost, and nearest neighbours are found in state and cost together. So states that
+were reached are reached again at lower cost, and nodes that cannot meet the bound are discarded.
 
 Source: Hauser, Zhou, Asymptotically optimal planning by feasible kinodynamic planning in a
 state-cost space, IEEE Transactions on Robotics 32(6), 2016.
@@ -36,18 +35,18 @@ from kinolab.search.tree.tree import FULL, GROWING, REACHED, TOLERANCE_FRACTION,
 
 
 class CostIndex(NamedTuple):
-    """Nodes as points of states and costs, for compiled code."""
+    """Nodes as points in state-cost space, for compiled kernels."""
 
     forest: KdForest  # the last coordinate is the cost
     point: Array  # (d + 1,) scratch
-    extent: float  # of all states, in scaled coordinates
+    extent: float  # diameter of the state space, in scaled coordinates
 
 
 def cost_index(arrays: ProblemArrays, capacity: int) -> CostIndex:
-    """Return no nodes, with room for so many."""
+    """Allocate an empty index with a capacity in nodes."""
     period = metric_periods(arrays)
     widths = (arrays.upper - arrays.lower)[arrays.entry] * arrays.weight
-    across = np.where(np.isfinite(period), period / 2, widths)  # the farthest that two can be
+    across = np.where(np.isfinite(period), period / 2, widths)  # largest distance
     return CostIndex(
         forest=kd_forest(capacity, np.append(period, np.inf)),
         point=np.zeros(len(period) + 1),
@@ -57,7 +56,7 @@ def cost_index(arrays: ProblemArrays, capacity: int) -> CostIndex:
 
 @kernel
 def locate(costs, point, cost):  # type: ignore[no-untyped-def]
-    """Write a state's scaled coordinates and its cost to ``cost_index.point``."""
+    """Write scaled coordinates (d,) and a cost to ``costs.point``, shape (d + 1,)."""
     for i in range(point.shape[0]):
         costs.point[i] = point[i]
     costs.point[point.shape[0]] = cost
@@ -65,7 +64,7 @@ def locate(costs, point, cost):  # type: ignore[no-untyped-def]
 
 @kernel
 def begin_cost_index(search, tree, costs):  # type: ignore[no-untyped-def]
-    """Leave nothing but the start, which is node 0."""
+    """Clear the index to the start, node 0."""
     clear(costs.forest)
     metric_coordinates(search.problem, search.problem.start, tree.point)
     locate(costs, tree.point, 0.0)
@@ -77,22 +76,22 @@ def grow_below(  # type: ignore[no-untyped-def]
     search, tree, costs, best, iterations, most, cost_weight,
     goal_bias, control_samples, min_steps, max_steps,
 ):  # fmt: skip
-    """Grow a tree by some iterations.
+    """Grow a tree for some iterations.
 
     Args:
-        search: The problem, and scratch memory.
-        tree: Grows, but for its own neighbours.
-        costs: Of the tree.
-        best: The node nearest to the goal, and its excess (2,); written.
-        iterations: How many at most.
-        most: Steps that a motion into the goal must fall below.
-        cost_weight: How far so many steps are apart, in extents of all states.
-        goal_bias: Probability of growing to the goal.
-        control_samples: Inputs of which that one is held which leads nearest.
-        min_steps, max_steps: For how many steps an input is held.
+        search: The problem and scratch memory.
+        tree: The tree, without its own kd-forest; written.
+        costs: Index of its nodes; written.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        iterations: Maximum number of iterations.
+        most: Cost bound: steps that a solution must stay below.
+        cost_weight: Distance of that many steps in the metric, in diameters of the state space.
+        goal_bias: Probability of sampling the goal.
+        control_samples: Number of candidate inputs, of which the one leading nearest is applied.
+        min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        How it ended, and how many iterations were made.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     arrays, random, per_step = search.problem, search.random, cost_weight * costs.extent / most
     for done in range(iterations):

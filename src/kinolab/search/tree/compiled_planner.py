@@ -1,4 +1,4 @@
-"""What the compiled planners have in common: a tree that grows in slices into the goal."""
+"""Base class of the compiled planners: a tree that grows in time slices."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from kinolab.search.tree.tree import FULL, REACHED, controls_to, nearer, step_co
 from kinolab.search.tree.tree_extension import AbstractTreeExtension, SearchState, search_state
 from kinolab.simulation.resimulated_goal import TrueEnds
 
-# motions into the goal that the truth refuses, after which a new tree begins
+# solutions rejected by re-simulation after which the tree restarts
 MAX_RESIMULATION_FAILURES = 10
 
 
 @dataclass(frozen=True, kw_only=True)
 class AbstractCompiledPlanner(AbstractTreeSearch):
-    """A planner whose loop is compiled as a whole, once for all machines."""
+    """A planner whose whole loop is compiled, once for all machines."""
 
     in_threads: ClassVar[bool] = True
 
@@ -53,14 +53,14 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
 
     @abstractmethod
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
-        """Return what grows a tree."""
+        """Return the tree extension."""
 
     def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
-        """Return other searches that have their turn now and then while the tree grows."""
+        """Return sub-searches to interleave with the growth of the tree."""
         return ()
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
-        """Grow a tree from the start until it reaches the goal region, and on while it improves."""
+        """Grow a tree from the start into the goal region, then improve the solution."""
         tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
         tree.begin()
         tree.grow(0)
@@ -72,7 +72,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         seconds = problem.scenario.planner.improve if budget.improve is None else budget.improve
         best = IncumbentImprovement(budget, seconds, problem.step)
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
-        own_map = problem.scenario.integration.truth == "discrete"  # what was applied is the truth
+        own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
         approach = math.inf, np.zeros((0, problem.model.nu))
         while not best.over and (iterations := slices.next(beside.due)):
             ended, made = tree.grow(iterations)

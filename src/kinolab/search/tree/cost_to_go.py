@@ -1,7 +1,7 @@
-"""How far it is to the goal around obstacles, roughly: over cells of where a machine is.
+"""Cost-to-go grid: approximate distance to the goal around obstacles, over cells of positions.
 
-A cell counts as free where one of a few random states in it is. The way from cell to free cell says
-little about what the dynamics allow, and more than the straight line does.
+A cell counts as free if one of a few random states in it is. Paths over free cells ignore the
+dynamics, but guide better than the straight line.
 
 Source: Plaku, Kavraki, Vardi, Motion planning with dynamics by a synergistic combination of layers
 of planning, IEEE Transactions on Robotics 26(3), 2010.
@@ -25,27 +25,27 @@ from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.problem_arrays import sample_uniform
 from kinolab.simulation.collision_context import clearance_bound, place_machine
 
-MAX_CELLS = 4096  # at most, and ...
-MAX_CELLS_PER_AXIS = 48  # of one entry
-SAMPLES_PER_CELL = 3  # states of a cell that are looked at
-UNREACHED = -1.0  # instead of steps
-BLOCKED_COST = 10.0  # steps, for a cell that looked blocked
+MAX_CELLS = 4096  # of the grid
+MAX_CELLS_PER_AXIS = 48  # along one entry
+SAMPLES_PER_CELL = 3  # states checked per cell
+UNREACHED = -1.0  # marks a blocked cell, in place of steps
+BLOCKED_COST = 10.0  # steps to cross a blocked cell
 
 
 class CostToGoGrid(NamedTuple):
-    """Cells over some entries of the state, for compiled code."""
+    """Grid over some entries of the state, for compiled kernels."""
 
-    entry: Integers  # (k,) entries of the state that are divided
+    entry: Integers  # (k,) divided entries of the state
     lower: Array  # (k,)
     per_unit: Array  # (k,) cells per unit
-    circular: NDArray[np.bool_]  # (3,) whether the last cell along an entry is next to the first
-    along: Integers  # (3,) cells along each, 1 where there are fewer entries
-    steps: Array  # (cells,) to the goal; infinite where there is no way
+    circular: NDArray[np.bool_]  # (3,) whether an axis is periodic
+    along: Integers  # (3,) cells along each axis, 1 for unused axes
+    steps: Array  # (cells,) cost to go in cells; infinite if not reached
     queue: NDArray[np.int32]  # (cells,) scratch
 
 
 def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
-    """Return cells that know no way yet."""
+    """Allocate the grid, with costs not yet computed."""
     entries = projected_coordinates(problem, angles=False)
     lower, upper = problem.sampling_bounds[entries].T
     span = (upper - lower) * np.maximum(problem.weights[entries], 1e-9)
@@ -69,7 +69,7 @@ def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
 
 @kernel
 def cell_at(grid, x):  # type: ignore[no-untyped-def]
-    """Return the cell of a state."""
+    """Return the cell of a state, shape (nx,)."""
     cell = 0
     for k in range(3):
         place = 0
@@ -84,7 +84,7 @@ def cell_at(grid, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def compute_cost_to_go(search, grid, x):  # type: ignore[no-untyped-def]
-    """Work out how many steps each cell is from the goal; ``x`` (nx,) is scratch."""
+    """Compute the cost to go of every cell; ``x`` (nx,) is scratch."""
     steps, context, scratch = grid.steps, search.collision, search.scratch
     for cell in range(steps.shape[0]):
         steps[cell] = UNREACHED
@@ -105,14 +105,14 @@ def compute_cost_to_go(search, grid, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def draw_in_cell(grid, arrays, random, cell, x):  # type: ignore[no-untyped-def]
-    """Draw a state in the middle of a cell.
+    """Sample a state at the centre of a cell.
 
-    Elsewhere in it, two neighbours could be free on either side of a wall that is as thick as one.
+    Elsewhere in them, two adjacent cells could be free on opposite sides of a wall one cell thick.
 
     Args:
         grid, arrays: ``CostToGoGrid`` and ``ProblemArrays``.
         random: State of the generator.
-        cell: Its number.
+        cell: Index of the cell.
         x: The state, shape (nx,); written.
     """
     sample_uniform(arrays, random, x)
@@ -123,14 +123,14 @@ def draw_in_cell(grid, arrays, random, cell, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def places_of(grid, cell):  # type: ignore[no-untyped-def]
-    """Return where a cell is along each entry."""
+    """Return the three grid coordinates of a cell."""
     along = grid.along
     return cell // (along[1] * along[2]), cell // along[2] % along[1], cell % along[2]
 
 
 @kernel
 def cell_of(grid, i, j, k):  # type: ignore[no-untyped-def]
-    """Return the cell that is so far along each entry, -1 where there is none."""
+    """Return the cell at grid coordinates, -1 if outside."""
     cell = 0
     for axis, place in enumerate((i, j, k)):
         most = grid.along[axis]
@@ -144,9 +144,10 @@ def cell_of(grid, i, j, k):  # type: ignore[no-untyped-def]
 
 @kernel
 def flood(grid, arrays):  # type: ignore[no-untyped-def]
-    """Count the steps from the cells of the goal through free cells, corners included.
+    """Compute the cost to go by a flood fill from the goal's cells, diagonals included.
 
-    Where these do not lead to the start, a gap is narrower than a cell: then through others, too.
+    If free cells do not reach the start, a passage is narrower than a cell: then cross blocked ones
+    as well, at a higher cost.
     """
     steps, queue, last = grid.steps, grid.queue, np.int64(0)
     for k in range(arrays.goal_states.shape[0]):
@@ -162,13 +163,13 @@ def flood(grid, arrays):  # type: ignore[no-untyped-def]
 
 @kernel
 def spread(grid, last, cost, through):  # type: ignore[no-untyped-def]
-    """Count on from cells in the queue to all their neighbours; return how many it holds then.
+    """Propagate costs from the queued cells to their neighbours; return the queue's new length.
 
     Args:
-        grid: Its queue holds the cells that were counted, in order.
-        last: How many.
-        cost: Of a cell.
-        through: What may be crossed besides free cells that were not counted yet.
+        grid: The grid; its queue holds the visited cells in order.
+        last: Length of the queue.
+        cost: Cost of crossing a cell.
+        through: Mark of cells that may be crossed besides unvisited free ones.
     """
     steps, queue, first = grid.steps, grid.queue, 0
     while first < last:

@@ -1,9 +1,9 @@
-"""Cells of a grid over where a machine is, and which of them to grow from next.
+"""KPIECE's grid: cells over positions, and their selection by importance.
 
-Far from the goal a cell is one of the first coordinates. Near it, it is one of everything that the
-goal names, rates included, and half as wide at half the distance: all that is on the way in has a
-cell of its own. A cell is the more important the nearer it is to the goal, the fewer states it
-holds and the more seldom it was chosen; what came of it counts too.
+Far from the goal, cells divide the first coordinates. Near it they divide everything that the goal
+constrains, rates included, and halve in width with half the distance, so that progress into the
+goal always reaches new cells. A cell is more important the nearer it is to the goal, the fewer
+states it holds and the less often it was selected; past success counts too.
 
 Source: Sucan, Kavraki, Kinodynamic motion planning by interior-exterior cell exploration, WAFR
 2008.
@@ -29,33 +29,33 @@ from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
 from kinolab.search.tree.problem_arrays import ProblemArrays
 
 EMPTY = -1
-BLOCK = 64  # cells whose most important one is known
-NEAR_GOAL_STEPS = 2.0  # steps of a lead: what is near the goal behind a wall is not
-# probability that an older state of a cell is chosen instead of a younger one
+BLOCK = 64  # cells per block, whose most important cell is cached
+NEAR_GOAL_STEPS = 2.0  # cost to go below which a state is near, so not behind a wall
+# probability of passing on from a state of a cell to the next older one
 OLDER_STATE_PROBABILITY = 0.3
-GOOD, BAD = 0.9, 0.45  # factors on the importance of a cell from which growth came to something
+GOOD, BAD = 0.9, 0.45  # factors on a cell's score after success and failure
 FIRST, NEXT = -3750763034362895579, 1099511628211  # FNV-1a, 64 bits
 
 
 class KpieceGrid(NamedTuple):
-    """Cells that hold nodes, for compiled code."""
+    """Cells of nodes in a hash table, for compiled kernels."""
 
-    entry: Integers  # (k,) entries of the state that are divided
+    entry: Integers  # (k,) divided entries of the state
     lower: Array  # (k,)
     per_unit: Array  # (k,) cells per unit
-    around: Array  # (k,) cells until the first one comes again; infinite on a line
+    around: Array  # (k,) period in cells; infinite on a line
     goal_region_scale: float  # what counts as near the goal, in its tolerances
-    across: float  # cells over all of the goal's tolerances, at the finest
-    table: NDArray[np.int32]  # (places,) cells by the hash of their key, EMPTY where there is none
+    across: float  # cells across the goal's tolerances, at the finest level
+    table: NDArray[np.int32]  # (slots,) cells by the hash of their key, or EMPTY
     key: Integers  # (capacity,) of cells
-    newest: NDArray[np.int32]  # (capacity,) node of a cell
-    held: NDArray[np.int32]  # (capacity,) nodes of a cell
-    chosen: NDArray[np.int32]  # (capacity,) how often a cell was
+    newest: NDArray[np.int32]  # (capacity,) newest node of a cell
+    held: NDArray[np.int32]  # (capacity,) number of nodes of a cell
+    chosen: NDArray[np.int32]  # (capacity,) number of selections of a cell
     score: Array  # (capacity,) of cells
     importance: Array  # (capacity,) of cells
     best: NDArray[np.int32]  # (blocks,) the most important cell of a block
     older: NDArray[np.int32]  # (capacity,) by node: the next older one in its cell
-    size: Integers  # (1,) of cells
+    size: Integers  # (1,) number of cells
 
 
 def kpiece_grid(
@@ -65,14 +65,14 @@ def kpiece_grid(
     goal_region_scale: float,
     across: int,
 ) -> KpieceGrid:
-    """Return no cells, with room for as many nodes.
+    """Allocate an empty grid.
 
     Args:
-        problem: Whose machine.
-        arrays: Of the same problem.
-        capacity: Nodes, and cells, at most.
+        problem: The planning problem.
+        arrays: The same problem as arrays.
+        capacity: Maximum number of nodes and cells.
         goal_region_scale: What counts as near the goal, in its tolerances.
-        across: Cells along each coordinate that is divided.
+        across: Number of cells along each divided coordinate.
     """
     entries = projected_coordinates(problem)
     lower, upper = problem.sampling_bounds[entries].T
@@ -100,7 +100,7 @@ def kpiece_grid(
 
 @kernel
 def clear_cells(cells):  # type: ignore[no-untyped-def]
-    """Forget all cells."""
+    """Remove all cells."""
     cells.table[:] = EMPTY
     cells.importance[:] = 0.0
     cells.size[0] = 0
@@ -108,9 +108,9 @@ def clear_cells(cells):  # type: ignore[no-untyped-def]
 
 @kernel
 def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
-    """Return the key of the cell that a state lies in, some steps of a lead from the goal.
+    """Return the hash key of the cell of a state (nx,) with a cost to go of ``steps``.
 
-    A few of many millions share one.
+    Among many millions of cells a few may collide.
     """
     farthest = 0.0
     for k in range(goal.entry.shape[0]):
@@ -133,7 +133,7 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
 
 @kernel
 def place_of(cells, key):  # type: ignore[no-untyped-def]
-    """Return where in the table a cell is, or would be."""
+    """Return the slot of a key in the table, or where it would be inserted."""
     last = cells.table.shape[0] - 1
     place = (key ^ (key >> 29)) & last
     while cells.table[place] != EMPTY and cells.key[cells.table[place]] != key:
@@ -143,14 +143,14 @@ def place_of(cells, key):  # type: ignore[no-untyped-def]
 
 @kernel
 def holds(cells, key):  # type: ignore[no-untyped-def]
-    """Return how many nodes a cell holds."""
+    """Return the number of nodes in a cell."""
     cell = cells.table[place_of(cells, key)]
     return 0 if cell == EMPTY else cells.held[cell]
 
 
 @kernel
 def put(cells, key, node, score):  # type: ignore[no-untyped-def]
-    """Put a node into a cell; a new one has a score."""
+    """Insert a node into a cell; a new cell gets the score."""
     place = place_of(cells, key)
     cell = cells.table[place]
     if cell == EMPTY:
@@ -166,7 +166,7 @@ def put(cells, key, node, score):  # type: ignore[no-untyped-def]
 
 @kernel
 def weigh(cells, cell):  # type: ignore[no-untyped-def]
-    """Work out how important a cell is."""
+    """Update the importance of a cell."""
     cells.importance[cell] = cells.score[cell] / ((1.0 + cells.chosen[cell]) * cells.held[cell])
     first = cell // BLOCK * BLOCK
     best = first
@@ -178,7 +178,7 @@ def weigh(cells, cell):  # type: ignore[no-untyped-def]
 
 @kernel
 def choose(cells, random):  # type: ignore[no-untyped-def]
-    """Choose the most important cell, and a node of it: rather a young one."""
+    """Select the most important cell and one of its nodes, preferring newer ones."""
     found, most = 0, -1.0
     for block in range((cells.size[0] + BLOCK - 1) // BLOCK):
         cell = cells.best[block]
@@ -193,6 +193,6 @@ def choose(cells, random):  # type: ignore[no-untyped-def]
 
 @kernel
 def rate(cells, cell, good):  # type: ignore[no-untyped-def]
-    """Lower the score of a cell from which was grown."""
+    """Lower the score of a cell after an extension from it."""
     cells.score[cell] *= GOOD if good else BAD
     weigh(cells, cell)

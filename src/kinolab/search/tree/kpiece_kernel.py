@@ -1,6 +1,6 @@
-"""A tree that grows where cells are important, compiled as a whole.
+"""KPIECE kernel: a tree that grows from important cells.
 
-Motions that lead nowhere new are mostly forgotten, so that the tree stays small; one that goes
+Motions that reach no new cell are mostly discarded, so the tree stays small; one that passes
 through a new cell leaves a node there.
 
 Source: Sucan, Kavraki, Kinodynamic motion planning by interior-exterior cell exploration, WAFR
@@ -31,7 +31,7 @@ from kinolab.search.tree.tree import (
 from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.machine import advance
 
-KEEP_PROBABILITY = 0.05  # probability that a motion is kept that leads nowhere new
+KEEP_PROBABILITY = 0.05  # probability of keeping a motion that reaches no new cell
 
 
 @kernel
@@ -39,20 +39,21 @@ def explore(  # type: ignore[no-untyped-def]
     search, tree, cells, grid, best, iterations, min_steps, max_steps, cost_to_go_exponent,
     control_samples,
 ):  # fmt: skip
-    """Grow a tree by some iterations.
+    """Grow a tree for some iterations.
 
     Args:
-        search: The problem, and scratch memory.
-        tree: Grows.
-        cells, grid: Over the problem's states.
-        best: The node nearest to the goal, and its excess (2,); written.
-        iterations: How many at most.
-        min_steps, max_steps: For how many steps an input is held.
-        cost_to_go_exponent: Power of the way to the goal by which cells count less.
-        control_samples: Inputs of which that one is held which leads furthest to the goal.
+        search: The problem and scratch memory.
+        tree: The tree; written.
+        cells, grid: ``KpieceGrid`` and ``CostToGoGrid``.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        iterations: Maximum number of iterations.
+        min_steps, max_steps: Range of the control duration in steps.
+        cost_to_go_exponent: Power of the cost to go by which a cell's score falls.
+        control_samples: Number of candidate inputs, of which the one of least cost to go is
+            applied.
 
     Returns:
-        How it ended, and how many iterations were made.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     now, after, u, random = tree.now, tree.after, tree.held, search.random
     for done in range(iterations):
@@ -95,7 +96,7 @@ def explore(  # type: ignore[no-untyped-def]
 
 @kernel
 def start_in_a_cell(search, tree, cells):  # type: ignore[no-untyped-def]
-    """Leave nothing in the tree and its cells but the start."""
+    """Clear the tree and its cells to the start."""
     arrays = search.problem
     clear_cells(cells)
     node = begin_without_neighbours(search, tree)
@@ -104,19 +105,20 @@ def start_in_a_cell(search, tree, cells):  # type: ignore[no-untyped-def]
 
 @kernel
 def score(tree, far, cost_to_go_exponent):  # type: ignore[no-untyped-def]
-    """Return the score of a new cell: later ones count more, and those nearer to the goal."""
+    """Return the score of a new cell, higher for later cells and for those nearer to the goal."""
     return math.log(1.0 + tree.size[0]) / (1.0 + far) ** cost_to_go_exponent
 
 
 @kernel
 def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
-    """Write the input to hold from a node to ``tree.held``; return for how many steps.
+    """Write the input to apply from a node to ``tree.held``; return its number of steps.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
         parent: The node.
-        min_steps, max_steps: For how many steps an input is held.
-        control_samples: Inputs of which that one is held which leads furthest to the goal.
+        min_steps, max_steps: Range of the control duration in steps.
+        control_samples: Number of candidate inputs, of which the one of least cost to go is
+            applied.
     """
     least, longest, random = math.inf, 0, search.random
     for k in range(control_samples):
@@ -133,12 +135,12 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
 
 @kernel
 def cost_to_go_after(search, tree, grid, parent, steps):  # type: ignore[no-untyped-def]
-    """Return how far from the goal an input leads at best, obstacles apart, and after how long.
+    """Return the least cost to go along an input, ignoring obstacles, and the step that attains it.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
         parent: The node.
-        steps: For how many the input, ``tree.drawn``, is held.
+        steps: Duration of the input ``tree.drawn`` in steps.
     """
     now, after, u = tree.now, tree.after, tree.drawn
     machine, arrays = search.machine, search.problem

@@ -1,4 +1,4 @@
-"""What a step may not pass: limits of states and rates, what the machine demands, and cones."""
+"""Limit checks of a step: state and rate limits, requirements and keep-out cones."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from kinolab.simulation.propagator import CONE_RESOLUTION
 
 
 class LimitArrays(NamedTuple):
-    """Limits of a problem, and scratch memory, for compiled code."""
+    """Limits of a problem and scratch memory, for compiled kernels."""
 
     lower: Array  # (nx,) of the state
     upper: Array  # (nx,)
-    rate_lower: Array  # (nt,) of all rates, or (0,) where none has a limit
+    rate_lower: Array  # (nt,) of all rates, or (0,) if none is limited
     rate_upper: Array  # (nt,)
-    body: Integers  # (cones,) whose axis must keep out
-    axis: Array  # (cones, 3) in the body's frame
-    direction: Array  # (cones, 3) of the cone, in the world
+    body: Integers  # (cones,) body whose axis must stay outside
+    axis: Array  # (cones, 3) in the body frame
+    direction: Array  # (cones, 3) of the cone, in the world frame
     half_angle: Array  # (cones,) in [rad]
-    requirements: int  # how many the machine has
-    still: Array  # (nu,) zeros: rates are those without inputs
+    requirements: int  # number of requirements
+    still: Array  # (nu,) zero inputs, for which rates are evaluated
     rates: Array  # (nt,) scratch
     margins: Array  # (requirements,) scratch
     slope: Array  # (2, nx) scratch
@@ -41,7 +41,7 @@ class LimitArrays(NamedTuple):
 
 
 def limit_arrays(problem: PlanningTask) -> LimitArrays:
-    """Gather a problem's limits."""
+    """Collect a problem's limits."""
     model, cones = problem.model, problem.keep_outs
     rates = problem.rate_bounds if np.isfinite(problem.rate_bounds).any() else np.zeros((0, 2))
     requirements = len(problem.system.requirements)
@@ -65,7 +65,7 @@ def limit_arrays(problem: PlanningTask) -> LimitArrays:
 
 @kernel
 def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
-    """Say whether a state is within its limits; NaN is not."""
+    """Say whether a state (nx,) is within its limits; NaN is not."""
     kept = True
     for i in range(x.shape[0]):
         kept = kept and limits.lower[i] <= x[i] <= limits.upper[i]
@@ -74,12 +74,12 @@ def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
-    """Say whether the step from x to ``after`` under u in h [s] passes no limit.
+    """Say whether the step from x to ``after`` under u in h [s] violates no limit.
 
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.
         x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
-        h: In [s].
+        h: Step length in [s].
         scratch: ``CollisionScratch``.
     """
     return (
@@ -93,15 +93,15 @@ def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore
 
 @kernel
 def turns_within(machine, limits, x, u, after, h):  # type: ignore[no-untyped-def]
-    """Say whether states that turn back within a step do so within their limits.
+    """Say whether extrema of the state inside a step are within limits.
 
-    With slopes of opposite sign a and b at its ends, the extreme passes the ends by about
-    h/2 |a b| / (|a| + |b|), at most h/2 of the smaller slope.
+    If its derivatives a and b at the ends have opposite signs, the extremum exceeds the ends by
+    about h/2 |a b| / (|a| + |b|), at most h/2 times the smaller derivative.
 
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.
         x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
-        h: In [s].
+        h: Step length in [s].
     """
     first, last = limits.slope[0], limits.slope[1]
     p = machine.p.ctypes.data
@@ -118,7 +118,7 @@ def turns_within(machine, limits, x, u, after, h):  # type: ignore[no-untyped-de
 
 @kernel
 def keeps_rates(machine, limits, x):  # type: ignore[no-untyped-def]
-    """Say whether all rates at a state are within their limits."""
+    """Say whether all rates at a state (nx,) are within their limits."""
     if limits.rate_lower.shape[0] == 0:
         return True
     call_under(
@@ -133,14 +133,14 @@ def keeps_rates(machine, limits, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def keeps_requirements(machine, limits, x, u, h, scratch):  # type: ignore[no-untyped-def]
-    """Check what the machine demands along a step under the inputs held, its beginning included.
+    """Check the machine's requirements at samples of a step, its beginning included.
 
-    What inputs decide, such as the force of a constraint, jumps where they do.
+    Those that depend on the inputs, such as constraint forces, jump with them there.
 
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.
         x, u: State (nx,) and inputs (nu,).
-        h: In [s].
+        h: Step length in [s].
         scratch: ``CollisionScratch``.
     """
     if limits.requirements == 0:
@@ -159,14 +159,14 @@ def keeps_requirements(machine, limits, x, u, h, scratch):  # type: ignore[no-un
 
 @kernel
 def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
-    """Check forbidden cones so often along a step that no axis turns far in between.
+    """Check keep-out cones at samples of a step so dense that no axis turns far in between.
 
-    The slopes at its ends are those that ``turns_within`` has left.
+    The state derivatives at its ends are those left by ``turns_within``.
 
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.
         x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
-        h: In [s].
+        h: Step length in [s].
         scratch: ``CollisionScratch``.
     """
     if limits.body.shape[0] == 0:
@@ -187,7 +187,7 @@ def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-unty
 
 @kernel
 def outside_cones(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
-    """Say whether all axes are outside of their cones at a state."""
+    """Say whether all axes are outside their cones at a state (nx,)."""
     place_machine(machine, x, scratch)
     for c in range(limits.body.shape[0]):
         angle = axis_angle(scratch.poses[limits.body[c]], limits.axis[c], limits.direction[c])
@@ -198,7 +198,7 @@ def outside_cones(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
 
 @kernel
 def turning(machine, limits, x, slope, scratch):  # type: ignore[no-untyped-def]
-    """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s].
+    """Return the largest angular speed of any axis with a keep-out cone, in [rad/s].
 
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.

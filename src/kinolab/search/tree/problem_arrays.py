@@ -1,4 +1,4 @@
-"""A problem as arrays: limits, metric, goal and what is in the way, for compiled code."""
+"""A problem as arrays for compiled kernels: limits, metric, goal and sampling."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from kinolab.problem.goal_kernel import (
 from kinolab.search.tree.limits import LimitArrays, limit_arrays
 from kinolab.simulation.collision_context import place_machine
 
-GOAL_SAMPLES = 4096  # states around the goal that are drawn beforehand
-GOAL_STATES = 256  # states in the goal
+GOAL_SAMPLES = 4096  # precomputed samples around the goal
+GOAL_STATES = 256  # precomputed samples in the goal
 
 
 class ProblemArrays(NamedTuple):
-    """What a search needs to know of a problem."""
+    """A problem as plain arrays."""
 
     start: Array  # (nx,)
     limits: LimitArrays
-    lower: Array  # (nx,) finite limits, within which states are drawn
+    lower: Array  # (nx,) finite sampling bounds
     upper: Array  # (nx,)
-    attitudes: Integers  # (attitudes,) where quaternions begin in the state
+    attitudes: Integers  # (attitudes,) first entry of each quaternion in the state
     input_lower: Array  # (nu,)
     input_upper: Array  # (nu,)
-    entry: Integers  # (d,) entries of the state that the metric counts
+    entry: Integers  # (d,) entries of the state in the metric
     weight: Array  # (d,)
     circular: NDArray[np.bool_]  # (d,)
     goal: GoalArrays
@@ -48,7 +48,7 @@ class ProblemArrays(NamedTuple):
 
 
 def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -> ProblemArrays:
-    """Gather what a search needs; goal samples reach ``goal_region_scale`` tolerances."""
+    """Collect the arrays; goal samples reach out to ``goal_region_scale`` tolerances."""
     model, random = problem.model, np.random.default_rng(seed)
     entry = np.flatnonzero(problem.weights > 0)
     spreads = goal_region_scale ** random.uniform(size=GOAL_SAMPLES)
@@ -71,7 +71,7 @@ def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -
 
 
 def metric_periods(arrays: ProblemArrays) -> Array:
-    """Return after how much each scaled coordinate comes round, shape (d,)."""
+    """Return the period of each scaled coordinate, infinite if it has none, shape (d,)."""
     return np.where(arrays.circular, 2 * np.pi * arrays.weight, np.inf)
 
 
@@ -81,7 +81,7 @@ def _row(values: Array) -> Array:
 
 @kernel
 def metric_coordinates(arrays, x, out):  # type: ignore[no-untyped-def]
-    """Write the coordinates (d,) that the metric counts, scaled, angles wrapped."""
+    """Write the scaled coordinates (d,) of a state (nx,) in the metric, angles wrapped."""
     for i in range(arrays.entry.shape[0]):
         value = x[arrays.entry[i]]
         if arrays.circular[i]:
@@ -91,7 +91,7 @@ def metric_coordinates(arrays, x, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def sample_state(arrays, random, bias, x):  # type: ignore[no-untyped-def]
-    """Draw a state: with probability ``bias`` around the goal, else anywhere."""
+    """Sample a state (nx,): around the goal with probability ``bias``, else uniformly."""
     if uniform(random) < bias:
         row = arrays.goal_samples[below(random, arrays.goal_samples.shape[0])]
         for i in range(x.shape[0]):
@@ -102,7 +102,7 @@ def sample_state(arrays, random, bias, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def sample_uniform(arrays, random, x):  # type: ignore[no-untyped-def]
-    """Draw a state, all alike."""
+    """Draw a state (nx,) uniformly."""
     for i in range(x.shape[0]):
         low, high = arrays.lower[i], arrays.upper[i]
         x[i] = low + uniform(random) * (high - low)
@@ -113,7 +113,7 @@ def sample_uniform(arrays, random, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def sample_control(arrays, random, u):  # type: ignore[no-untyped-def]
-    """Draw an input, all alike."""
+    """Draw an input (nu,) uniformly."""
     for i in range(u.shape[0]):
         low, high = arrays.input_lower[i], arrays.input_upper[i]
         u[i] = low + uniform(random) * (high - low)
@@ -121,9 +121,9 @@ def sample_control(arrays, random, u):  # type: ignore[no-untyped-def]
 
 @kernel
 def goal_violation(search, x, enough):  # type: ignore[no-untyped-def]
-    """Return how far outside the goal a state is, in tolerances, as ``Goal.excess``.
+    """Return the normalised goal error of a state (nx,), as ``Goal.excess``.
 
-    Once it is known to be more than ``enough``, the rest is not worked out.
+    Evaluation stops early once it is known to exceed ``enough``.
     """
     goal = search.problem.goal
     far = state_violation(goal, x, enough)

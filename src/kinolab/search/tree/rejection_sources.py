@@ -1,7 +1,7 @@
-"""Who is to blame for what a compiled loop refused.
+"""Rejection sources of a compiled search.
 
-The loop counts causes and does not ask for names. So motions like its own are made again, a few of
-them, by the propagator that does.
+The compiled loop counts causes but records no sources. So a few similar motions are repeated by the
+propagator, which records them.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from kinolab.search.planner import Budget
 from kinolab.search.tree.tree import Tree
 from kinolab.simulation import Propagator
 
-MAX_MOTIONS = 100  # that are made
-MAX_SECONDS = 0.02  # [s] that they may take after the search's time
+MAX_MOTIONS = 100  # to repeat
+MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
 
 
 def rejection_sources(
     problem: PlanningTask, nodes: Tree, max_steps: int, budget: Budget
 ) -> dict[str, dict[str, float]]:
-    """Return by cause and culprit the share of what is refused, as ``Rejections.shares``.
+    """Estimate the fractions of rejections by cause and source, as ``Rejections.shares``.
 
     Args:
-        problem: What was planned.
-        nodes: That motions begin from, one at least.
-        max_steps: For how many steps an input is held at most.
-        budget: Of the search that is over; few motions are made where no time is left.
+        problem: The planning problem.
+        nodes: Nodes that motions begin from, at least one.
+        max_steps: Maximum control duration in steps.
+        budget: Of the finished search; if no time is left, few motions are made.
     """
     with budget.preparing():
         generator, judge = np.random.default_rng(0), Propagator(problem)

@@ -1,4 +1,4 @@
-"""A rapidly-exploring random tree, compiled as a whole.
+"""RRT kernel: a rapidly-exploring random tree in one compiled loop.
 
 Source: LaValle, Kuffner, Randomized kinodynamic planning, IJRR 20(5), 2001.
 """
@@ -34,19 +34,19 @@ from kinolab.simulation.machine import advance
 def grow(  # type: ignore[no-untyped-def]
     search, tree, best, iterations, goal_bias, control_samples, min_steps, max_steps,
 ):  # fmt: skip
-    """Grow a tree by some iterations.
+    """Grow a tree for some iterations.
 
     Args:
-        search: The problem, and scratch memory.
-        tree: Grows.
-        best: The node nearest to the goal, and its excess (2,); written.
-        iterations: How many at most.
-        goal_bias: Probability of growing to the goal.
-        control_samples: Inputs of which that one is held which leads nearest.
-        min_steps, max_steps: For how many steps an input is held.
+        search: The problem and scratch memory.
+        tree: The tree; written.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        iterations: Maximum number of iterations.
+        goal_bias: Probability of sampling the goal.
+        control_samples: Number of candidate inputs, of which the one leading nearest is applied.
+        min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        How it ended, and how many iterations were made.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     target, point = tree.target, tree.aim
     arrays, random = search.problem, search.random
@@ -73,17 +73,17 @@ def grow(  # type: ignore[no-untyped-def]
 
 @kernel
 def extend(search, tree, parent, min_steps, longest, least):  # type: ignore[no-untyped-def]
-    """Hold ``tree.held`` from a node until something stops it or the goal is reached.
+    """Apply ``tree.held`` from a node until a step is rejected or the goal is reached.
 
     Args:
-        search: The problem, and scratch memory.
-        tree: Its ``now`` is where the motion ends; written.
+        search: The problem and scratch memory.
+        tree: Its ``now`` is the end of the motion; written.
         parent: The node.
-        min_steps, longest: For how many steps the input is held.
-        least: An excess of the goal; a larger one need not be worked out in full.
+        min_steps, longest: Range of the control duration in steps.
+        least: Normalised goal error above which its evaluation may stop early.
 
     Returns:
-        Steps made, the excess of the goal at their end and the room there in [m].
+        Steps made, the normalised goal error at their end and the clearance there in [m].
     """
     now, after = tree.now, tree.after
     for i in range(now.shape[0]):
@@ -104,13 +104,13 @@ def extend(search, tree, parent, min_steps, longest, least):  # type: ignore[no-
 
 @kernel
 def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
-    """Write the input to hold from a node to ``tree.held``; return for how many steps.
+    """Write the input to apply from a node to ``tree.held``; return its number of steps.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
         parent: The node.
-        min_steps, max_steps: For how many steps an input is held.
-        control_samples: Inputs of which that one is held which leads nearest.
+        min_steps, max_steps: Range of the control duration in steps.
+        control_samples: Number of candidate inputs, of which the one leading nearest is applied.
     """
     least, longest, drawn, random = math.inf, 0, tree.drawn, search.random
     for k in range(control_samples):
@@ -127,13 +127,13 @@ def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # t
 
 @kernel
 def extend_toward(search, tree, parent, u, steps, point):  # type: ignore[no-untyped-def]
-    """Return the squared distance from a target to where an input leads, obstacles apart.
+    """Return the squared distance from the end of an input to a target, ignoring obstacles.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
         parent: The node.
         u: Input, shape (nu,).
-        steps: For how many it is held.
+        steps: Its duration in steps.
         point: The target in coordinates of the metric, shape (d,).
     """
     now, after, machine, arrays = tree.now, tree.after, search.machine, search.problem

@@ -1,4 +1,4 @@
-"""A sparse tree whose cheapest nodes grow, compiled as a whole.
+"""SST kernel: a sparse tree that grows from its cheapest nodes.
 
 Source: Li, Littlefield, Bekris, Asymptotically optimal sampling-based kinodynamic planning, IJRR
 35(5), 2016.
@@ -19,23 +19,23 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
     search, tree, witnesses, best, iterations, most,
     selection_radius, pruning_radius, goal_bias, control_samples, min_steps, max_steps,
 ):  # fmt: skip
-    """Grow a tree by some iterations.
+    """Grow a tree for some iterations.
 
     Args:
-        search: The problem, and scratch memory.
-        tree: Grows, without neighbours of its own.
-        witnesses: Of the tree.
-        best: The node nearest to the goal, and its excess (2,); written.
-        iterations: How many at most.
-        most: Steps that a motion into the goal must fall below.
-        selection_radius: How far around a sample the cheapest node is taken.
-        pruning_radius: Around a witness there is only one node to grow from.
-        goal_bias: Probability of growing to the goal.
-        control_samples: Inputs of which that one is held which leads nearest.
-        min_steps, max_steps: For how many steps an input is held.
+        search: The problem and scratch memory.
+        tree: The tree, without its own kd-forest; written.
+        witnesses: Of the tree; written.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        iterations: Maximum number of iterations.
+        most: Cost bound: steps that a solution must stay below.
+        selection_radius: Radius about a sample within which the cheapest node is selected.
+        pruning_radius: Radius about a witness within which only one node is extended.
+        goal_bias: Probability of sampling the goal.
+        control_samples: Number of candidate inputs, of which the one leading nearest is applied.
+        min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        How it ended, and how many iterations were made.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     arrays, random = search.problem, search.random
     for done in range(iterations):

@@ -1,4 +1,4 @@
-"""Other searches for a motion into the goal, which have their turn now and then beside a tree."""
+"""Sub-searches interleaved with the growth of a tree, such as goal connections."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class SubSearch(Protocol):
-    """A search beside the tree.
+    """A search interleaved with the growth of a tree.
 
     Attributes:
         due: Iterations of the tree until its next turn.
@@ -29,11 +29,11 @@ class SubSearch(Protocol):
     due: float
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
-        """Return inputs from the start into the goal, where a turn was due and found some."""
+        """Take a turn if due; return inputs (N, nu) from the start into the goal, or None."""
 
 
 class InterleavedSearches:
-    """Several searches beside a tree."""
+    """Several interleaved sub-searches."""
 
     def __init__(self, members: Sequence[SubSearch]) -> None:
         self._members = members
@@ -44,19 +44,19 @@ class InterleavedSearches:
         return min(member.due for member in self._members)
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
-        """Return what any of them found; each one counts all iterations."""
+        """Advance all of them; return the first solution (N, nu), or None."""
         found = [member.advance(iterations, tree) for member in self._members]
         return next((inputs for inputs in found if inputs is not None), None)
 
 
 class GoalConnections:
-    """Steers some of a tree's states into the goal, where growth alone would have to hit it.
+    """Attempts goal connections from random nodes, where growth alone would have to hit the goal.
 
     Args:
-        problem: What to plan.
-        period: Iterations between two attempts; 0 for never.
+        problem: The planning problem.
+        period: Iterations between attempts; 0 for never.
         goal_region_scale: What counts as near the goal, in its tolerances.
-        seed: Of the choice of states.
+        seed: Random seed of the node selection.
         budget: Of the search.
 
     Attributes:
@@ -85,7 +85,7 @@ class GoalConnections:
             return SteeredGoalConnection(self._problem, 1, self._scale, lambda: self._budget.over)
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
-        """Return inputs from the start into the goal, where an attempt was due and found some."""
+        """Make an attempt if due; return inputs (N, nu) from the start into the goal, or None."""
         self.due -= iterations
         if self.due > 0:
             return None

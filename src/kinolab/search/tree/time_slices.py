@@ -1,4 +1,4 @@
-"""Rounds of a search, and slices of them between two looks at the clock."""
+"""Time slices between clock checks of a compiled search, and its restart rounds."""
 
 from __future__ import annotations
 
@@ -6,23 +6,22 @@ import math
 
 from kinolab.search.budget import Budget
 
-SLICE_SECONDS = 0.005  # [s] of a search between two looks at the clock
+SLICE_SECONDS = 0.005  # [s] between clock checks
 FIRST_SLICE_ITERATIONS = 64  # iterations of the first slice
-# iterations of a slice: some milliseconds, and where they get slow still little
+# iterations of a slice: some milliseconds, and short enough even if they get slow
 MAX_SLICE_ITERATIONS = 2048
-RESTART_FACTOR = 1.5  # of the length of a round over the one before
+RESTART_FACTOR = 1.5  # ratio of consecutive round lengths
 
 
 class TimeSlices:
-    """How many iterations to make before the next look at the clock.
+    """Chooses the number of iterations until the next clock check.
 
     Args:
         budget: Of the search.
-        restart_after: Iterations of the first round, each of the next ones lasting longer; 0 for a
-            single round.
+        restart_after: Iterations of the first round, later ones being longer; 0 for a single round.
 
     Attributes:
-        restarts: How many rounds were begun after the first one.
+        restarts: Number of rounds begun after the first one.
     """
 
     def __init__(self, budget: Budget, restart_after: int) -> None:
@@ -31,19 +30,19 @@ class TimeSlices:
         self.restarts = 0
 
     def next(self, most: float) -> int:
-        """Return how many iterations may be made now; 0 when the search must end."""
+        """Return the number of iterations of the next slice; 0 when the search must end."""
         if self._budget.over:
             return 0
         self._begun = self._budget.clock()
         return int(max(1, min(self._size, self._budget.left, self._left, most)))
 
     def done(self, iterations: int) -> None:
-        """Count iterations made, and fit the next slice to the time they took."""
+        """Count iterations made, and adapt the next slice to the time they took."""
         self._budget.spend(iterations)
         self._left -= iterations
         took = max(self._budget.clock() - self._begun, 1e-6)
         fitting = iterations * SLICE_SECONDS / took
-        # Slowly upward: the first iterations of a tree are far quicker than those that follow.
+        # Grow slowly: the first iterations of a tree are far faster than later ones.
         self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, MAX_SLICE_ITERATIONS))
 
     @property
@@ -52,7 +51,7 @@ class TimeSlices:
         return self._left <= 0
 
     def end_round(self) -> None:
-        """Have a new round begin soon."""
+        """End the current round early."""
         self._left = 0.0
 
     def begin_round(self) -> None:

@@ -1,4 +1,4 @@
-"""A tree of states that grows under held inputs: its memory, and how a motion is added to it."""
+"""The search tree in flat arrays: node insertion and checked propagation steps."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates
 from kinolab.simulation.collision_context import is_motion_free
 from kinolab.simulation.machine import advance
 
-GROWING, REACHED, FULL = 0, 1, 2  # how growth ends: it could go on, is in the goal, or has no room
-# share of the goal's tolerance that counts, so that rounding cannot miss it
+GROWING, REACHED, FULL = 0, 1, 2  # status of growth: may continue, goal reached, capacity used
+# fraction of the goal's tolerance that is used, to allow for rounding
 TOLERANCE_FRACTION = 0.999
-LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # why steps are refused, as ``Tree.rejections`` counts them
-ALL_STEPS = 3  # where all steps are counted
-NONE = np.int64(-1)  # the parent of the start; no literal, for which all would be compiled anew
-ROUNDING_FACTOR = 1.0 - 1e-6  # so that single precision does not add any room
+LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # causes of rejection, indices into ``Tree.rejections``
+ALL_STEPS = 3  # index of the count of all steps
+NONE = np.int64(-1)  # parent of the start; typed, since a literal would trigger recompilation
+ROUNDING_FACTOR = 1.0 - 1e-6  # keeps clearances conservative in single precision
 
 
 class Tree(NamedTuple):
-    """Nodes in flat arrays, for compiled code; node 0 is the start."""
+    """Nodes in flat arrays, for compiled kernels; node 0 is the start."""
 
     x: Array  # (capacity, nx)
-    u: Array  # (capacity, nu) held on the way from the parent
+    u: Array  # (capacity, nu) input from the parent
     parent: NDArray[np.int32]  # (capacity,) -1 for the start
-    steps: NDArray[np.int32]  # (capacity,) for which the input was held
+    steps: NDArray[np.int32]  # (capacity,) duration of the input
     cost: Integers  # (capacity,) steps from the start
-    clearance: NDArray[np.float32]  # (capacity,) room in [m], as far as it is known
-    failures: NDArray[np.int32]  # (capacity,) motions from there that came to nothing
+    clearance: NDArray[np.float32]  # (capacity,) lower bound of the clearance in [m]
+    failures: NDArray[np.int32]  # (capacity,) failed extensions
     size: Integers  # (1,)
-    rejections: Integers  # (4,) steps: refused, by cause, and all
+    rejections: Integers  # (4,) steps rejected by cause, and all steps
     forest: KdForest
     point: Array  # (d,) scratch
     now: Array  # (nx,) scratch
@@ -53,7 +53,7 @@ class Tree(NamedTuple):
 
 
 def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
-    """Return a tree without nodes that has room for so many; the nearest of them can be found."""
+    """Allocate an empty tree with a capacity in nodes, with nearest-neighbour index by default."""
     nx, nu = len(arrays.start), len(arrays.input_lower)
     return Tree(
         x=np.zeros((capacity, nx)),
@@ -78,13 +78,13 @@ def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
 
 @kernel
 def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
-    """Add a node that is no neighbour of any; return its number.
+    """Add a node without indexing it; return its index.
 
     Args:
-        tree: Grows.
+        tree: The tree; written.
         x, u: State (nx,), and the inputs (nu,) that led to it.
-        parent, steps: From where, NONE for the start, and in how many steps.
-        known_clearance: Room at x in [m].
+        parent, steps: Its parent, NONE for the start, and the number of steps from there.
+        known_clearance: Clearance bound at x in [m].
     """
     node = tree.size[0]
     for i in range(x.shape[0]):
@@ -101,11 +101,11 @@ def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-
 
 @kernel
 def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
-    """Add a node; return its number.
+    """Add a node to the tree and its nearest-neighbour index; return its index.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
-        x, u, parent, steps, known_clearance: As ``insert_node`` takes them.
+        x, u, parent, steps, known_clearance: As in ``insert_node``.
     """
     node = insert_node(tree, x, u, parent, steps, known_clearance)
     metric_coordinates(search.problem, x, tree.point)
@@ -115,18 +115,18 @@ def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[
 
 @kernel
 def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ignore[no-untyped-def]
-    """Make a step from x under u into ``after``, and count why it may not be made.
+    """Propagate a step from x under u into ``after``, check it, and count a rejection by cause.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
         x, u: State (nx,) and inputs (nu,).
         after: The state reached, shape (nx,); written.
-        known_clearance: Room at x in [m], as far as it is known.
-        speed: That of the fastest point at x, in [m/s].
+        known_clearance: Clearance bound at x in [m].
+        speed: Speed bound of the fastest point at x, in [m/s].
 
     Returns:
-        Room at ``after`` in [m], negative where the step is refused; and the speed there, as
-        ``is_motion_free``.
+        Clearance bound at ``after`` in [m], negative if the step is rejected, and the speed there,
+        as ``is_motion_free``.
     """
     machine, scratch, h = search.machine, search.scratch, search.problem.step
     tree.rejections[ALL_STEPS] += 1
@@ -146,7 +146,7 @@ def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ig
 
 @kernel
 def begin(search, tree):  # type: ignore[no-untyped-def]
-    """Leave nothing in a tree but the start."""
+    """Clear a tree to its start."""
     clear(tree.forest)
     tree.size[0] = 0
     tree.held[:] = 0.0
@@ -155,7 +155,7 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
 
 @kernel
 def begin_without_neighbours(search, tree):  # type: ignore[no-untyped-def]
-    """Leave nothing but the start, which is returned, in a tree without neighbours."""
+    """Clear a tree without a nearest-neighbour index to its start; return that node."""
     tree.size[0] = 0
     tree.held[:] = 0.0
     return insert_node(tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
@@ -171,13 +171,13 @@ def controls_to(tree: Tree, node: int) -> Array:
 
 
 def nearer(tree: Tree, best: Array, violation: float, u: Array) -> tuple[float, Array]:
-    """Return the motion that ends nearest to the goal, if it is nearer than another one.
+    """Return the tree's nearest approach to the goal or a given motion, whichever is nearer.
 
     Args:
-        tree: With the motion's nodes.
-        best: The node nearest to the goal, and how far outside it is, shape (2,).
-        violation: How far outside the goal the other motion ends.
-        u: Inputs of the other motion, shape (N, nu).
+        tree: The tree.
+        best: The node nearest to the goal and its normalised goal error, shape (2,).
+        violation: Normalised goal error of the given motion.
+        u: Inputs of the given motion, shape (N, nu).
     """
     if best[1] < violation:
         return float(best[1]), controls_to(tree, int(best[0]))
@@ -185,7 +185,7 @@ def nearer(tree: Tree, best: Array, violation: float, u: Array) -> tuple[float, 
 
 
 def step_counts(tree: Tree) -> dict[str, float]:
-    """Return the steps that were made and those refused by cause, and the nodes, by name."""
+    """Return the counts of nodes, steps and rejected steps by cause, by name."""
     named = {"limit": LIMIT, "collision": COLLISION, "equations": EQUATIONS}
     refused = {f"rejected_by_{cause}": float(tree.rejections[k]) for cause, k in named.items()}
     return refused | {

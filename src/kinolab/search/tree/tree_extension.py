@@ -1,4 +1,4 @@
-"""What a compiled loop works on, and what makes a tree grow by such a loop."""
+"""Interface of tree extensions, and the search state that compiled loops work on."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from kinolab.simulation.collision_context import (
 )
 from kinolab.simulation.machine import Machine, machine_of
 
-UNBOUNDED_STEPS = 2**62  # steps: more than any motion has
+UNBOUNDED_STEPS = 2**62  # more than any motion has
 
 
 class SearchState(NamedTuple):
-    """Everything that a compiled loop works on."""
+    """Machine, problem, collision scene and random state of one search."""
 
     machine: Machine
     problem: ProblemArrays
@@ -32,7 +32,7 @@ class SearchState(NamedTuple):
 
 
 def search_state(problem: PlanningTask, goal_region_scale: float, seed: int) -> SearchState:
-    """Gather everything for one search; searches in threads of their own share nothing written."""
+    """Collect the state of one search; concurrent searches share no written data."""
     return SearchState(
         machine_of(problem),
         gather_problem(problem, goal_region_scale, seed),
@@ -45,8 +45,8 @@ class AbstractTreeExtension(ABC):
     """A tree that grows in compiled code.
 
     Attributes:
-        nodes: Of the tree.
-        best: The node nearest to the goal, and how far outside it is, shape (2,).
+        nodes: The tree.
+        best: The node nearest to the goal and its normalised goal error, shape (2,).
     """
 
     nodes: Tree
@@ -54,17 +54,17 @@ class AbstractTreeExtension(ABC):
 
     @abstractmethod
     def begin(self) -> None:
-        """Leave nothing in the tree but the start."""
+        """Clear the tree to its start."""
 
     @abstractmethod
     def grow(self, iterations: int) -> tuple[int, int]:
-        """Grow by some iterations; return GROWING, REACHED or FULL, and how many were made."""
+        """Grow for some iterations; return GROWING, REACHED or FULL, and the number made."""
 
     def explored(self) -> SearchGraph:
-        """Return a copy of the tree, thinned where it is large."""
+        """Return a copy of the tree, thinned if it is large."""
         nodes = self.nodes
         return SearchGraph.of_tree(lambda kept: nodes.x[kept], nodes.parent[: int(nodes.size[0])])
 
     def shorten(self, steps: int) -> bool:  # noqa: ARG002
-        """Look only for motions of fewer steps from now on; return whether that has a point."""
+        """Search only for motions of fewer steps from now on; return whether any may exist."""
         return False

@@ -1,8 +1,8 @@
-"""Witnesses: points that are spread evenly, each with the cheapest node that was found around it.
+"""SST's witnesses: evenly spread points, each represented by the cheapest node found near it.
 
-No two are nearer than the pruning radius. Only the node of a witness, its representative, is grown
-from, so that a tree stays sparse however long it grows. Nodes that no representative descends from
-are of no use; they are forgotten when there is no room left, all at once.
+No two are nearer than the pruning radius. Only the representatives of witnesses are extended, which
+keeps the tree sparse. Nodes that are no ancestors of representatives are useless; they are pruned
+all at once when the capacity is used.
 
 Source: Li, Littlefield, Bekris, Asymptotically optimal sampling-based kinodynamic planning, IJRR
 35(5), 2016.
@@ -29,23 +29,23 @@ from kinolab.numerics.kd_forest import (
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 
 NOBODY = -1
-USELESS, OF_USE = -1, -2  # nodes, before those of use get new numbers
-MAX_FILL = 0.875  # share of a tree that is too much to go on with
+USELESS, OF_USE = -1, -2  # marks of nodes before renumbering
+MAX_FILL = 0.875  # fraction of the capacity after pruning beyond which the tree is full
 EXACT = np.float32(1.0)
-NEAREST_SLACK = 1.1  # by how much ``nearest`` may be off
+NEAREST_SLACK = 1.1  # error factor of the approximate ``nearest``
 
 
 class Witnesses(NamedTuple):
-    """Points and their representatives, for compiled code; a tree's start is the first."""
+    """Witnesses and their representatives, for compiled kernels; a tree's start is the first."""
 
     forest: KdForest  # of witnesses
-    node: NDArray[np.int32]  # (capacity,) representatives, by witness
+    node: NDArray[np.int32]  # (capacity,) representative of each witness
     cost: Integers  # (capacity,) of representatives, in steps
-    place: NDArray[np.int32]  # (capacity,) scratch: where nodes go
+    place: NDArray[np.int32]  # (capacity,) scratch: new indices of nodes
 
 
 def witnesses(arrays: ProblemArrays, capacity: int) -> Witnesses:
-    """Return no witnesses, with room for those of so many nodes."""
+    """Allocate an empty set of witnesses with a capacity in nodes."""
     return Witnesses(
         forest=kd_forest(capacity, metric_periods(arrays)),
         node=np.zeros(capacity, np.int32),
@@ -56,18 +56,18 @@ def witnesses(arrays: ProblemArrays, capacity: int) -> Witnesses:
 
 @kernel
 def witness_at(witnesses, point, radius):  # type: ignore[no-untyped-def]
-    """Return the nearest witness within a radius of a point, NOBODY where there is none."""
+    """Return the nearest witness within a radius of a point (d,), NOBODY if there is none."""
     return nearest(witnesses.forest, point, NOBODY, radius * radius, EXACT)[0]
 
 
 @kernel
 def represent(witnesses, witness, node, cost, point):  # type: ignore[no-untyped-def]
-    """Let a node represent a witness; for NOBODY it becomes a witness itself, at its point.
+    """Make a node the representative of a witness, or of a new one at its point for NOBODY.
 
     Args:
         witnesses: ``Witnesses``.
-        witness: Its number, or NOBODY.
-        node, cost: The node, and the steps that lead to it.
+        witness: Its index, or NOBODY.
+        node, cost: The node and its cost in steps.
         point: In coordinates of the metric, shape (d,).
     """
     if witness == NOBODY:
@@ -78,9 +78,9 @@ def represent(witnesses, witness, node, cost, point):  # type: ignore[no-untyped
 
 @kernel
 def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
-    """Return the node to grow from: the cheapest around a point, else the nearest.
+    """Select the node to extend: the cheapest within a radius of a point (d,), else the nearest.
 
-    A node is where its witness is, to the pruning radius.
+    A node is located at its witness, to within the pruning radius.
     """
     found, square = nearest(witnesses.forest, point, NOBODY, math.inf)
     if square <= (NEAREST_SLACK * radius) ** 2:
@@ -91,7 +91,7 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
 
 @kernel
 def begin_witnesses(search, tree, witnesses):  # type: ignore[no-untyped-def]
-    """Leave no witness but the start, which is node 0."""
+    """Clear the witnesses to the start, node 0."""
     clear(witnesses.forest)
     metric_coordinates(search.problem, search.problem.start, tree.point)
     represent(witnesses, NOBODY, 0, 0, tree.point)
@@ -99,16 +99,16 @@ def begin_witnesses(search, tree, witnesses):  # type: ignore[no-untyped-def]
 
 @kernel
 def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
-    """Forget witnesses from which no motion of fewer steps can come, and nodes of no use.
+    """Prune witnesses that cannot meet the cost bound, and useless nodes.
 
     Args:
-        tree: Its nodes get new numbers.
-        witnesses: Their nodes, too.
-        best: Its first entry is a node that is kept; it gets its new number.
-        most: Steps that a motion must fall below.
+        tree: Its nodes are renumbered.
+        witnesses: Their representatives are renumbered.
+        best: Its first entry is a node that is kept and renumbered.
+        most: Cost bound: steps that a solution must stay below.
 
     Returns:
-        Whether there is room to go on.
+        Whether enough capacity is left to continue.
     """
     place, points = witnesses.place, witnesses.forest.points
     size, count = tree.size[0], witnesses.forest.counts[0]
@@ -132,7 +132,7 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
 
 @kernel
 def pack(tree, place):  # type: ignore[no-untyped-def]
-    """Move a tree's nodes of use to its front, and write where each of them is now."""
+    """Compact a tree to its marked nodes, and write their new indices to ``place``."""
     size = 0
     for node in range(tree.size[0]):
         if place[node] == USELESS:
