@@ -1,7 +1,7 @@
-"""The planners: one file each, named like the planner in it; and those of other authors.
+"""Planner registry: one file per built-in planner, and third-party planners.
 
-A planner is named by its file in this folder, by the name under which an installed package
-registers it, or as ``file.py:Class``.
+A planner's name is that of its file in this folder, the one under which an installed package
+registers it, or ``file.py:Class``.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ WHERE = "[planner] name"
 
 @cache
 def built_in() -> tuple[str, ...]:
-    """Return the name of every planner of kinolab's; a file in this folder registers itself."""
+    """Return the names of all built-in planners; a file in this folder registers itself."""
     files = (entry.name for entry in resources.files(__name__).iterdir())
     stems = (name.removesuffix(".py") for name in files if name.endswith(".py"))
     return tuple(sorted(stem for stem in stems if not stem.startswith("_")))
 
 
 def names() -> tuple[str, ...]:
-    """Return the name of every planner, those of installed packages included."""
+    """Return the names of all planners, including those of installed packages."""
     return tuple(sorted({*built_in(), *plugins.registered()}))
 
 
@@ -40,12 +40,12 @@ def get(name: str, *, where: str = WHERE) -> type[AbstractPlanner]:
     Args:
         name: A planner's name, or ``file.py:Class`` with a path from the working folder; the file
             is run.
-        where: What mistakes are reported for.
+        where: Location for error messages.
 
     Raises:
         UnknownNameError: If there is no such planner.
         MissingPlannerError: If a package it needs has no release for this platform.
-        InputError: If the file or the package that it comes from fails, or has no such planner.
+        InputError: If its file or package fails or has no such planner.
     """
     if name in built_in():
         return _built_in(name)
@@ -77,10 +77,10 @@ def _built_in(name: str) -> type[AbstractPlanner]:
 
 
 def misfits(planner: type[AbstractPlanner], settings: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    """List (key, what is wrong, what would work) of settings that do not fit a planner.
+    """List (key, what is wrong, remedy) of invalid settings of a planner.
 
     Raises:
-        InputError: If code of a planner that is not kinolab's fails.
+        InputError: If the code of a third-party planner fails.
     """
     with plugins.answerable(planner):
         return list(planner.misfits(settings))
@@ -90,7 +90,7 @@ def make(name: str, settings: Mapping[str, Any]) -> AbstractPlanner:
     """Return a planner with its settings.
 
     Raises:
-        InputError: If there is no such planner, or a setting does not fit; and as ``get`` does.
+        InputError: If there is no such planner or a setting is invalid; and as ``get``.
     """
     planner = get(name)
     with plugins.answerable(planner):

@@ -1,4 +1,4 @@
-"""AO-RRT, compiled as a whole: trees that begin anew below the duration of the best motion."""
+"""AO-RRT, compiled: trees in state-cost space, restarted below the best duration so far."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from kinolab.search.tree.tree import begin, tree
 class AORRT(AbstractCompiledPlanner):
     """Trees in states and durations, compiled, each below the duration of the best motion so far.
 
-    The first is the tree of rrt_fast; others follow for as long as ``improve`` says.
+    The first is the tree of rrt_fast; others follow for up to ``improve`` seconds.
 
     Source: Hauser, Zhou, IEEE Transactions on Robotics 32(6), 2016.
     """
@@ -45,7 +45,7 @@ class AORRT(AbstractCompiledPlanner):
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
-        """Return what grows the tree."""
+        """Return the tree extension."""
         return _AoRrtExtension(self, search)
 
 
@@ -59,18 +59,18 @@ class _AoRrtExtension(AbstractTreeExtension):
         )
 
     def begin(self) -> None:
-        """Leave nothing in the tree but the start."""
+        """Clear the tree to its start."""
         begin(self._search, self._tree)
         begin_cost_index(self._search, self._tree, self._costs)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
-        """Grow by some iterations; without a bound as far as there is none."""
+        """Grow for some iterations, below the cost bound if there is one."""
         planner = self._planner
         how = planner.goal_bias, planner.control_samples, planner.min_steps, planner.max_steps
         if self._most == UNBOUNDED_STEPS:
             ended, made = grow(self._search, self._tree, self.best, iterations, *how)
-        if self._most < UNBOUNDED_STEPS or not iterations:  # none: only to be compiled beforehand
+        if self._most < UNBOUNDED_STEPS or not iterations:  # none: compile only
             ended, made = grow_below(
                 self._search, self._tree, self._costs, self.best, iterations, self._most,
                 planner.cost_weight, *how,
@@ -78,7 +78,7 @@ class _AoRrtExtension(AbstractTreeExtension):
         return int(ended), int(made)
 
     def shorten(self, steps: int) -> bool:
-        """Begin anew, below so many steps."""
+        """Restart with a cost bound in steps."""
         self._most = steps
         self.begin()
         return steps > self._planner.min_steps

@@ -1,4 +1,4 @@
-"""The planner of scenarios that name none: those that the measurements recommend, in turn."""
+"""The default planner: a portfolio of the planners that perform best in our benchmarks."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from kinolab.search.tree import (
 )
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
-GUESS_KNOTS = 80  # of a guess
-# iterations of the trees before the first guess: some milliseconds
+GUESS_KNOTS = 80  # knots of a guess
+# tree iterations before the first guess: some milliseconds
 ITERATIONS_BEFORE_GUESSES = 4000
-ITERATIONS_PER_GUESS_STEP = 20.0  # iterations of the trees for every step of a guess
+ITERATIONS_PER_GUESS_STEP = 20.0  # tree iterations per time step of a guess
 MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 
 
@@ -34,8 +34,8 @@ MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 class Auto(AbstractCompiledPlanner):
     """A portfolio: rounds of kpiece_fast and of rrt_fast in turn, beside guesses of shooting.
 
-    The first solves nearly everything that we measure; the second is not led astray by cells;
-    guesses that are optimised solve what swings and flies.
+    The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
+    solve machines that swing and fly.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -50,29 +50,29 @@ class Auto(AbstractCompiledPlanner):
     )
 
     def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
-        """Return guesses."""
+        """Return the multistart search."""
         return [_Multistart(problem, seed, budget)]
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
-        """Return what grows the tree."""
+        """Return the tree extension."""
         shared = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         return _Portfolio([member(**shared).extension(problem, search) for member in MEMBERS])
 
 
 class _Multistart:
-    """Guesses that are optimised while the trees grow.
+    """Trajectory optimisation from guesses, interleaved with the trees.
 
     Args:
-        problem: What to plan.
-        seed: Of the random numbers.
+        problem: The planning problem.
+        seed: Random seed.
         budget: Of the search.
 
     Attributes:
-        due: Iterations of the trees until the next guess.
+        due: Tree iterations until the next guess.
     """
 
     def __init__(self, problem: PlanningTask, seed: int, budget: Budget) -> None:
-        again = math.isfinite(budget.below)  # then every other search begins with a guess
+        again = math.isfinite(budget.below)  # if so, every other search begins with a guess
         self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget
 
@@ -87,7 +87,7 @@ class _Multistart:
             return multistart
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:  # noqa: ARG002
-        """Return inputs into the goal, where a guess was due and led there."""
+        """Optimise a guess if due; return inputs (N, nu) into the goal, or None."""
         self.due -= iterations
         if self.due > 0:
             return None
@@ -100,13 +100,13 @@ class _Multistart:
 
 
 class _Portfolio(AbstractTreeExtension):
-    """Trees of which one grows, and another one from the next beginning on."""
+    """Alternates between trees, one per restart."""
 
     def __init__(self, trees: Sequence[AbstractTreeExtension]) -> None:
         self._trees, self._turn = trees, -1
 
     def begin(self) -> None:
-        """Begin the next tree."""
+        """Switch to the next tree."""
         if self._turn < 0:
             for tree in self._trees:  # all are compiled before the clock starts
                 tree.begin()
@@ -117,5 +117,5 @@ class _Portfolio(AbstractTreeExtension):
         self.nodes, self.best = self._now.nodes, self._now.best
 
     def grow(self, iterations: int) -> tuple[int, int]:
-        """Grow by some iterations."""
+        """Grow the current tree for some iterations."""
         return self._now.grow(iterations)

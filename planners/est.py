@@ -1,4 +1,4 @@
-"""Expansive space trees, by OMPL."""
+"""Expansive-space trees (EST), by OMPL."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class EST(AbstractGridPlanner):
 
 
 class _NoSampler(ob.ValidStateSampler):  # type: ignore[misc]
-    """Draws no state. OMPL would look for a free one to grow to, which its input then ignores."""
+    """Samples nothing: OMPL would search for a valid target state, which its control ignores."""
 
     def sample(self, _: Any) -> bool:
-        """Say that a state was drawn."""
+        """Report success."""
         return True
 
     def sampleNear(self, _: Any, _near: Any, _distance: float) -> bool:
-        """Say that a state was drawn."""
+        """Report success."""
         return True

@@ -1,4 +1,4 @@
-"""KPIECE: interior and exterior cells of a grid, by OMPL."""
+"""KPIECE: interior-exterior cell exploration, by OMPL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A search by cells that knows the way around obstacles, compiled as a whole."""
+"""KPIECE, compiled, with a cost-to-go around obstacles as its heuristic."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from kinolab.search.tree.tree import tree
 class KPIECEFast(AbstractCompiledPlanner):
     """Kinodynamic exploration of cells, compiled; cells nearer to the goal on a free way lead.
 
-    How far a cell is from the goal is worked out beforehand, around obstacles and without dynamics.
-    Of several inputs the one is held that leads furthest on that way.
+    The cost to go of every cell is computed beforehand, around obstacles and without dynamics. Of
+    several inputs the one that reaches the least cost to go is applied.
 
     Source: Sucan, Kavraki, WAFR 2008; Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3),
     2010, for leads.
@@ -44,7 +44,7 @@ class KPIECEFast(AbstractCompiledPlanner):
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
-        """Return what grows the tree."""
+        """Return the tree extension."""
         return _KpieceExtension(self, problem, search)
 
 
@@ -59,12 +59,12 @@ class _KpieceExtension(AbstractTreeExtension):
         self._leads, self._led = Record(cost_to_go_grid(problem)), False
 
     def begin(self) -> None:
-        """Leave nothing in the tree but the start."""
+        """Clear the tree to its start."""
         start_in_a_cell(self._search, self._tree, self._cells)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
-        """Grow by some iterations; the ways of the cells are found before the first."""
+        """Grow for some iterations; the cost to go is computed before the first."""
         planner = self._planner
         if not self._led:
             self._led = iterations > 0
@@ -72,7 +72,7 @@ class _KpieceExtension(AbstractTreeExtension):
             if self._led:
                 compute_cost_to_go(*arguments)
             else:
-                compute_cost_to_go.compile(tuple(map(typeof, arguments)))  # no part of a search
+                compute_cost_to_go.compile(tuple(map(typeof, arguments)))  # before the clock starts
         ended, made = explore(
             self._search, self._tree, self._cells, self._leads, self.best, iterations,
             planner.min_steps, planner.max_steps, float(planner.cost_to_go_exponent),

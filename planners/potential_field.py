@@ -1,4 +1,4 @@
-"""Potential fields: down to the goal, with navigation functions and randomised escapes."""
+"""Potential-field planner with navigation functions and random-walk escapes."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class PotentialField(AbstractPlanner):
     )
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
-        """Follow the field until the goal; escape from minima while there are escapes left."""
+        """Descend the field to the goal; escape from minima while escapes are left."""
         settings = FieldSettings(
             **{name: getattr(self, name) for name in FieldSettings.__dataclass_fields__}
         )

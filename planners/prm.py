@@ -14,8 +14,8 @@ from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.search.roadmap import RoadmapBuilder, load_roadmap, save_roadmap
 
-MILESTONES_PER_BATCH = 10  # milestones between two questions; the first ones are asked sooner
-MAX_GOAL_STATES = 5  # states of the goal that are tried
+MILESTONES_PER_BATCH = 10  # milestones between queries; the first queries come sooner
+MAX_GOAL_STATES = 5  # goal states per query
 
 
 @final
@@ -23,9 +23,9 @@ MAX_GOAL_STATES = 5  # states of the goal that are tried
 class PRM(AbstractPlanner):
     """Probabilistic roadmap of states at rest, joined by exact steering through the dynamics.
 
-    Milestones are equilibria, or moving states where there are none. Every motion between them was
-    followed through the full dynamics and found free. A roadmap that is kept in a file answers
-    further questions about the same machine in the same world.
+    Milestones are equilibria, or moving states if there are none. Every motion between them was
+    simulated under the full dynamics and found collision-free. A roadmap kept in a file answers
+    further queries for the same machine in the same world.
 
     Source: Kavraki, Svestka, Latombe, Overmars, IEEE Trans. Robotics and Automation 12(4), 1996;
     motions as edges as in Hsu, Kindel, Latombe, Rock, IJRR 21(3), 2002.
@@ -44,7 +44,7 @@ class PRM(AbstractPlanner):
     )
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
-        """Ask the roadmap, and let it grow until it answers."""
+        """Query the roadmap, and grow it until a query succeeds."""
         path = Path(self.roadmap) if self.roadmap else None
         if path is not None and not path.parent.is_dir():
             what = f"there is no folder {str(path.parent)!r}."
@@ -69,7 +69,7 @@ class PRM(AbstractPlanner):
 
 
 def _grow(builder: RoadmapBuilder, count: int, budget: Budget) -> bool:
-    """Add milestones; False where none could be added."""
+    """Add up to ``count`` milestones; False if none could be added."""
     added = 0
     while added < count and not budget.over and builder.grow(budget) is not None:
         added += 1
@@ -79,7 +79,7 @@ def _grow(builder: RoadmapBuilder, count: int, budget: Budget) -> bool:
 def _query(
     builder: RoadmapBuilder, problem: PlanningTask, budget: Budget
 ) -> tuple[Outcome, NDArray[np.float64]]:
-    """Ask again after every batch of milestones, until there is an answer or no time."""
+    """Query after every batch of milestones until one succeeds or time runs out."""
     if problem.goal_excess(problem.start) <= 1.0:
         return Outcome.SOLVED, np.zeros((0, problem.model.nu))
     goals, batch = builder.goals(MAX_GOAL_STATES, budget), 1

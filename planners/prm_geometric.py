@@ -1,4 +1,4 @@
-"""A roadmap of configurations, and feedback that follows its paths."""
+"""A geometric roadmap whose paths are tracked by feedback."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
 
-CONFIGURATIONS_PER_BATCH = 20  # configurations between two questions
-# times as many configurations until a nearest approach is followed again
+CONFIGURATIONS_PER_BATCH = 20  # configurations between queries
+# growth of the roadmap between attempts to follow its nearest approach
 APPROACH_PERIOD_FACTOR = 4
-STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between two looks at whether to stop
-MAX_GOAL_STATES = 10  # states of the goal region among which one to end at is chosen
-MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be followed
+STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation checks
+MAX_GOAL_STATES = 10  # goal samples from which to choose an equilibrium
+MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be tracked
 
 
 @final
@@ -29,10 +29,9 @@ MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be follo
 class PRMGeometric(AbstractPlanner):
     """Probabilistic roadmap of configurations (OMPL), followed with feedback.
 
-    A path of the roadmap becomes a motion from rest to rest along each of its parts; the machine
-    follows it through the full dynamics under time-varying linear-quadratic feedback. What is
-    judged is the motion that comes of it. Where that collides or misses the goal, the next roadmap
-    keeps further from obstacles.
+    Each edge of a roadmap path becomes a rest-to-rest motion, which the machine tracks under the
+    full dynamics with time-varying linear-quadratic feedback. The closed-loop motion is checked. If
+    it collides or misses the goal, the next roadmap keeps a larger clearance.
 
     Source: Kavraki, Svestka, Latombe, Overmars, IEEE Trans. Robotics and Automation 12(4), 1996.
     """
@@ -47,7 +46,7 @@ class PRMGeometric(AbstractPlanner):
     )
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
-        """Find paths and follow them until the motion of one is free and reaches the goal."""
+        """Track roadmap paths until the motion of one is collision-free and reaches the goal."""
         follower = _PathFollower(problem, budget)
         goal, margin, tried = follower.goal(seed), self.margin, 0
         if follower.reaches or goal is None or follower.steering.paths is None:
@@ -70,10 +69,10 @@ class PRMGeometric(AbstractPlanner):
 def _path(
     roadmap: GeometricRoadmap, follower: _PathFollower, places: ConfigurationSpace, budget: Budget
 ) -> list[Array] | None:
-    """Return configurations from the start to the goal; None where the budget is spent.
+    """Grow the roadmap until it has a path to the goal, states (nx,); None if the budget is spent.
 
-    Until there are any, ways to the nearest approach are followed now and then: when the time is
-    over, it is too late for that.
+    Until then, paths to the nearest approach are tracked now and then, since at the time limit it
+    is too late for that.
     """
     due = CONFIGURATIONS_PER_BATCH
     try:
@@ -86,18 +85,18 @@ def _path(
                 follower.follow(places, roadmap.approach(follower.problem.goal_distance))
             roadmap.grow(CONFIGURATIONS_PER_BATCH, budget)
     except CancelledError:
-        pass  # what was begun is worth nothing
+        pass  # partial work is discarded
     return None
 
 
 class _PathFollower:
-    """Makes motions of paths, judges them, and keeps the one that ends nearest to the goal.
+    """Tracks paths, checks the motions, and keeps the one that ends nearest to the goal.
 
     Attributes:
-        problem: What to plan.
+        problem: The planning problem.
         steering: Of its machine.
-        rejections: What was refused.
-        nearest: The motion that ends nearest to the goal; it stays at the start at first.
+        rejections: Rejected motions by cause and source.
+        nearest: The motion that ends nearest to the goal; initially empty, at the start.
     """
 
     def __init__(self, problem: PlanningTask, budget: Budget) -> None:
@@ -106,7 +105,7 @@ class _PathFollower:
         self.nearest = self._still
 
     def goal(self, seed: int) -> Array | None:
-        """Return a free state at rest within the goal, its middle if that is one."""
+        """Return a collision-free equilibrium (nx,) in the goal, preferably its centre; or None."""
         generator, problem = np.random.default_rng(seed), self.problem
         for k in range(MAX_GOAL_STATES):
             x = problem.sample_goal(generator, 1.0 if k else 1e-9)
@@ -120,7 +119,7 @@ class _PathFollower:
         return self.problem.goal_excess(x) <= 1.0 and self._judge.is_free(x.tolist())
 
     def places(self, goal: Array, margin: float) -> ConfigurationSpace:
-        """Return the configurations that keep a margin in [m] from obstacles."""
+        """Return the configuration space with a clearance margin in [m]."""
         return ConfigurationSpace(
             self.problem, self.steering, goal, margin, self.rejections, self._budget.expired
         )
@@ -131,7 +130,7 @@ class _PathFollower:
         return self.problem.goal_excess(self.nearest.x[-1]) <= 1.0
 
     def follow(self, places: ConfigurationSpace, path: list[Array]) -> None:
-        """Follow a path as far as it is free; each part of it counts as an iteration."""
+        """Track a path as far as it is free; each edge counts as an iteration."""
         reached = self._still
         try:
             for x0, x1 in pairwise(path):
@@ -152,7 +151,7 @@ class _PathFollower:
     def _piece(
         self, places: ConfigurationSpace, begin: Array, x0: Array, x1: Array
     ) -> Maneuver | None:
-        """Return what becomes of the way from x0 to x1, begun beside x0, under feedback."""
+        """Track the edge from x0 to x1 from a state near x0, (nx,) each; None if it collides."""
         assert self.steering.paths is not None
         motions = (self.steering.paths.chain(paths, x0) for paths in places.free_paths(x0, x1))
         wanted = next((found for found in motions if found is not None), None)

@@ -1,4 +1,4 @@
-"""A rapidly-exploring random tree that is compiled as a whole."""
+"""RRT, compiled."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from kinolab.search.tree.tree import begin, tree
 class RRTFast(AbstractCompiledPlanner):
     """Rapidly-exploring random tree, compiled: of several inputs the one that leads nearest.
 
-    A state from which motions often came to nothing is grown from more seldom.
+    Nodes whose extensions often failed are extended less often.
 
     Source: LaValle, Kuffner, IJRR 20(5), 2001; Cheng, LaValle, Reducing metric sensitivity in
     randomized trajectory design, IROS 2001, for what often comes to nothing.
@@ -33,7 +33,7 @@ class RRTFast(AbstractCompiledPlanner):
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
-        """Return what grows the tree."""
+        """Return the tree extension."""
         return _RrtExtension(self, search)
 
 
@@ -43,12 +43,12 @@ class _RrtExtension(AbstractTreeExtension):
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
 
     def begin(self) -> None:
-        """Leave nothing in the tree but the start."""
+        """Clear the tree to its start."""
         begin(self._search, self._tree)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
-        """Grow by some iterations."""
+        """Grow for some iterations."""
         planner = self._planner
         ended, made = grow(
             self._search, self._tree, self.best, iterations,

@@ -1,4 +1,4 @@
-"""Trajectory optimisation from guesses, for machines that swing and fly."""
+"""Trajectory optimisation by multistart, for machines that swing and fly."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from kinolab.trajopt.multistart.multiple_shooting import Multistart
 class Shooting(AbstractPlanner):
     """Direct multiple shooting from guesses: free ways and winding ones, fast and slow.
 
-    A guess ignores the dynamics; sequential convex programming makes a motion of it, or fails. What
-    is found ends exactly in the middle of the goal.
+    A guess ignores the dynamics; sequential convex programming turns it into a feasible motion or
+    fails. Solutions end exactly in the goal's centre.
 
     Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control
     problems, IFAC 1984.
@@ -31,7 +31,7 @@ class Shooting(AbstractPlanner):
     knots: int = setting(80, 10, 10_000, meaning="How many knots a guess has, more or less.")
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
-        """Try one guess after another until one leads into the goal; each is an iteration."""
+        """Optimise one guess after another until one succeeds; each is an iteration."""
         multistart = Multistart(problem, self.knots, seed, budget.expired, budget.below)
         multistart.prepare()
         budget.restart()  # code for this machine was compiled and loaded until here

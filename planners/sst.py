@@ -1,4 +1,4 @@
-"""Stable Sparse RRT, compiled as a whole."""
+"""Stable Sparse RRT (SST), compiled."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses
 class SST(AbstractCompiledPlanner):
     """Stable Sparse RRT, compiled: one cheap state per small ball keeps the tree thin.
 
-    Goes on in the same tree to shorter motions, for as long as ``improve`` says.
+    Continues to shorter motions in the same tree, for up to ``improve`` seconds.
 
     Source: Li, Littlefield, Bekris, IJRR 35(5), 2016.
     """
@@ -59,7 +59,7 @@ class SST(AbstractCompiledPlanner):
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
-        """Return what grows the tree."""
+        """Return the tree extension."""
         return _SstExtension(self, search)
 
 
@@ -71,13 +71,13 @@ class _SstExtension(AbstractTreeExtension):
         self._witnesses, self._most = Record(witnesses(arrays, capacity)), UNBOUNDED_STEPS
 
     def begin(self) -> None:
-        """Leave nothing in the tree but the start."""
+        """Clear the tree to its start."""
         begin_without_neighbours(self._search, self._tree)
         begin_witnesses(self._search, self._tree, self._witnesses)
         self.best[:] = 0.0, np.inf
 
     def grow(self, iterations: int) -> tuple[int, int]:
-        """Grow by some iterations."""
+        """Grow for some iterations."""
         planner = self._planner
         radius = (
             planner.selection_radius if self._most == UNBOUNDED_STEPS else planner.improving_radius
@@ -90,7 +90,7 @@ class _SstExtension(AbstractTreeExtension):
         return int(ended), int(made)
 
     def shorten(self, steps: int) -> bool:
-        """Look only for motions of fewer steps; what cannot lead to any is forgotten."""
+        """Search only for motions of fewer steps; prune nodes that cannot lead to any."""
         self._most = steps
         sweep(self._tree, self._witnesses, self.best, steps)
         return steps > self._planner.min_steps

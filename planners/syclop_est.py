@@ -1,4 +1,4 @@
-"""Syclop over an expansive space tree, by OMPL."""
+"""Syclop with an expansive-space tree (EST), by OMPL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Syclop over a rapidly-exploring random tree, by OMPL."""
+"""Syclop with a rapidly-exploring random tree (RRT), by OMPL."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation chec
 
 
 class GoalConnection:
-    """Searches for a final motion into the goal.
+    """Finds final motions into the goal.
 
     Args:
         problem: The planning problem.

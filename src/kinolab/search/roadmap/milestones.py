@@ -20,7 +20,7 @@ class Sampler:
     Args:
         problem: The planning problem.
         steering: Of its machine.
-        judge: Collision and limit check.
+        judge: Checks states for collisions and limits.
         seed: Random seed.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
