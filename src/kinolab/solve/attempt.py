@@ -26,7 +26,7 @@ from kinolab.verification import Certificate, verify
 
 T = TypeVar("T")
 
-MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # the true motion may reach the goal
+MISSED = (Outcome.APPROXIMATE, Outcome.LOCAL_MINIMUM)  # re-simulation may still reach the goal
 
 # Threads verify one motion at a time: concurrently, each would take as long as all.
 judging = RLock()

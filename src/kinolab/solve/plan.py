@@ -24,7 +24,7 @@ EXIT_CODES = {
     "simulated": 0,
     "not_found": 3,
     "approximate": 4,
-    "local_minimum": 4,  # 3 where it is no nearer than the start
+    "local_minimum": 4,  # 3 if it is no nearer than the start
     "verification_failed": 7,
     "interrupted": 130,
 }
@@ -67,7 +67,7 @@ class Improvement:
             than the one it was derived from.
         goal_distance: Norm of the goal errors at the end, in SI units.
         by: The stage that produced it: ``search``, ``repair`` or ``shorten``.
-        seed: Of the first search with its seed.
+        seed: Random seed of the search that it started from.
     """
 
     after: float
@@ -123,7 +123,7 @@ class PlanResult:
 
     @property
     def exit_code(self) -> int:
-        """What the command line returns."""
+        """Exit code of the command line."""
         if self.status == "local_minimum" and self.trajectory is None:
             return EXIT_CODES["interrupted" if self.interrupted else "not_found"]
         return EXIT_CODES["interrupted" if self.interrupted else self.status]

@@ -89,7 +89,7 @@ class TrackingLaw:
         return Maneuver(np.array(states), np.array(inputs).reshape(len(inputs), -1))
 
     def settle_at(self, x0: Array, x1: Array, u1: Array, steps: int) -> Maneuver | None:
-        """Return the closed-loop motion from x0 (nx,) about an equilibrium; None if not held."""
+        """Return the closed-loop motion from x0 (nx,) about an equilibrium; None if unstable."""
         gain = self.hold(x1, u1)
         if gain is None:
             return None

@@ -117,7 +117,7 @@ class _Graph:
         stop: Cancellation token; cancelling raises a CancelledError.
 
     Attributes:
-        distances: From the start to every reachable configuration.
+        distances: From the start to every reachable vertex.
         goal: Vertex of the goal; -1 if it is not part of the roadmap.
     """
 

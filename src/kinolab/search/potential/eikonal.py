@@ -173,7 +173,7 @@ def shortest(speed: Array, source: Array, sweeps: int) -> Array:
     The source must have exact integer coordinates: the solver takes anything else for a point
     between corners.
     """
-    with sealed_caches():  # its import compiles what is not cached yet
+    with sealed_caches():  # importing it compiles uncached functions
         from fteikpy import Eikonal2D, Eikonal3D
 
     solver = (Eikonal2D if speed.ndim == 2 else Eikonal3D)(speed, gridsize=(1.0,) * speed.ndim)

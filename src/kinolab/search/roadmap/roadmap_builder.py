@@ -46,7 +46,7 @@ class RoadmapBuilder:
         )
         self._budget: Budget | None = None  # of the current operation
         self._start = problem.start  # of the last query
-        self._left: dict[int, Array] = {}  # motions from there, by milestone
+        self._left: dict[int, Array] = {}  # motions from that start, by milestone
 
     def goals(self, count: int, budget: Budget | None = None) -> list[Array]:
         """Return free states (nx,) in the problem's goal, its centre first; none if cancelled."""

@@ -79,7 +79,7 @@ class GoalConnections:
     def _connection(self) -> SteeredGoalConnection:
         with self._budget.preparing():
             from kinolab.steering.goal_connection import (
-                SteeredGoalConnection,  # brings SciPy's optimisers
+                SteeredGoalConnection,  # imports SciPy's optimisers
             )
 
             return SteeredGoalConnection(self._problem, 1, self._scale, lambda: self._budget.over)

@@ -2,7 +2,7 @@
 
 Guesses differ in duration, turns and path. Each is first solved on a coarse grid, with inputs
 constant over several steps of the problem, then with a knot at every step. If open-loop errors
-would grow too much along the trajectory, a faster one is sought in between.
+would grow too much along the coarse solution, a faster one is computed first.
 
 Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
 IFAC 1984.

@@ -87,7 +87,7 @@ class CollisionConstraints:
     begins = False  # distances do not jump with the inputs
 
     def __init__(self, problem: PlanningTask, clearance: float, near: float = 1.0) -> None:
-        model = self._model = problem.model  # owns the code
+        model = self._model = problem.model  # keeps the compiled code alive
         self._around, touching = collision_arrays(problem)
         self._room, self._near = clearance, near
         shapes = [shape for body in problem.bodies for shape in body.shapes]
