@@ -24,7 +24,7 @@ from kinolab.search.tree.tree import begin, tree
 @final
 @dataclass(frozen=True, kw_only=True)
 class AORRT(AbstractCompiledPlanner):
-    """Trees in states and durations, compiled, each below the duration of the best motion so far.
+    """Asymptotically optimal RRT, compiled: each tree stays below the best cost so far.
 
     The first is the tree of rrt_fast; others follow for up to ``improve`` seconds.
 
@@ -41,7 +41,7 @@ class AORRT(AbstractCompiledPlanner):
         0.0,
         1e6,
         unit="extents",
-        meaning="How far start and end of the best motion are apart in cost, by the metric.",
+        meaning="Distance in cost between start and end of the best motion, in the metric.",
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002

@@ -32,7 +32,7 @@ MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 @final
 @dataclass(frozen=True, kw_only=True)
 class Auto(AbstractCompiledPlanner):
-    """A portfolio: rounds of kpiece_fast and of rrt_fast in turn, beside guesses of shooting.
+    """A portfolio: kpiece_fast and rrt_fast take turns, with guesses of shooting in between.
 
     The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
     solve machines that swing and fly.

@@ -21,20 +21,20 @@ from kinolab.search.tree.tree import tree
 @final
 @dataclass(frozen=True, kw_only=True)
 class KPIECEFast(AbstractCompiledPlanner):
-    """Kinodynamic exploration of cells, compiled; cells nearer to the goal on a free way lead.
+    """KPIECE, compiled; cells nearer to the goal along a collision-free path are preferred.
 
     The cost to go of every cell is computed beforehand, around obstacles and without dynamics. Of
     several inputs the one that reaches the least cost to go is applied.
 
     Source: Sucan, Kavraki, WAFR 2008; Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3),
-    2010, for leads.
+    2010, for the cost-to-go.
     """
 
     name: ClassVar[str] = "kpiece_fast"
 
     cells: int = setting(40, 1, 1000, meaning="Cells along each coordinate that is divided.")
     cost_to_go_exponent: float = setting(
-        2.0, 0.0, 10.0, meaning="Power of the way to the goal by which cells count less."
+        2.0, 0.0, 10.0, meaning="Exponent of the cost-to-go by which cells count less."
     )
     control_samples: int = with_default(4, AbstractCompiledPlanner, "control_samples")
     goal_region_scale: float = with_default(10.0, AbstractCompiledPlanner, "goal_region_scale")

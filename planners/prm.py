@@ -33,11 +33,9 @@ class PRM(AbstractPlanner):
 
     name: ClassVar[str] = "prm"
 
-    neighbours: int = setting(
-        8, 1, 1000, meaning="How many of the nearest milestones each is steered to."
-    )
+    neighbours: int = setting(8, 1, 1000, meaning="Nearest milestones that each one is steered to.")
     milestones: int = setting(
-        150, 1, 1_000_000, meaning="How many a roadmap that is kept in a file has at least."
+        150, 1, 1_000_000, meaning="Fewest milestones of a roadmap that is kept in a file."
     )
     roadmap: str = setting(
         "", meaning="File that keeps the roadmap, made where there is none; empty to keep none."

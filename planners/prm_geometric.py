@@ -39,10 +39,10 @@ class PRMGeometric(AbstractPlanner):
     name: ClassVar[str] = "prm_geometric"
 
     neighbours: int = setting(
-        8, 1, 1000, meaning="How many of the nearest configurations each is joined to."
+        8, 1, 1000, meaning="Nearest configurations that each one is joined to."
     )
     margin: float = setting(
-        0.02, 0.0, 10.0, unit="m", meaning="How far paths keep from obstacles at first."
+        0.02, 0.0, 10.0, unit="m", meaning="Clearance that paths keep from obstacles at first."
     )
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:

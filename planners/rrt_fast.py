@@ -18,12 +18,12 @@ from kinolab.search.tree.tree import begin, tree
 @final
 @dataclass(frozen=True, kw_only=True)
 class RRTFast(AbstractCompiledPlanner):
-    """Rapidly-exploring random tree, compiled: of several inputs the one that leads nearest.
+    """Rapidly-exploring random tree, compiled; of several inputs the one that leads nearest.
 
     Nodes whose extensions often failed are extended less often.
 
     Source: LaValle, Kuffner, IJRR 20(5), 2001; Cheng, LaValle, Reducing metric sensitivity in
-    randomized trajectory design, IROS 2001, for what often comes to nothing.
+    randomized trajectory design, IROS 2001, for nodes whose extensions often fail.
     """
 
     name: ClassVar[str] = "rrt_fast"

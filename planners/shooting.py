@@ -17,7 +17,7 @@ from kinolab.trajopt.multistart.multiple_shooting import Multistart
 @final
 @dataclass(frozen=True, kw_only=True)
 class Shooting(AbstractPlanner):
-    """Direct multiple shooting from guesses: free ways and winding ones, fast and slow.
+    """Direct multiple shooting from collision-free guesses, straight or winding, fast or slow.
 
     A guess ignores the dynamics; sequential convex programming turns it into a feasible motion or
     fails. Solutions end exactly in the goal's centre.
@@ -28,7 +28,7 @@ class Shooting(AbstractPlanner):
 
     name: ClassVar[str] = "shooting"
 
-    knots: int = setting(80, 10, 10_000, meaning="How many knots a guess has, more or less.")
+    knots: int = setting(80, 10, 10_000, meaning="About how many knots a guess has.")
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Optimise one guess after another until one succeeds; each is an iteration."""

@@ -24,7 +24,7 @@ from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses
 @final
 @dataclass(frozen=True, kw_only=True)
 class SST(AbstractCompiledPlanner):
-    """Stable Sparse RRT, compiled: one cheap state per small ball keeps the tree thin.
+    """Stable Sparse RRT, compiled: one cheapest state per small ball keeps the tree sparse.
 
     Continues to shorter motions in the same tree, for up to ``improve`` seconds.
 
@@ -38,7 +38,7 @@ class SST(AbstractCompiledPlanner):
         0.0,
         1e6,
         unit="metric",
-        meaning="How far around a sample the cheapest state is grown from, not the nearest.",
+        meaning="Radius around a sample within which the cheapest state is grown, not the nearest.",
     )
     improving_radius: float = setting(
         1.5,
@@ -52,7 +52,7 @@ class SST(AbstractCompiledPlanner):
         0.0,
         1e6,
         unit="metric",
-        meaning="How far around a state only the cheapest one is grown from.",
+        meaning="Radius around a state within which only the cheapest one is grown.",
     )
     goal_bias: float = setting(
         0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."

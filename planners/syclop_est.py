@@ -13,7 +13,7 @@ from kinolab.search.ompl import AbstractSyclopPlanner, OmplSetup
 @final
 @dataclass(frozen=True, kw_only=True)
 class SyclopEST(AbstractSyclopPlanner):
-    """Leads through a grid of regions tell an expansive space tree where to grow (OMPL).
+    """Syclop: paths through a grid of regions guide an expansive space tree (OMPL).
 
     Source: Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3), 2010.
     """

@@ -13,7 +13,7 @@ from kinolab.search.ompl import AbstractSyclopPlanner, OmplSetup
 @final
 @dataclass(frozen=True, kw_only=True)
 class SyclopRRT(AbstractSyclopPlanner):
-    """Leads through a grid of regions tell a rapidly-exploring random tree where to grow (OMPL).
+    """Syclop: paths through a grid of regions guide a rapidly-exploring random tree (OMPL).
 
     Source: Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3), 2010.
     """

@@ -247,15 +247,15 @@ class PlannerSection(Section):
     )
 
     name: PlannerName = "auto"  # Python is code that runs; relative to the scenario
-    time_limit: Annotated[Seconds, Meaning("How long a search may take.", "s")] = 30.0
+    time_limit: Annotated[Seconds, Meaning("Longest time of a search.", "s")] = 30.0
     max_iterations: Annotated[
         Count | None,
-        Meaning("How many iterations a search may take; left out: any number.", "iterations"),
+        Meaning("Most iterations of a search; any number where it is left out.", "iterations"),
     ] = None
     seed: Annotated[Seed, Meaning("Seed of the random numbers.")] = 1
     improve: Annotated[
         Effort,
-        Meaning("How long a motion that was found is made exact and shorter; 0 for never.", "s"),
+        Meaning("Time for making a motion that was found exact and shorter; 0 for none.", "s"),
     ] = 2.0
 
     @property

@@ -97,23 +97,27 @@ class AbstractTreeSearch(AbstractPlanner):
         1,
         100_000,
         unit="steps",
-        meaning="For how many steps of the integration an input is held at least.",
+        meaning="Fewest integration steps for which an input is held.",
     )
     max_steps: int = setting(
         20,
         1,
         100_000,
         unit="steps",
-        meaning="For how many steps of the integration an input is held at most.",
+        meaning="Most integration steps for which an input is held.",
     )
     goal_region_scale: float = setting(
-        1.0, 1.0, 1e6, unit="tolerances", meaning="How far around the goal growth aims."
+        1.0,
+        1.0,
+        1e6,
+        unit="tolerances",
+        meaning="Size of the region around the goal that growth aims for.",
     )
     restart_after: int = setting(
         20_000,
         0,
         unit="iterations",
-        meaning="When a new tree begins, each lasting 1.5 times as long; 0 for a single one.",
+        meaning="Iterations before a restart, each tree 1.5 times as many; 0 for never.",
     )
 
     def conflicts(self) -> Iterator[tuple[str, str, str]]:

@@ -62,7 +62,7 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
     goal_region_scale: float = with_default(10.0, AbstractTreePlanner, "goal_region_scale")
     restart_after: int = with_default(40_000, AbstractTreePlanner, "restart_after")
     control_samples: int = setting(
-        32, 1, 1000, meaning="How many inputs are compared at most before one is held."
+        32, 1, 1000, meaning="Most inputs that are compared before one is held."
     )
     goal_bias: float = setting(
         0.5, 0.0, 1.0, meaning="Probability of growing to the goal from a state near it."
@@ -72,7 +72,7 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
         0,
         1_000_000,
         unit="states",
-        meaning="From how many states one is steered into the goal; 0 for none.",
+        meaning="One of so many states is steered into the goal; 0 for none.",
     )
 
     def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:

@@ -33,14 +33,14 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     in_threads: ClassVar[bool] = True
 
     control_samples: int = setting(
-        1, 1, 1000, meaning="How many inputs are compared before one is held."
+        1, 1, 1000, meaning="Inputs that are compared before one is held."
     )
     max_nodes: int = setting(
         200_000,
         64,
         20_000_000,
         unit="nodes",
-        meaning="How many states are kept at most; then a new tree begins.",
+        meaning="Most states that a tree keeps; then a new one begins.",
     )
     restart_after: int = with_default(0, AbstractTreeSearch, "restart_after")
     goal_connection_period: int = setting(

@@ -1,1 +1,1 @@
-"""Syclop: OMPL's planners that follow leads through a decomposition into regions."""
+"""Syclop: OMPL's planners that are guided by paths through a decomposition into regions."""

@@ -25,7 +25,7 @@ FREE_VOLUME_DRAWS = 100_000
 
 
 class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
-    """The grid of regions for leads.
+    """The grid of regions that guides a search.
 
     A planner keeps it, so it must not refer to the planner. It serves one planner once: OMPL first
     projects the samples of its free-volume estimate, and these calls are counted. Most samples are
@@ -35,7 +35,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         setup: The problem in OMPL's terms.
         regions: The regions.
         looks: Number of samples of the free-volume estimate.
-        max_states_per_cell: Capacity of a cell of the default projection; leads ignore all further
+        max_states_per_cell: Capacity of a cell of the default projection; the guide ignores further
             states.
         seed: Random seed of sampled states.
     """

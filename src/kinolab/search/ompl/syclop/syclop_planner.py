@@ -32,13 +32,13 @@ class AbstractSyclopPlanner(AbstractGuidedPlanner):
         5000,
         0,
         FREE_VOLUME_DRAWS // 4,
-        meaning="How many random states tell how free the regions are.",
+        meaning="Random states that estimate how free the regions are.",
     )
     max_states_per_cell: int = setting(
         20,
         1,
         unit="states",
-        meaning="How many states of a cell leads go through; cells are finer than regions.",
+        meaning="Most states per cell that guide the search; cells are finer than regions.",
     )
 
     def decomposition(self, setup: OmplSetup) -> Decomposition:
