@@ -27,7 +27,6 @@ from kinolab.scenario import (
     axis_vector,
     builtin_scenarios,
     check_names,
-    check_settings,
     load_scenario,
     write_scenario,
 )
@@ -517,13 +516,6 @@ def test_every_unknown_name_is_reported_with_the_nearest() -> None:
 def test_an_unknown_name_from_an_override_names_the_override() -> None:
     (found,) = unknown(load("", "start.thet=1"))
     assert found.startswith("--set start.thet=1: no coordinate or rate is called 'thet'.")
-
-
-def test_settings_that_the_planner_does_not_have_are_reported() -> None:
-    scenario = load("[planner]\ngoal_bias = 0.1\n", "planner.goal_bia=0.2")
-    (mistake,) = check_settings(scenario, ["goal_bias", "radius"])
-    assert str(mistake).startswith("--set planner.goal_bia=0.2: no key is called 'goal_bia'.")
-    assert "Did you mean 'goal_bias'?" in mistake.remedy
 
 
 # --- writing ---

@@ -2,9 +2,9 @@
 
 from kinolab.scenario.file_lookup import builtin_scenarios, read_text, scenario_path
 from kinolab.scenario.issues import Issue, Origin
-from kinolab.scenario.load import check_document, load_scenario, read_scenario, scenario_from
-from kinolab.scenario.locations import mistake_at
-from kinolab.scenario.names import check_names, check_settings
+from kinolab.scenario.load import load_scenario, read_scenario, scenario_from, sound
+from kinolab.scenario.locations import mistake_at, place_at
+from kinolab.scenario.names import check_names
 from kinolab.scenario.overrides import override_place
 from kinolab.scenario.planner_keys import shared_settings
 from kinolab.scenario.rules import PLANNER_KEYS
@@ -41,16 +41,16 @@ __all__ = [
     "WorldSection",
     "axis_vector",
     "builtin_scenarios",
-    "check_document",
     "check_names",
-    "check_settings",
     "load_scenario",
     "mistake_at",
     "override_place",
+    "place_at",
     "read_scenario",
     "read_text",
     "scenario_from",
     "scenario_path",
     "shared_settings",
+    "sound",
     "write_scenario",
 ]

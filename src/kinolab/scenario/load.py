@@ -38,7 +38,15 @@ def load_scenario(source: str | Path, *, overrides: Sequence[str] = ()) -> Scena
         InputError: If there is no such file or anything in it is wrong; ``.mistakes`` has
             all that was found.
     """
-    scenario, mistakes = read_scenario(source, overrides=overrides)
+    return sound(*read_scenario(source, overrides=overrides))
+
+
+def sound(scenario: Scenario | None, mistakes: Sequence[Mistake]) -> Scenario:
+    """Return a scenario in which no mistakes were found.
+
+    Raises:
+        InputError: With all that were found.
+    """
     if mistakes or scenario is None:
         raise InputError(mistakes)
     return scenario
@@ -73,10 +81,7 @@ def scenario_from(
     Raises:
         InputError: If anything in it is wrong.
     """
-    scenario, mistakes = check_document(document, path, overrides=overrides)
-    if mistakes or scenario is None:
-        raise InputError(mistakes)
-    return scenario
+    return sound(*check_document(document, path, overrides=overrides))
 
 
 def check_document(

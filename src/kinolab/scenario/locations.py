@@ -30,11 +30,14 @@ NAME_TABLES: tuple[KeyPath, ...] = (
 
 
 def mistake_at(issue: Issue, origin: Origin) -> Mistake:
-    """Give a finding its address: the override that caused it, or else the file."""
-    culprits = [override for override in origin.overrides if override.touches(issue.path)]
-    place = f"{origin.file.name} {place_text(issue.path)}".rstrip()
-    where = culprits[-1].where if culprits else place
-    return Mistake(where, issue.what, issue.remedy)
+    """Give a finding its address."""
+    return Mistake(place_at(issue.path, origin), issue.what, issue.remedy)
+
+
+def place_at(path: KeyPath, origin: Origin) -> str:
+    """Name the override that wrote what stands at a path, or else its place in the file."""
+    writers = [override for override in origin.overrides if override.touches(path)]
+    return writers[-1].where if writers else f"{origin.file.name} {place_text(path)}".rstrip()
 
 
 def place_text(path: KeyPath) -> str:

@@ -1,4 +1,4 @@
-"""Names in a scenario against the names that its machine and planner have."""
+"""Names in a scenario against the names that its machine has."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from kinolab.errors import Mistake
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.locations import keys_of, mistake_at
-from kinolab.scenario.rules import PLANNER_KEYS, unknown_key
+from kinolab.scenario.rules import unknown_key
 from kinolab.scenario.schema import GoalSection, Scenario
 
 
@@ -33,13 +33,6 @@ def check_names(
         *(issue for path, body in _bodies(scenario) for issue in _body(path, body, bodies)),
     ]
     return [mistake_at(issue, scenario.origin) for issue in issues]
-
-
-def check_settings(scenario: Scenario, known: Iterable[str]) -> list[Mistake]:
-    """List every key of ``[planner]`` that neither all planners nor this one read."""
-    keys = [*PLANNER_KEYS, *known]
-    unknown = _unknown(("planner",), scenario.planner.settings, keys, "key")
-    return [mistake_at(issue, scenario.origin) for issue in unknown]
 
 
 def _unknown(

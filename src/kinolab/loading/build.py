@@ -1,0 +1,169 @@
+"""Build the problem of a scenario, or say everything that is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from kinolab.dynamics import Model, System
+from kinolab.dynamics.language.tightened_limits import with_tightened_limits
+from kinolab.errors import InputError, Mistake
+from kinolab.loading.find import find_system
+from kinolab.loading.state_arrays import state_arrays
+from kinolab.loading.targets import goal_of, keep_outs_of, start_of
+from kinolab.loading.well_posed import (
+    chosen_names,
+    endpoint_issues,
+    limit_issues,
+    name_mistakes,
+    planner_issues,
+)
+from kinolab.problem import PlanningTask
+from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at, read_scenario
+from kinolab.scenario.dynobench import is_environment, read_environment
+from kinolab.world import (
+    Obstacle,
+    World,
+    box_obstacle,
+    cylinder_obstacle,
+    mesh_obstacle,
+    sphere_obstacle,
+)
+
+T = TypeVar("T")
+
+
+def load(source: str | Path, *, overrides: Sequence[str] = ()) -> PlanningTask:
+    """Read a scenario, or an environment of dynobench, and build its problem.
+
+    Raises:
+        InputError: With every mistake that was found.
+    """
+    read = read_environment if is_environment(source) else read_scenario
+    scenario, mistakes = read(source, overrides=overrides)
+    if scenario is not None:
+        scenario = _for_another_planner(scenario)
+        if not mistakes:
+            return build_problem(scenario)
+        _parts(scenario, mistakes)
+    raise InputError(dict.fromkeys(mistakes))
+
+
+def _for_another_planner(scenario: Scenario) -> Scenario:
+    """Leave out what a file says to its own planner, where an override names another one."""
+    section, overrides = scenario.planner, scenario.origin.overrides
+    named = [o.before for o in overrides if o.path == ("planner", "name")]
+    own = type(section).model_fields["name"].default
+    if not named or section.name == (own if named[0] is None else named[0]):
+        return scenario
+    typed = {o.path[1] for o in overrides if o.path[:1] == ("planner",) and len(o.path) > 1}
+    kept = {key: value for key, value in section.settings.items() if key in typed}
+    shared = {key: getattr(section, key) for key in section.model_fields_set}
+    shared = {key: value for key, value in shared.items() if key in type(section).model_fields}
+    return scenario.model_copy(update={"planner": type(section)(**shared, **kept)}).located(
+        scenario.origin
+    )
+
+
+def build_problem(
+    scenario: Scenario, *, planning: bool = True, planner: bool = True
+) -> PlanningTask:
+    """Build the problem of a scenario.
+
+    Args:
+        scenario: What to build.
+        planning: Whether it will be planned for, which needs limits on everything; a machine that
+            is only simulated needs none.
+        planner: Whether the planner that it names must be here and its settings fit. Where not, no
+            code of a planner's is run.
+
+    Raises:
+        InputError: With every mistake in the machine, the meshes and the names.
+    """
+    mistakes: list[Mistake] = []
+    system, obstacles = _parts(scenario, mistakes, planner=planner)
+    models = None if system is None else _collect(mistakes, partial(_models, scenario, system))
+    if models is None:
+        raise InputError(mistakes)
+    whole, model = models
+    arrays = state_arrays(scenario, model)
+    issues = [*limit_issues(scenario, model, arrays)] if planning else []
+    issues += endpoint_issues(scenario, model)
+    mistakes += [mistake_at(issue, scenario.origin) for issue in issues]
+    if mistakes:
+        raise InputError(mistakes)
+    section = scenario.world
+    return PlanningTask(
+        scenario=scenario,
+        system=whole.system,
+        model=model,
+        whole=whole,
+        world=World(
+            tuple(obstacles), section.ground == "plane", dict(section.bounds), section.clearance
+        ),
+        start=start_of(scenario, model),
+        goal=goal_of(scenario, model, arrays.circular),
+        scales=model.state_scales,
+        keep_outs=keep_outs_of(scenario, model),
+        **arrays._asdict(),
+    )
+
+
+def _parts(
+    scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
+) -> tuple[System | None, list[Obstacle]]:
+    """Return machine and obstacles without what is broken, and add what is wrong to a list."""
+    made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
+    obstacles = [obstacle for obstacle in made if obstacle is not None]
+    if scenario.system.name is None and scenario.system.file is None:
+        return None, obstacles  # it is among the mistakes already
+    system = _collect(mistakes, partial(find_system, scenario))
+    if system is not None:
+        mistakes += name_mistakes(scenario, system)
+    if planner:
+        mistakes += [mistake_at(issue, scenario.origin) for issue in planner_issues(scenario)]
+    return system, obstacles
+
+
+def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
+    """Return what a function makes, or None after adding its mistakes to the list."""
+    try:
+        return make()
+    except InputError as error:
+        mistakes.extend(error.mistakes)
+        return None
+
+
+def _models(scenario: Scenario, system: System) -> tuple[Model, Model]:
+    """Return the machine, and with the limits of inputs and references that a scenario sets."""
+    whole = system.model()
+    limits = {n: scenario.bounds[n] for n in chosen_names(whole.system) if n in scenario.bounds}
+    try:
+        return whole, Model(with_tightened_limits(whole.system, limits)) if limits else whole
+    except InputError as error:
+        raise InputError(
+            mistake_at(Issue(("bounds", wrong.where), wrong.what, wrong.remedy), scenario.origin)
+            for wrong in error.mistakes
+        ) from error
+
+
+def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
+    name = entry.name
+    pose = (entry.position, entry.rpy)
+    if entry.box is not None:
+        return box_obstacle(name, entry.box, *pose)
+    if entry.sphere is not None:
+        return sphere_obstacle(name, entry.sphere, *pose)
+    if entry.cylinder is not None:
+        return cylinder_obstacle(name, *entry.cylinder, *pose)
+    return mesh_obstacle(
+        name,
+        str(entry.mesh),
+        scenario.folder,
+        *pose,
+        scale=entry.scale,
+        up=entry.up,
+        solid=entry.solid,
+    )

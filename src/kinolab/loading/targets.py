@@ -1,0 +1,93 @@
+"""Where a scenario's plan starts, where it must end, and where bodies must never point."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.quaternions import unit
+from kinolab.problem.goal import (
+    AttitudeTarget,
+    DirectionTarget,
+    Goal,
+    KeepOutCone,
+    PointTarget,
+)
+from kinolab.scenario import Scenario, axis_vector
+
+
+def start_of(scenario: Scenario, model: Model) -> Array:
+    """Return the state at time zero, at rest where the scenario says nothing, shape (nx,)."""
+    start = model.rest()
+    for name, value in scenario.start.items():
+        if isinstance(value, tuple):
+            first = model.attitudes[name]
+            start[first : first + 4] = unit(value)
+        else:
+            start[model.state_names.index(name)] = value
+    return start
+
+
+def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Goal:
+    """Return the goal region, smaller than the scenario's by what is held in reserve.
+
+    Args:
+        scenario: What was asked for.
+        model: The machine.
+        circular: Which entries of the state are angles on the circle, shape (nx,).
+    """
+    section, kept = scenario.goal, 1.0 - scenario.goal.reserve
+    values = {name: v for name, v in section.values.items() if not isinstance(v, tuple)}
+    rotations = {name: v for name, v in section.values.items() if isinstance(v, tuple)}
+    if section.at_rest:
+        values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
+    indices = [model.state_names.index(name) for name in values]
+    bodies = [body.name for body in model.system.bodies]
+    return Goal(
+        indices=tuple(indices),
+        targets=np.array(list(values.values()), dtype=float),
+        tolerances=kept * np.array([section.tolerance_of(name) for name in values]),
+        circular=circular[indices],
+        points=tuple(
+            PointTarget(bodies.index(p.body), p.at, p.position, kept * p.tolerance)
+            for p in section.point
+        ),
+        directions=tuple(
+            DirectionTarget(
+                bodies.index(d.body),
+                axis_vector(d.axis),
+                tuple(unit(d.target).tolist()),
+                kept * d.tolerance,
+            )
+            for d in section.direction
+        ),
+        attitudes=tuple(
+            AttitudeTarget(
+                name,
+                model.attitudes[name],
+                tuple(unit(quaternion).tolist()),
+                kept * section.tolerance_of(name),
+            )
+            for name, quaternion in rotations.items()
+        ),
+        norm=section.norm,
+    )
+
+
+def keep_outs_of(scenario: Scenario, model: Model) -> tuple[KeepOutCone, ...]:
+    """Return the forbidden cones, wider by the clearance that plans keep from them."""
+    bodies = [body.name for body in model.system.bodies]
+    return tuple(
+        KeepOutCone(
+            bodies.index(cone.body),
+            axis_vector(cone.axis),
+            tuple(unit(cone.direction).tolist()),
+            min(cone.half_angle + cone.clearance, math.pi),
+            min(cone.clearance, math.pi - cone.half_angle),
+        )
+        for cone in scenario.keep_out
+    )

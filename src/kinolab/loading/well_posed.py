@@ -1,0 +1,98 @@
+"""What makes a scenario's problem impossible to plan for, before anything is searched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from kinolab import planners
+from kinolab.dynamics import Model
+from kinolab.dynamics.language.mechanism_parts import MechanismParts, tangent_symbols
+from kinolab.errors import InputError, MissingPlannerError, Mistake
+from kinolab.loading.state_arrays import StateArrays
+from kinolab.scenario import Issue, Scenario, check_names
+from kinolab.search.plugins import full_reference
+
+MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
+MIN_STEP = 1e-6  # [s]
+
+
+def name_mistakes(scenario: Scenario, system: MechanismParts) -> list[Mistake]:
+    """List the names in a scenario that its machine does not have."""
+    return check_names(
+        scenario,
+        [coordinate.name for coordinate in system.coordinates],
+        [rate.name for rate in tangent_symbols(system)] + [state.name for state in system.states],
+        [parameter.name for parameter in system.parameters],
+        [body.name for body in system.bodies],
+        chosen_names(system),
+    )
+
+
+def chosen_names(system: MechanismParts) -> list[str]:
+    """Return the names of inputs, and of the references of feedback."""
+    references = () if system.feedback is None else system.feedback.references
+    return [entry.name for entry in (*system.inputs, *references)]
+
+
+def planner_issues(scenario: Scenario) -> Iterator[Issue]:
+    """Yield what is wrong with the planner's name, and the names and values of its settings."""
+    section = scenario.planner
+    try:
+        planner = planners.get(full_reference(section.name, scenario.folder))
+        for key, what, remedy in planners.misfits(planner, section.settings):
+            yield Issue(("planner", key), what, remedy)
+    except MissingPlannerError:
+        return  # the machine and the world can be looked at without it
+    except InputError as error:
+        for wrong in error.mistakes:
+            yield Issue(("planner", "name"), wrong.what, wrong.remedy)
+
+
+def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Iterator[Issue]:
+    """Yield what no planner could work with: no limits, limits that exclude each other, …"""
+    unlimited = arrays.circular.copy()
+    for own in model.space.quaternions:
+        unlimited[own] = True
+    for i in np.flatnonzero(~unlimited):
+        name, (lower, upper) = model.state_names[i], arrays.bounds[i].tolist()
+        if not lower < upper:
+            what = f"the limits of {name} exclude each other: {lower:g} to {upper:g}."
+            remedy = "Compare [bounds], [world] bounds and the machine's own limits."
+            yield Issue(("bounds", name), what, remedy)
+        elif not np.isfinite([lower, upper]).all():
+            what = f"nothing limits {name}, so a planner cannot sample it."
+            yield Issue(("bounds",), what, f"Write {name} = [lower, upper] below [bounds].")
+        elif max(abs(lower), abs(upper)) > MAX_LIMIT:
+            what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
+            yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
+    if not arrays.weights.any():
+        what = "all weights are 0, so that every state is as near as any other."
+        yield Issue(("metric",), what, "Leave one positive.")
+    if scenario.integration.step < MIN_STEP:
+        what = f"{scenario.integration.step:g} s is too short a step."
+        yield Issue(("integration", "step"), what, f"Take {MIN_STEP:g} s or more.")
+
+
+def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
+    """Yield values in start and goal that are not free, dependent rates, and wrong kinds."""
+    for name in model.attitudes:
+        if name in scenario.bounds:
+            what = f"{name} is a rotation, which has no limits."
+            yield Issue(("bounds", name), what, "Limit its rates, or use [[keep_out]].")
+    free = ", ".join(name for name in model.state_names if name in model.rate_names)
+    sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
+    for section, values in sections.items():
+        for name, value in values.items():
+            if isinstance(value, tuple) and name not in model.attitudes:
+                what = f"{name} is a single number, not a rotation."
+                yield Issue((section, name), what, "Give one number.")
+            elif not isinstance(value, tuple) and name in model.attitudes:
+                what = f"{name} is a rotation, not a single number."
+                remedy = "Give its quaternion [x, y, z, w]; [0, 0, 0, 1] is not turned."
+                yield Issue((section, name), what, remedy)
+            elif name in model.rate_names and name not in model.state_names:
+                what = f"{name} follows from the other rates by the constraints."
+                yield Issue((section, name), what, f"Give one of {free} instead.")
