@@ -114,7 +114,7 @@ def test_a_grid_asks_about_one_of_four_hundred_equal_boxes(
 def test_programs_look_at_what_is_outermost(tmp_path: Path) -> None:
     wall = "\n[[world.obstacle]]\nbox = [0.1, 4.0, 1.0]\nposition = [3.0, 0.0, 0.5]\n"
     many, one = (problem_of(tmp_path / f"{n}", OPEN + n * wall) for n in (200, 1))
-    sizes = [collision_arrays(problem)[0].held.broadphase.obstacle.shape for problem in (many, one)]
+    sizes = [collision_arrays(problem)[0].held.scene.obstacle.shape for problem in (many, one)]
     assert sizes[0] == sizes[1]
 
 

@@ -1,7 +1,8 @@
 """The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
 
 from kinolab.world.cable import NO_ENDS, CableGeometry
-from kinolab.world.collision.checker import CollisionChecker, Contact
+from kinolab.world.collision.checker import CollisionChecker
+from kinolab.world.collision.contact_report import Contact
 from kinolab.world.geometry import BodyGeometry, feature_points, lowest_z, triangles
 from kinolab.world.mesh import Mesh, load_mesh
 from kinolab.world.obstacle import (

@@ -84,6 +84,12 @@ def placement(shape: Shape) -> Array:
     return np.column_stack([turn, np.array(shape.at, dtype=float)])
 
 
+def frame_in_world(shape: Shape, pose: Array) -> tuple[Array, Array]:
+    """Give the axes (3, 3) and centre (3,) in [m] of a shape's own frame, its body at (3, 4)."""
+    own = placement(shape)
+    return pose[:, :3] @ own[:, :3], pose[:, :3] @ own[:, 3] + pose[:, 3]
+
+
 def lowest_z(shape: Shape, pose: Array) -> float:
     """Give the lowest world z of a shape in [m], in closed form; ``pose`` of its body is (3, 4)."""
     kind, half = sizes(shape)

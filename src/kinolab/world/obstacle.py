@@ -12,12 +12,10 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import (
-    Faces,
-    triangles,
-)
+from kinolab.world.geometry import Faces, frame_in_world, sizes, triangles
 from kinolab.world.mesh import check, load_mesh, refusal, suspicions
 from kinolab.world.mesh_components import Components, components
+from kinolab.world.support_functions import half_extent
 
 Numbers = Sequence[float]
 ORIGIN: Numbers = (0.0, 0.0, 0.0)
@@ -47,6 +45,15 @@ class Obstacle:
     source: Path | None = None  # the mesh file
     warnings: tuple[str, ...] = ()
     parts: Components | None = None  # of a mesh, where they are known already
+
+    def bounding_box(self) -> tuple[Array, Array]:
+        """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""
+        if self.primitive is None:
+            return self.vertices.min(axis=0), self.vertices.max(axis=0)
+        kind, half = sizes(self.primitive[0])
+        turn, center = frame_in_world(*self.primitive)
+        reach = np.array([half_extent(int(kind), half, *turn[axis]) for axis in range(3)])
+        return center - reach, center + reach
 
 
 def rotation(rpy: Numbers) -> Array:

@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import (
-    ShapeKind,
-    placement,
-    sizes,
-)
+from kinolab.world.geometry import ShapeKind, frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
@@ -33,7 +29,7 @@ def without_redundant(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     if len(shapes) < 2:
         return tuple(left)
     corners = np.stack([_corners(obstacle) for obstacle in shapes])  # (shapes, 8, 3)
-    volumes = np.array([np.prod(_size(obstacle)[1]) for obstacle in shapes])
+    volumes = np.array([np.prod(sizes(o.primitive[0])[1]) for o in shapes if o.primitive])
     hidden = np.zeros(len(shapes), dtype=bool)
     for obstacle, volume in zip(shapes, volumes, strict=True):
         smaller = np.flatnonzero((volumes < volume) & ~hidden)
@@ -50,29 +46,18 @@ def _key(obstacle: Obstacle) -> object:
     return shape, pose.tobytes()
 
 
-def _size(obstacle: Obstacle) -> tuple[ShapeKind, Array]:
-    assert obstacle.primitive is not None
-    return sizes(obstacle.primitive[0])
-
-
-def _frame(obstacle: Obstacle) -> tuple[Array, Array]:
-    """Return the axes (3, 3) and the centre (3,) of a shape's own frame in the world."""
-    assert obstacle.primitive is not None
-    shape, pose = obstacle.primitive
-    own = placement(shape)
-    return pose[:, :3] @ own[:, :3], pose[:, :3] @ own[:, 3] + pose[:, 3]
-
-
 def _corners(obstacle: Obstacle) -> Array:
     """Return the corners (8, 3) of a box around a shape, along its own axes."""
-    turn, at = _frame(obstacle)
-    corners: Array = (CORNERS * _size(obstacle)[1]) @ turn.T + at
+    assert obstacle.primitive is not None
+    turn, at = frame_in_world(*obstacle.primitive)
+    corners: Array = (CORNERS * sizes(obstacle.primitive[0])[1]) @ turn.T + at
     return corners
 
 
 def _inside(obstacle: Obstacle, points: Array) -> NDArray[np.bool_]:
     """Say which points (..., 3) a shape holds."""
-    (kind, half), (turn, at) = _size(obstacle), _frame(obstacle)
+    assert obstacle.primitive is not None
+    (kind, half), (turn, at) = sizes(obstacle.primitive[0]), frame_in_world(*obstacle.primitive)
     local = np.abs((points - at) @ turn)
     if kind is ShapeKind.SPHERE:
         return np.asarray(np.linalg.norm(local, axis=-1) <= half[0])

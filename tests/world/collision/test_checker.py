@@ -324,7 +324,7 @@ def test_an_error_inside_fcl_counts_as_collision(monkeypatch: pytest.MonkeyPatch
         raise RuntimeError("FCL gave up")
 
     checker = checker_for(Sphere(0.1), box_obstacle("wall", (1, 1, 1)))
-    monkeypatch.setattr(checker, "_touches", fail)
+    monkeypatch.setattr(checker._narrowphase, "any_touch", fail)
     corner = pose((0.59, 0.59, 0.0))  # the boxes overlap, the bodies do not
     assert checker.collides(corner)
     assert checker.contacts(corner) == [Contact("body", "wall", "error")]

@@ -18,7 +18,6 @@ from kinolab.simulation.machine import call_at
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities, Samples
 from kinolab.world.cable import span
 from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_broadphase, place
-from kinolab.world.collision.checker import own_pairs
 from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.clearance_bound import box_bound, own_bound, plane_bound
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
@@ -157,12 +156,8 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
     Cached: building the bounding volume hierarchy of large meshes can outlast a small program.
     """
     model, bodies, cables = problem.model, problem.bodies, problem.cables
-    lines = [cable for cable in cables if cable.collides]
-    names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
-    parts = [body.name for body in bodies] + [cable.name for cable in cables]
-    pairs = own_pairs(names, parts, problem.system.collisions)
     world = replace(problem.world, obstacles=without_redundant(problem.world.obstacles))
-    scene, mesh = make_broadphase(bodies, lines, world, pairs)
+    scene, mesh = make_broadphase(bodies, cables, world, problem.system.collisions)
     record = Record(
         CollisionArrays(
             frames=model.address("frames"),
@@ -178,7 +173,7 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
             clearance=problem.world.clearance,
         )
     )
-    return record, bool(pairs)
+    return record, len(scene.own_pairs) > 0
 
 
 def _memory(around: CollisionArrays) -> GapBuffer:

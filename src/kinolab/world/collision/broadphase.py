@@ -13,25 +13,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.language.shapes import Shape
+from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry, span_all
 from kinolab.world.collision.clearance import ObstacleArrays
-from kinolab.world.collision.triangle_grid import Integers, MeshGrid, mesh_grid
-from kinolab.world.geometry import (
-    BodyGeometry,
-    ShapeKind,
-    placement,
-    sizes,
+from kinolab.world.collision.triangle_grid import (
+    Integers,
+    MeshGrid,
+    inside,
+    mesh_grid,
+    near_surface,
+    overlap,
 )
+from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
 from kinolab.world.support_functions import half_extent
 from kinolab.world.world import World
 
-# Verdicts of ``broadphase``; a number above 0 counts the pairs that are left for FCL.
-FREE, NOT_FINITE, GROUND, INSIDE = 0, -1, -2, -3
+COLLIDES = -1  # a verdict of ``broadphase``; other numbers count the pairs that are left for FCL
 MAX_PENETRATION = 1e-6  # [m] that a wheel or a foot may press into the ground
-MAX_TRIANGLE_CHECKS = 256  # triangles looked at before FCL's tree is the better judge
 ROUNDING_MARGIN = 1e-9  # [m] that absorbs rounding, far above it at world coordinates of 1e5 m
 
 
@@ -74,22 +74,31 @@ class CheckerArrays(NamedTuple):
     obstacles: ObstacleArrays
 
 
+def shape_owners(bodies: Sequence[BodyGeometry], cables: Sequence[CableGeometry]) -> list[str]:
+    """Return the body's or cable's name of each shape, in the order of ``BroadphaseScene``."""
+    solids = [body.name for body in bodies for _ in body.shapes]
+    return solids + [cable.name for cable in cables if cable.collides]
+
+
 def make_broadphase(
     bodies: Sequence[BodyGeometry],
     cables: Sequence[CableGeometry],
     world: World,
-    own_pairs: Sequence[tuple[int, int]],
+    self_pairs: Sequence[tuple[str, str]],
 ) -> tuple[BroadphaseScene, MeshGrid]:
-    """Gather the arrays of ``CheckerArrays``.
+    """Gather the arrays of ``CheckerArrays``. Nothing is inflated yet.
 
-    Of ``cables`` only those that collide are given. Nothing is inflated yet.
+    Raises:
+        UnknownNameError: If ``self_pairs`` names a body or cable that does not exist.
     """
+    own_pairs = _own_pairs(bodies, cables, self_pairs)
+    cables = [cable for cable in cables if cable.collides]
     parts = [(k, body, shape) for k, body in enumerate(bodies) for shape in body.shapes]
     measured = [sizes(shape) for _, _, shape in parts]
     lines = len(cables)
     meshes = [obstacle for obstacle in world.obstacles if obstacle.primitive is None]
     mesh = np.array([obstacle.primitive is None for obstacle in world.obstacles], dtype=bool)
-    boxes = [np.concatenate(bounding_box(o.vertices, o.primitive)) for o in world.obstacles]
+    boxes = [np.concatenate(obstacle.bounding_box()) for obstacle in world.obstacles]
     scene = BroadphaseScene(
         kind=np.array(
             [*(int(kind) for kind, _ in measured), *[int(ShapeKind.CAPSULE)] * lines],
@@ -115,16 +124,18 @@ def make_broadphase(
     return scene, mesh_grid(meshes)
 
 
-def bounding_box(vertices: Array, primitive: tuple[Shape, Array] | None) -> tuple[Array, Array]:
-    """Give the lowest and highest (x, y, z); of a primitive exactly, not of its vertices (n, 3)."""
-    if primitive is None:
-        return vertices.min(axis=0), vertices.max(axis=0)
-    shape, pose = primitive
-    kind, half = sizes(shape)
-    own = placement(shape)
-    center, turn = pose[:, :3] @ own[:, 3] + pose[:, 3], pose[:, :3] @ own[:, :3]
-    extent = np.array([half_extent(int(kind), half, *turn[axis]) for axis in range(3)])
-    return center - extent, center + extent
+def _own_pairs(
+    bodies: Sequence[BodyGeometry],
+    cables: Sequence[CableGeometry],
+    names: Sequence[tuple[str, str]],
+) -> list[tuple[int, int]]:
+    """Expand pairs of bodies and cables into pairs of their shapes."""
+    shapes: dict[str, list[int]] = {part.name: [] for part in (*bodies, *cables)}
+    for shape, owner in enumerate(shape_owners(bodies, cables)):
+        shapes[owner].append(shape)
+    for name in (name for pair in names for name in pair if name not in shapes):
+        raise UnknownNameError("body", name, known=shapes, where="self-collision pairs")
+    return [(a, b) for one, other in names for a in shapes[one] for b in shapes[other]]
 
 
 @kernel
@@ -162,127 +173,13 @@ def grounded(low, rests, margin):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def overlap(a, b):  # type: ignore[no-untyped-def]
-    """Say whether two boxes (6,) share a point."""
-    return (
-        a[0] <= b[3]
-        and b[0] <= a[3]
-        and a[1] <= b[4]
-        and b[1] <= a[4]
-        and a[2] <= b[5]
-        and b[2] <= a[5]
-    )
-
-
-@kernel
-def cell_of(offset, count):  # type: ignore[no-untyped-def]
-    """Give the cell at an offset counted in cells, the first or last one beyond the grid."""
-    return int(min(max(offset, 0.0), count - 1.0))
-
-
-@kernel
-def near_surface(box, mesh, grid):  # type: ignore[no-untyped-def]
-    """Say whether a box (6,) may touch a triangle of a mesh; True after looking at too many."""
-    boxes, frame, extent = grid.boxes, grid.frame, grid.extent
-    start, entries = grid.start, grid.entries
-    x, y, width = frame[mesh, 0], frame[mesh, 1], frame[mesh, 2]
-    nx, ny, cell = extent[mesh, 0], extent[mesh, 1], extent[mesh, 2]
-    left, right = cell_of((box[0] - x) / width, nx), cell_of((box[3] - x) / width, nx)
-    front, back = cell_of((box[1] - y) / width, ny), cell_of((box[4] - y) / width, ny)
-    looks = 0
-    for row in range(front, back + 1):
-        for here in range(cell + row * nx + left, cell + row * nx + right + 1):
-            for k in range(start[here], start[here + 1]):
-                if overlap(box, boxes[entries[k]]):
-                    return True
-            looks += start[here + 1] - start[here] + 1
-            if looks > MAX_TRIANGLE_CHECKS:
-                return True
-    return False
-
-
-@kernel
-def left_of(x, y, ax, ay, bx, by):  # type: ignore[no-untyped-def]
-    """Say whether (x, y) lies left of the edge, given its ends in any order, at its height.
-
-    The lower end always comes first in the arithmetic, so that both triangles at an edge get the
-    same answer to the last bit, and a line through an edge or a corner is counted once.
-
-    Args:
-        x, y: The point in [m].
-        ax, ay, bx, by: The ends in [m].
-    """
-    if ay > by or (ay == by and ax > bx):
-        ax, ay, bx, by = bx, by, ax, ay
-    return (bx - ax) * (y - ay) - (x - ax) * (by - ay) > 0.0
-
-
-@kernel
-def shadow(x, y, t):  # type: ignore[no-untyped-def]
-    """Say whether (x, y) is in the triangle (9,) seen from above: 1 or -1 by its turn, else 0."""
-    crossings, winding = 0, 0
-    for k in range(3):
-        ax, ay = t[3 * k], t[3 * k + 1]
-        bx, by = t[3 * ((k + 1) % 3)], t[3 * ((k + 1) % 3) + 1]
-        if (ay > y) != (by > y) and left_of(x, y, ax, ay, bx, by):
-            crossings += 1
-            winding += 1 if by > ay else -1
-    return winding if crossings == 1 else 0
-
-
-@kernel
-def height(x, y, t):  # type: ignore[no-untyped-def]
-    """Give the z of a triangle's plane at (x, y), kept between its lowest and highest corner.
-
-    A triangle that is steep to the last bit has an ill-determined height, but then (x, y) is
-    within rounding of the triangle itself.
-    """
-    ux, uy, uz = t[3] - t[0], t[4] - t[1], t[5] - t[2]
-    vx, vy, vz = t[6] - t[0], t[7] - t[1], t[8] - t[2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    z = t[2] if nz == 0.0 else t[2] - (nx * (x - t[0]) + ny * (y - t[1])) / nz
-    return min(max(z, min(t[2], t[5], t[8])), max(t[2], t[5], t[8]))
-
-
-@kernel
-def inside(p, mesh, grid):  # type: ignore[no-untyped-def]
-    """Say whether a point (3,) lies in the solid of a mesh.
-
-    Counts the faces above the point by the way they look, part by part. The smallest closed part
-    around the point decides: a pillar in a room is solid, a room in a rock is not.
-    """
-    triangles, part, volume = grid.triangles, grid.part, grid.volume
-    frame, extent, start, entries = grid.frame, grid.extent, grid.start, grid.entries
-    nx, ny = extent[mesh, 0], extent[mesh, 1]
-    column, row = (p[0] - frame[mesh, 0]) / frame[mesh, 2], (p[1] - frame[mesh, 1]) / frame[mesh, 2]
-    if not (0.0 <= column <= nx and 0.0 <= row <= ny):
-        return False
-    here = extent[mesh, 2] + cell_of(row, ny) * nx + cell_of(column, nx)
-    smallest, winding, current = math.inf, 0, -1
-    verdict = False
-    for k in range(start[here], start[here + 1] + 1):
-        last = k == start[here + 1]
-        if last or part[entries[k]] != current:
-            if winding != 0 and abs(volume[current]) < smallest:
-                smallest, verdict = abs(volume[current]), volume[current] > 0.0
-            if last:
-                break
-            current, winding = part[entries[k]], 0
-        if volume[current] != 0.0:
-            turn = shadow(p[0], p[1], triangles[entries[k]])
-            if turn != 0 and height(p[0], p[1], triangles[entries[k]]) > p[2]:
-                winding += turn
-    return verdict
-
-
-@kernel
-def first_not_finite(poses):  # type: ignore[no-untyped-def]
-    """Give the first row of a pose table with NaN or infinity in it, -1 where there is none."""
+def all_finite(poses):  # type: ignore[no-untyped-def]
+    """Say whether no entry of a pose table (bodies, 12) is NaN or infinite."""
     for k in range(poses.shape[0]):
         for j in range(12):
             if not math.isfinite(poses[k, j]):
-                return k
-    return -1
+                return False
+    return True
 
 
 @kernel
@@ -294,16 +191,14 @@ def broadphase(poses, arrays):  # type: ignore[no-untyped-def]
         arrays: ``CheckerArrays``; its scratch is written, but read where cables are.
 
     Returns:
-        The number of pairs left, or NOT_FINITE, GROUND or INSIDE: then the first row of ``pairs``
-        says which body, -1 for a cable, and which obstacle it is inside of.
+        The number of pairs left, or COLLIDES: something is not finite, in the ground, or inside.
     """
     scratch, scene, grid = arrays.scratch, arrays.scene, arrays.grid
     turns, places, around, pairs = scratch.turns, scratch.places, scratch.around, scratch.pairs
     kind, body, half, own_pairs = scene.kind, scene.body, scene.half, scene.own_pairs
     obstacle, mesh, grow = scene.obstacle, scene.mesh, scene.grow
-    pairs[0, 0] = first_not_finite(poses)
-    if pairs[0, 0] >= 0:
-        return NOT_FINITE
+    if not all_finite(poses):
+        return COLLIDES
     for s in range(kind.shape[0]):
         if body[s] >= 0:
             place(poses[body[s]], scene.own[s], turns[s], places[s])
@@ -313,8 +208,7 @@ def broadphase(poses, arrays):  # type: ignore[no-untyped-def]
             and body[s] >= 0
             and grounded(around[s, 2] + grow + ROUNDING_MARGIN, scene.rests[s], scene.margin)
         ):
-            pairs[0, 0] = body[s]
-            return GROUND
+            return COLLIDES
     left = 0
     for s in range(kind.shape[0]):
         for k in range(obstacle.shape[0]):
@@ -322,8 +216,7 @@ def broadphase(poses, arrays):  # type: ignore[no-untyped-def]
                 continue
             if mesh[k] >= 0:
                 if inside(places[s], mesh[k], grid):
-                    pairs[0, 0], pairs[0, 1] = body[s], k
-                    return INSIDE
+                    return COLLIDES
                 if not near_surface(around[s], mesh[k], grid):
                     continue
             pairs[left, 0], pairs[left, 1] = s, k
@@ -354,7 +247,7 @@ def broadphase_rows(first, poses, ends, rows, arrays):  # type: ignore[no-untype
     scratch = arrays.scratch
     for k in range(first, poses.shape[0]):
         if not span_all(ends[k], rows, arrays.scene.half, scratch.turns, scratch.places):
-            return k, NOT_FINITE
+            return k, COLLIDES
         left = broadphase(poses[k], arrays)
         if left != 0:
             return k, left

@@ -1,64 +1,31 @@
-"""Does the machine collide, with what, and how much room is left?"""
+"""Does the machine collide, and how much clearance is left?"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
-from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.collision.broadphase import (
-    ROUNDING_MARGIN,
     BroadphaseScratch,
     CheckerArrays,
     broadphase,
     broadphase_rows,
-    enclose,
-    grounded,
-    inside,
     make_broadphase,
-    near_surface,
-    overlap,
-    place,
+    shape_owners,
 )
 from kinolab.world.collision.clearance import clearance_at, obstacle_arrays
-from kinolab.world.collision.fcl import (
-    CONTACT_MARGIN,
-    Obstacles,
-    body_object,
-    cable_object,
-    make_touches,
-)
-from kinolab.world.geometry import (
-    BodyGeometry,
-    sizes,
-)
+from kinolab.world.collision.contact_report import Contact, ContactReport
+from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
+from kinolab.world.geometry import BodyGeometry, sizes
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
-
-GROUND_NAME = "ground"
-
-
-@dataclass(frozen=True)
-class Contact:
-    """One reason why a pose collides.
-
-    ``body`` is a body's or a cable's name. ``obstacle`` is an obstacle's name, "ground", or the
-    name of another part of the machine; it is empty where the body's own pose is not finite.
-    ``kind`` says how: the surfaces meet ("touches"), the body is wholly inside a solid mesh
-    ("inside"), it rests on the ground but is pressed into it ("sinks"), it is closer than the
-    world's clearance ("near"), or it could not be judged ("error").
-    """
-
-    body: str
-    obstacle: str
-    kind: Literal["touches", "inside", "sinks", "near", "error"]
 
 
 class CollisionChecker:
@@ -92,18 +59,12 @@ class CollisionChecker:
     ) -> None:
         self.bodies, self.cables = tuple(bodies), tuple(cables)
         self.world = world
-        shapes = [shape for body in bodies for shape in body.shapes]
-        lines = [cable for cable in cables if cable.collides]
-        self._names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
-        parts = [body.name for body in bodies] + [cable.name for cable in cables]
-        pairs = own_pairs(self._names, parts, self_pairs)
-        self.scene, self.grid = make_broadphase(self.bodies, lines, world, pairs)
-        self._fixtures = obstacle_arrays(world)
+        self._owners = shape_owners(bodies, cables)
+        self.scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
+        self._fixed = obstacle_arrays(world)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
-        self._first_cable = len(shapes)
         self._obstacles = Obstacles(world.obstacles)
-        self._touches = make_touches()
         self._beside: _Beside | None = None
         if world.clearance > 0:
             alone = CollisionChecker(bodies, World(world.obstacles), cables=cables)
@@ -144,22 +105,17 @@ class CollisionChecker:
         grow, self.margin = CONTACT_MARGIN + margin, margin
         half = self.scene.half.copy()  # the lengths of cables are written into it
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
-        lines = [cable for cable in self.cables if cable.collides]
-        strung = [cable_object(line.radius, grow) for line in lines]
-        self._capsules = [capsule for _, capsule in strung]
-        solids = [shape for body in self.bodies for shape in body.shapes]
-        self._allocate([body_object(shape, grow) for shape in solids] + [m for m, _ in strung])
-
-    def _allocate(self, movers: Sequence[object]) -> None:
-        shapes = len(movers)
-        most = shapes * len(self._obstacles) + len(self.scene.own_pairs)
-        self._turns, self._places = np.zeros((shapes, 3, 3)), np.zeros((shapes, 3))
-        self._around = np.zeros((shapes, 6))
-        self._pairs = np.zeros((most + 1, 2), dtype=np.int64)
-        scratch = BroadphaseScratch(self._turns, self._places, self._around, self._pairs)
-        self._arrays = Record(CheckerArrays(scratch, self.scene, self.grid, self._fixtures))
-        # Views made once: FCL wants arrays, and slicing costs as much as setting.
-        self._where = list(zip(movers, self._turns, self._places, strict=True))
+        shapes, obstacles = len(self._owners), self._obstacles
+        most = shapes * len(obstacles) + len(self.scene.own_pairs)
+        self._scratch = BroadphaseScratch(
+            turns=np.zeros((shapes, 3, 3)),
+            places=np.zeros((shapes, 3)),
+            around=np.zeros((shapes, 6)),
+            pairs=np.zeros((most + 1, 2), dtype=np.int64),
+        )
+        self._arrays = Record(CheckerArrays(self._scratch, self.scene, self.grid, self._fixed))
+        parts = (self.bodies, self.cables, grow)
+        self._narrowphase = Narrowphase(*parts, obstacles, self._scratch, half)
 
     def collides(self, poses: Array, ends: Array = NO_ENDS) -> bool:
         """Say whether anything touches; what cannot be judged counts as touching."""
@@ -168,7 +124,7 @@ class CollisionChecker:
         return self._beside is not None and self._beside.near(poses, ends)
 
     def _touching(self, poses: Array, ends: Array) -> bool:
-        if self._capsules and not self._span(ends):
+        if len(self._rows) and not self._span(ends):
             return True
         left = broadphase(self._table(poses), self._arrays)
         return bool(left < 0) if left <= 0 else self._asked(left)
@@ -176,7 +132,7 @@ class CollisionChecker:
     def _asked(self, left: int) -> bool:
         """Ask FCL about the first pairs that the screen has left."""
         try:
-            return self._any_touch(self._pairs[:left].tolist())
+            return self._narrowphase.any_touch(self._scratch.pairs[:left].tolist())
         except Exception:  # whatever FCL raises, the pose was not found to be free
             return True
 
@@ -209,15 +165,13 @@ class CollisionChecker:
 
     def contacts(self, poses: Array, ends: Array = NO_ENDS) -> list[Contact]:
         """List everything that touches, each pair of body and obstacle once; empty if free."""
-        table, whole = self._table(poses), self._finite(poses, ends)
+        whole = self._finite(poses, ends)
         found = [Contact(name, "", "error") for name, sound in whole.items() if not sound]
         self._span(ends)
-        sound_shapes = [s for s, name in enumerate(self._names) if whole[name]]
-        for shape in sound_shapes:
-            self._place(shape, table)
-            found += self._ground_contacts(shape)
-            found += self._obstacle_contacts(shape)
-        found += self._own_contacts(set(sound_shapes))
+        sound_shapes = [s for s, name in enumerate(self._owners) if whole[name]]
+        names = [obstacle.name for obstacle in self.world.obstacles]
+        report = ContactReport(self._owners, names, self._arrays.held, self._narrowphase)
+        found += report.contacts(self._table(poses), sound_shapes)
         if not found and self._beside is not None:
             found += self._beside.contacts(poses, ends)
         return list(dict.fromkeys(found))
@@ -240,21 +194,17 @@ class CollisionChecker:
         return max(min(float(free) - self.margin, beside), 0.0)
 
     def _table(self, poses: Array) -> Array:
-        if poses.shape == self._shape and poses.dtype == np.float64 and poses.flags.c_contiguous:
-            return poses
-        return np.ascontiguousarray(poses, dtype=np.float64).reshape(self._shape)
+        return _contiguous(poses, self._shape)
 
     def _ends(self, ends: Array) -> Array:
-        if ends.shape == self._ends_shape and ends.dtype == np.float64 and ends.flags.c_contiguous:
-            return ends
         if ends.size != 6 * len(self.cables):
             raise _wrong_ends(len(self.cables), 1, ends.size)
-        return np.ascontiguousarray(ends, dtype=np.float64).reshape(self._ends_shape)
+        return _contiguous(ends, self._ends_shape)
 
     def _span(self, ends: Array) -> bool:
         """Stretch the capsules between their ends; False where an end is not finite."""
         table, half = self._ends(ends), self.scene.half
-        return bool(span_all(table, self._rows, half, self._turns, self._places))
+        return bool(span_all(table, self._rows, half, self._scratch.turns, self._scratch.places))
 
     def _finite(self, poses: Array, ends: Array) -> dict[str, bool]:
         """Say by name which bodies and which cables that collide have a place."""
@@ -262,67 +212,6 @@ class CollisionChecker:
         strung = zip(self.cables, np.isfinite(self._ends(ends)), strict=True)
         sound = {body.name: bool(entries.all()) for body, entries in found}
         return sound | {c.name: bool(entries.all()) for c, entries in strung if c.collides}
-
-    def _any_touch(self, pairs: list[list[int]]) -> bool:
-        """Ask FCL about pairs of a shape and an obstacle, or of two shapes."""
-        touches, count, placed = self._touches, len(self._obstacles), -1
-        for shape, other in pairs:
-            if shape != placed:
-                mover, placed = self._moved(shape), shape
-            fixed = self._obstacles[other] if other < count else self._moved(other - count)
-            if touches(mover, fixed):
-                return True
-        return False
-
-    def _moved(self, shape: int) -> object:
-        mover, turn, at = self._where[shape]
-        if shape >= self._first_cable:
-            capsule = self._capsules[shape - self._first_cable]
-            capsule.lz = 2.0 * self.scene.half[shape, 2]  # type: ignore[attr-defined]
-        mover.setRotation(turn)  # type: ignore[attr-defined]
-        mover.setTranslation(at)  # type: ignore[attr-defined]
-        return mover
-
-    def _place(self, shape: int, table: Array) -> None:
-        scene, turn, at = self.scene, self._turns[shape], self._places[shape]
-        if shape < self._first_cable:
-            place(table[scene.body[shape]], scene.own[shape], turn, at)
-        size = (scene.kind[shape], scene.half[shape])
-        enclose(*size, turn, at, scene.grow + ROUNDING_MARGIN, self._around[shape])
-
-    def _ground_contacts(self, shape: int) -> Iterator[Contact]:
-        scene, rests = self.scene, self.scene.rests[shape]
-        low = self._around[shape, 2] + scene.grow + ROUNDING_MARGIN
-        if shape < self._first_cable and scene.ground and grounded(low, rests, scene.margin):
-            yield Contact(self._names[shape], GROUND_NAME, "sinks" if rests else "touches")
-
-    def _obstacle_contacts(self, shape: int) -> Iterator[Contact]:
-        for k, obstacle in enumerate(self.world.obstacles):
-            if overlap(self._around[shape], self.scene.obstacle[k]):
-                kind = self._kind(shape, k)
-                if kind is not None:
-                    yield Contact(self._names[shape], obstacle.name, kind)
-
-    def _kind(self, shape: int, k: int) -> Literal["touches", "inside", "error"] | None:
-        mesh, grid = self.scene.mesh[k], Record(self.grid)
-        try:
-            near = mesh < 0 or near_surface(self._around[shape], mesh, grid)
-            if near and self._touches(self._moved(shape), self._obstacles[k]):
-                return "touches"
-        except Exception:  # as in ``collides``
-            return "error"
-        if mesh >= 0 and inside(self._places[shape], mesh, grid):
-            return "inside"
-        return None
-
-    def _own_contacts(self, sound: set[int]) -> Iterator[Contact]:
-        for a, b in self.scene.own_pairs.tolist():
-            if {a, b} <= sound and overlap(self._around[a], self._around[b]):
-                try:
-                    if self._touches(self._moved(a), self._moved(b)):
-                        yield Contact(self._names[a], self._names[b], "touches")
-                except Exception:  # as in ``collides``
-                    yield Contact(self._names[a], self._names[b], "error")
 
 
 class _Beside:
@@ -368,23 +257,14 @@ class _Beside:
         return [replace(contact, kind="near") for contact in self._wide.contacts(poses, ends)]
 
 
+def _contiguous(table: Array, shape: tuple[int, int]) -> Array:
+    """Return a table (n, k) as compiled code takes it; most are so already."""
+    if table.shape == shape and table.dtype == np.float64 and table.flags.c_contiguous:
+        return table
+    return np.ascontiguousarray(table, dtype=np.float64).reshape(shape)
+
+
 def _wrong_ends(cables: int, poses: int, numbers: int) -> InputError:
     each = "" if poses == 1 else f" in each of {poses} poses"
     what = f"the ends of {cables} cables are needed{each}, not {numbers} numbers."
     return InputError([Mistake("cables", what, "Give model.cables(x) after the poses.")])
-
-
-def own_pairs(
-    owners: Sequence[str], parts: Sequence[str], names: Sequence[tuple[str, str]]
-) -> list[tuple[int, int]]:
-    """Expand pairs of parts into pairs of their shapes; ``owners`` has each shape's part.
-
-    Raises:
-        UnknownNameError: If a part does not exist.
-    """
-    shapes: dict[str, list[int]] = {part: [] for part in parts}
-    for shape, owner in enumerate(owners):
-        shapes[owner].append(shape)
-    for name in (name for pair in names for name in pair if name not in shapes):
-        raise UnknownNameError("body", name, known=shapes, where="self-collision pairs")
-    return [(a, b) for one, other in names for a in shapes[one] for b in shapes[other]]

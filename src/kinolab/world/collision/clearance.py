@@ -11,10 +11,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.world.collision.gjk import Convex, box_gap, mesh_separation, separation
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import (
-    placement,
-    sizes,
-)
+from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.world import World
 
@@ -50,11 +47,8 @@ def obstacle_arrays(world: World) -> ObstacleArrays:
 def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
     if obstacle.primitive is None:
         return 0, np.zeros(3), np.zeros((3, 4))
-    shape, pose = obstacle.primitive
-    kind, half = sizes(shape)
-    own = placement(shape)
-    world = np.column_stack([pose[:, :3] @ own[:, :3], pose[:, :3] @ own[:, 3] + pose[:, 3]])
-    return int(kind), half, world
+    kind, half = sizes(obstacle.primitive[0])
+    return int(kind), half, np.column_stack(frame_in_world(*obstacle.primitive))
 
 
 @allocating_kernel

@@ -23,21 +23,17 @@ from kinolab.world.collision.broadphase import (
     MAX_PENETRATION,
     BroadphaseScene,
     enclose,
-    inside,
     make_broadphase,
     place,
 )
-from kinolab.world.collision.checker import own_pairs
 from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.distance_field import DistanceField, digest, distance_bound
 from kinolab.world.collision.distance_field_cache import cached_distance_field
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap, separation_within
 from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
-from kinolab.world.collision.triangle_grid import Integers, MeshGrid
+from kinolab.world.collision.triangle_grid import Integers, MeshGrid, inside
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
-from kinolab.world.geometry import (
-    BodyGeometry,
-)
+from kinolab.world.geometry import BodyGeometry
 from kinolab.world.support_functions import half_extent, reach_along
 from kinolab.world.world import World
 
@@ -103,11 +99,7 @@ def collision_scene(
 ) -> CollisionScene:
     """Gather what ``clearance_within`` needs; most arguments are those of ``CollisionChecker``."""
     shapes = [shape for body in bodies for shape in body.shapes]
-    lines = [cable for cable in cables if cable.collides]
-    names = [b.name for b in bodies for _ in b.shapes] + [line.name for line in lines]
-    parts = [body.name for body in bodies] + [cable.name for cable in cables]
-    pairs = own_pairs(names, parts, self_pairs)
-    broadphase, mesh = make_broadphase(bodies, lines, world, pairs)
+    broadphase, mesh = make_broadphase(bodies, cables, world, self_pairs)
     sizes = broadphase.half[: len(shapes)]
     finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
     grid = _grid(world, finest if math.isfinite(finest) else 0.0)

@@ -22,13 +22,9 @@ from scipy import ndimage
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
-from kinolab.world.collision.broadphase import bounding_box, inside
 from kinolab.world.collision.gjk import Convex, separation
-from kinolab.world.collision.triangle_grid import MeshGrid, mesh_grid
-from kinolab.world.geometry import (
-    placement,
-    sizes,
-)
+from kinolab.world.collision.triangle_grid import MeshGrid, inside, mesh_grid
+from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.redundant_obstacles import without_redundant
 from kinolab.world.support_functions import SPHERE
@@ -63,7 +59,7 @@ def distance_field(
     """
     if not obstacles:
         return DistanceField(np.zeros(3), 1.0, np.zeros((0, 0, 0), np.float32))
-    corners = [bounding_box(o.vertices, o.primitive) for o in obstacles]
+    corners = [obstacle.bounding_box() for obstacle in obstacles]
     low = np.min([corner for corner, _ in corners], axis=0)
     span = np.max([corner for _, corner in corners], axis=0) - low
     cells = max(1, min(MAX_CELLS, memory // np.dtype(np.float32).itemsize))
@@ -106,13 +102,9 @@ def _width(span: Array, cells: int, finest: float) -> float:
 
 def _mark_primitive(obstacle: Obstacle, low: Array, width: float, taken: Taken) -> None:
     assert obstacle.primitive is not None
-    shape, pose = obstacle.primitive
-    kind, half = sizes(shape)
-    own = placement(shape)
-    turn = np.ascontiguousarray(pose[:, :3] @ own[:, :3])
-    at = pose[:, :3] @ own[:, 3] + pose[:, 3]
-    first, last = bounding_box(obstacle.vertices, obstacle.primitive)
-    mark_shape(Convex(int(kind), half, turn, at), first, last, low, width, taken)
+    kind, half = sizes(obstacle.primitive[0])
+    turn, at = frame_in_world(*obstacle.primitive)
+    mark_shape(Convex(int(kind), half, turn, at), *obstacle.bounding_box(), low, width, taken)
 
 
 def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None:

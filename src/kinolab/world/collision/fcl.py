@@ -9,26 +9,24 @@ second solver, GST_INDEP, misses overlaps of a millimetre and is not used.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import fcl
 
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.world.geometry import ShapeKind, placement, sizes
+from kinolab.numerics.arrays import Array
+from kinolab.world.cable import CableGeometry
+from kinolab.world.collision.broadphase import BroadphaseScratch
+from kinolab.world.geometry import BodyGeometry, ShapeKind, frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 
 # [m] that bodies are inflated by, so that touching is a collision for every pair
 CONTACT_MARGIN = 1e-5
 
 
-def cable_object(radius: float, grow: float) -> tuple[object, object]:
-    """Make the FCL object of a cable, and its capsule, whose ``lz`` is the length to be set."""
-    capsule = fcl.Capsule(radius + grow, 0.0)
-    return fcl.CollisionObject(capsule), capsule
-
-
-def body_object(shape: Shape, grow: float) -> object:
+def body_object(shape: Shape, grow: float) -> Any:
     """Make the FCL object of a body's shape, ``grow`` larger on every side, at the origin."""
     return fcl.CollisionObject(_geometry(shape, grow))
 
@@ -37,11 +35,10 @@ def obstacle_object(obstacle: Obstacle) -> object:
     """Make the FCL object of an obstacle, at its place."""
     if obstacle.primitive is None:
         return fcl.CollisionObject(_surface(obstacle))
-    shape, pose = obstacle.primitive
-    own = placement(shape)
-    thing = fcl.CollisionObject(_geometry(shape, 0.0))
-    thing.setRotation(pose[:, :3] @ own[:, :3])
-    thing.setTranslation(pose[:, :3] @ own[:, 3] + pose[:, 3])
+    thing = fcl.CollisionObject(_geometry(obstacle.primitive[0], 0.0))
+    turn, at = frame_in_world(*obstacle.primitive)
+    thing.setRotation(turn)
+    thing.setTranslation(at)
     return thing
 
 
@@ -65,18 +62,57 @@ class Obstacles:
         return found
 
 
-def make_touches() -> Callable[[object, object], bool]:
-    """Make the question ``touches(a, b)`` with one request and result for all times."""
-    request, collide = fcl.CollisionRequest(num_max_contacts=1), fcl.collide
-    result = fcl.CollisionResult()
+class Narrowphase:
+    """Judges pairs of placed shapes, and of shapes and obstacles.
 
-    def touches(a: object, b: object) -> bool:
-        if collide(a, b, request, result):
-            result.contacts.clear()
-            return True
+    Args:
+        bodies, cables: What moves; the shapes of the cables that collide come last.
+        grow: By how much they are inflated, in [m].
+        obstacles: What does not move.
+        scratch: Where the shapes are.
+        half: Half sizes in [m], those of cables as long as they are, shape (shapes, 3).
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[BodyGeometry],
+        cables: Sequence[CableGeometry],
+        grow: float,
+        obstacles: Obstacles,
+        scratch: BroadphaseScratch,
+        half: Array,
+    ) -> None:
+        solids = [body_object(shape, grow) for body in bodies for shape in body.shapes]
+        self._capsules = [fcl.Capsule(c.radius + grow, 0.0) for c in cables if c.collides]
+        movers = solids + [fcl.CollisionObject(capsule) for capsule in self._capsules]
+        # Views made once: FCL wants arrays, and slicing costs as much as setting.
+        self._where = list(zip(movers, scratch.turns, scratch.places, strict=True))
+        self._obstacles, self._half, self._first_cable = obstacles, half, len(solids)
+        # One request and one result for all times.
+        self._request, self._result = (
+            fcl.CollisionRequest(num_max_contacts=1),
+            fcl.CollisionResult(),
+        )
+
+    def any_touch(self, pairs: Iterable[Sequence[int]]) -> bool:
+        """Say whether any pair touches, as ``BroadphaseScratch`` counts obstacles and shapes."""
+        count, placed, collide = len(self._obstacles), -1, fcl.collide
+        for shape, other in pairs:
+            if shape != placed:
+                mover, placed = self._moved(shape), shape
+            fixed = self._obstacles[other] if other < count else self._moved(other - count)
+            if collide(mover, fixed, self._request, self._result):
+                self._result.contacts.clear()
+                return True
         return False
 
-    return touches
+    def _moved(self, shape: int) -> object:
+        mover, turn, at = self._where[shape]
+        if shape >= self._first_cable:
+            self._capsules[shape - self._first_cable].lz = 2.0 * self._half[shape, 2]
+        mover.setRotation(turn)
+        mover.setTranslation(at)
+        return mover
 
 
 def _geometry(shape: Shape, grow: float) -> object:

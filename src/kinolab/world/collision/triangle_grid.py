@@ -7,6 +7,7 @@ whether a box is near any triangle.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -15,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.jit import kernel
 from kinolab.world.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 
 Integers = NDArray[np.int64]
 MAX_CELLS_PER_SIDE = 1024
+MAX_TRIANGLE_CHECKS = 256  # before FCL's tree is the better judge
 MAX_ENTRIES_PER_TRIANGLE = 16  # keeps a mesh of many large triangles from filling the memory
 
 
@@ -129,3 +132,117 @@ def _lists(first: Integers, last: Integers, nx: int, ny: int) -> tuple[Integers,
     order = np.argsort(cell, kind="stable")
     start = np.searchsorted(cell[order], np.arange(nx * ny))
     return start.astype(np.int64), triangle[order]
+
+
+@kernel
+def overlap(a, b):  # type: ignore[no-untyped-def]
+    """Say whether two boxes (6,) share a point."""
+    return (
+        a[0] <= b[3]
+        and b[0] <= a[3]
+        and a[1] <= b[4]
+        and b[1] <= a[4]
+        and a[2] <= b[5]
+        and b[2] <= a[5]
+    )
+
+
+@kernel
+def cell_of(offset, count):  # type: ignore[no-untyped-def]
+    """Give the cell at an offset counted in cells, the first or last one beyond the grid."""
+    return int(min(max(offset, 0.0), count - 1.0))
+
+
+@kernel
+def near_surface(box, mesh, grid):  # type: ignore[no-untyped-def]
+    """Say whether a box (6,) may touch a triangle of a mesh; True after looking at too many."""
+    boxes, frame, extent = grid.boxes, grid.frame, grid.extent
+    start, entries = grid.start, grid.entries
+    x, y, width = frame[mesh, 0], frame[mesh, 1], frame[mesh, 2]
+    nx, ny, cell = extent[mesh, 0], extent[mesh, 1], extent[mesh, 2]
+    left, right = cell_of((box[0] - x) / width, nx), cell_of((box[3] - x) / width, nx)
+    front, back = cell_of((box[1] - y) / width, ny), cell_of((box[4] - y) / width, ny)
+    checks = 0
+    for row in range(front, back + 1):
+        for here in range(cell + row * nx + left, cell + row * nx + right + 1):
+            for k in range(start[here], start[here + 1]):
+                if overlap(box, boxes[entries[k]]):
+                    return True
+            checks += start[here + 1] - start[here] + 1
+            if checks > MAX_TRIANGLE_CHECKS:
+                return True
+    return False
+
+
+@kernel
+def left_of(x, y, ax, ay, bx, by):  # type: ignore[no-untyped-def]
+    """Say whether (x, y) lies left of the edge, given its ends in any order, at its height.
+
+    The lower end always comes first in the arithmetic, so that both triangles at an edge get the
+    same answer to the last bit, and a line through an edge or a corner is counted once.
+
+    Args:
+        x, y: The point in [m].
+        ax, ay, bx, by: The ends in [m].
+    """
+    if ay > by or (ay == by and ax > bx):
+        ax, ay, bx, by = bx, by, ax, ay
+    return (bx - ax) * (y - ay) - (x - ax) * (by - ay) > 0.0
+
+
+@kernel
+def shadow(x, y, t):  # type: ignore[no-untyped-def]
+    """Say whether (x, y) is in the triangle (9,) seen from above: 1 or -1 by its turn, else 0."""
+    crossings, winding = 0, 0
+    for k in range(3):
+        ax, ay = t[3 * k], t[3 * k + 1]
+        bx, by = t[3 * ((k + 1) % 3)], t[3 * ((k + 1) % 3) + 1]
+        if (ay > y) != (by > y) and left_of(x, y, ax, ay, bx, by):
+            crossings += 1
+            winding += 1 if by > ay else -1
+    return winding if crossings == 1 else 0
+
+
+@kernel
+def height(x, y, t):  # type: ignore[no-untyped-def]
+    """Give the z of a triangle's plane at (x, y), kept between its lowest and highest corner.
+
+    A triangle that is steep to the last bit has an ill-determined height, but then (x, y) is
+    within rounding of the triangle itself.
+    """
+    ux, uy, uz = t[3] - t[0], t[4] - t[1], t[5] - t[2]
+    vx, vy, vz = t[6] - t[0], t[7] - t[1], t[8] - t[2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    z = t[2] if nz == 0.0 else t[2] - (nx * (x - t[0]) + ny * (y - t[1])) / nz
+    return min(max(z, min(t[2], t[5], t[8])), max(t[2], t[5], t[8]))
+
+
+@kernel
+def inside(p, mesh, grid):  # type: ignore[no-untyped-def]
+    """Say whether a point (3,) lies in the solid of a mesh.
+
+    Counts the faces above the point by the way they look, part by part. The smallest closed part
+    around the point decides: a pillar in a room is solid, a room in a rock is not.
+    """
+    triangles, part, volume = grid.triangles, grid.part, grid.volume
+    frame, extent, start, entries = grid.frame, grid.extent, grid.start, grid.entries
+    nx, ny = extent[mesh, 0], extent[mesh, 1]
+    column, row = (p[0] - frame[mesh, 0]) / frame[mesh, 2], (p[1] - frame[mesh, 1]) / frame[mesh, 2]
+    if not (0.0 <= column <= nx and 0.0 <= row <= ny):
+        return False
+    here = extent[mesh, 2] + cell_of(row, ny) * nx + cell_of(column, nx)
+    smallest, winding, current = math.inf, 0, -1
+    verdict = False
+    for k in range(start[here], start[here + 1] + 1):
+        last = k == start[here + 1]
+        if last or part[entries[k]] != current:
+            if winding != 0 and abs(volume[current]) < smallest:
+                smallest, verdict = abs(volume[current]), volume[current] > 0.0
+            if last:
+                break
+            current, winding = part[entries[k]], 0
+        if volume[current] != 0.0:
+            turn = shadow(p[0], p[1], triangles[entries[k]])
+            if turn != 0 and height(p[0], p[1], triangles[entries[k]]) > p[2]:
+                winding += turn
+    return verdict
