@@ -28,7 +28,9 @@ from kinolab import planners
 from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
-from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
+from kinolab.world.collision.clearance_bound import ClearanceBound
+from kinolab.world.collision.collision_scene import collision_scene
+from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
 
 SPACING = 1e-4  # [m] between two looks at a motion
 ITERATIONS = 5000  # of the tree

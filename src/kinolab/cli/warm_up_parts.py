@@ -28,7 +28,8 @@ from kinolab.solve import make_planner
 from kinolab.trajopt import make_exact
 from kinolab.verification import verify
 from kinolab.world import World
-from kinolab.world.collision.clearance_bound import ClearanceBound, collision_scene
+from kinolab.world.collision.clearance_bound import ClearanceBound
+from kinolab.world.collision.collision_scene import collision_scene
 from kinolab.world.collision.distance_field import distance_field
 
 SCENARIO = """
@@ -94,15 +95,13 @@ def _collision() -> None:
     problem = small_problem()
     distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # may be cached on disk
     verify(problem, simulate(problem, DURATION))
-    checker, room = (
-        problem.checker(),
-        ClearanceBound(collision_scene(problem.bodies, problem.world)),
-    )
+    checker = problem.checker()
+    bound = ClearanceBound(collision_scene(problem.bodies, problem.world))
     for x in (problem.start, *inside_obstacles(problem)):
         poses, ends = problem.placement(x)
         checker.contacts(poses, ends)
         checker.clearance(poses, ends)
-        room.within(poses, ends, 1.0)
+        bound.within(poses, ends, 1.0)
 
 
 def inside_obstacles(problem: PlanningTask) -> Iterator[Array]:

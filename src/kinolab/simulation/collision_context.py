@@ -20,10 +20,10 @@ from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.simulation.machine import advance, call_at, call_under
-from kinolab.world.collision.clearance_bound import (
+from kinolab.world.collision.clearance_bound import clearance_within
+from kinolab.world.collision.collision_scene import (
     CollisionScene,
     Scratch,
-    clearance_within,
     collision_scene,
     scratch_for,
 )

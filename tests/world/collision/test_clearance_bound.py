@@ -7,7 +7,9 @@ import pytest
 
 import kinolab
 from kinolab.problem import PlanningTask
-from kinolab.world.collision.clearance_bound import TOUCHING_MARGIN, ClearanceBound, collision_scene
+from kinolab.world.collision.clearance_bound import ClearanceBound
+from kinolab.world.collision.collision_scene import collision_scene
+from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
 
 SCENARIOS = (
     "rolling_disk_maze",

@@ -12,7 +12,7 @@ from numba import typeof
 
 from kinolab.world import Obstacle, World, box_obstacle, sphere_obstacle
 from kinolab.world.collision import distance_field_cache
-from kinolab.world.collision.clearance_bound import collision_scene
+from kinolab.world.collision.collision_scene import collision_scene
 from kinolab.world.collision.distance_field import DistanceField, distance_field
 from kinolab.world.collision.distance_field_cache import MAGIC, SUFFIX, cached_distance_field, evict
 

@@ -19,9 +19,9 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities, Samples
 from kinolab.world.cable import span
 from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_broadphase, place
 from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
-from kinolab.world.collision.clearance_bound import box_bound, own_bound, plane_bound
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, signed_gap
+from kinolab.world.collision.triangle_gaps import box_bound, own_bound, plane_bound
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
 from kinolab.world.geometry import sizes

@@ -130,7 +130,8 @@ def _own_pairs(
     names: Sequence[tuple[str, str]],
 ) -> list[tuple[int, int]]:
     """Expand pairs of bodies and cables into pairs of their shapes."""
-    shapes: dict[str, list[int]] = {part.name: [] for part in (*bodies, *cables)}
+    parts = [body.name for body in bodies] + [cable.name for cable in cables]
+    shapes: dict[str, list[int]] = {part: [] for part in parts}
     for shape, owner in enumerate(shape_owners(bodies, cables)):
         shapes[owner].append(shape)
     for name in (name for pair in names for name in pair if name not in shapes):

@@ -8,135 +8,22 @@ below the true room by more than ``TOUCHING_MARGIN`` where that is smaller than 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import lru_cache
-from threading import Lock
-from typing import NamedTuple
-
-import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
-from kinolab.world.cable import CableGeometry, finite, span
-from kinolab.world.collision.broadphase import (
-    MAX_PENETRATION,
-    BroadphaseScene,
-    enclose,
-    make_broadphase,
-    place,
-)
-from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
-from kinolab.world.collision.distance_field import DistanceField, digest, distance_bound
-from kinolab.world.collision.distance_field_cache import cached_distance_field
-from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap, separation_within
-from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
-from kinolab.world.collision.triangle_grid import Integers, MeshGrid, inside
-from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
-from kinolab.world.geometry import BodyGeometry
-from kinolab.world.support_functions import half_extent, reach_along
-from kinolab.world.world import World
+from kinolab.world.cable import finite, span
+from kinolab.world.collision.broadphase import MAX_PENETRATION, enclose, place
+from kinolab.world.collision.collision_scene import CollisionScene, scratch_for
+from kinolab.world.collision.distance_field import distance_bound
+from kinolab.world.collision.gjk import Convex, box_gap, separation_within
+from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN, mesh_clearance
+from kinolab.world.collision.triangle_grid import inside
+from kinolab.world.support_functions import half_extent
 
-TOUCHING_MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
 SEARCH_FACTOR = 2.0  # times ``fine``: how far away what is near is looked for
-STACK_SIZE = 64  # balls that wait at most, at a tree's depth
 MAX_SUBDIVISIONS = 3  # balls that are divided
 CABLE_SPHERES = 16  # balls along a cable
-CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
-
-
-_one_at_a_time = Lock()
-
-
-class Scratch(NamedTuple):
-    """Memory to work in: one for every thread."""
-
-    turns: Array  # (shapes, 3, 3) of placed shapes
-    places: Array  # (shapes, 3)
-    around: Array  # (shapes, 6) boxes of placed shapes
-    queue: Integers  # (DEEPEST,)
-    gaps: Array  # (DEEPEST,)
-    corners: Array  # (3, 3) of a triangle
-    simplex: Array  # (9, 3)
-
-
-def scratch_for(scene: CollisionScene) -> Scratch:
-    """Return memory to work in."""
-    shapes = len(scene.broadphase.kind)
-    return Scratch(
-        turns=np.zeros((shapes, 3, 3)),
-        places=np.zeros((shapes, 3)),
-        around=np.zeros((shapes, 6)),
-        queue=np.zeros(STACK_SIZE, np.int64),
-        gaps=np.zeros(STACK_SIZE),
-        corners=np.zeros((3, 3)),
-        simplex=np.zeros((9, 3)),
-    )
-
-
-class CollisionScene(NamedTuple):
-    """A machine's shapes and a world in flat arrays, for compiled code."""
-
-    broadphase: BroadphaseScene
-    mesh: MeshGrid
-    triangles: TriangleTree
-    obstacles: ObstacleArrays
-    spheres: SphereTree
-    distance: DistanceField
-    cable_rows: Integers  # (shapes of cables,) their rows among the ends
-    # whether bodies keep their height, so that no motion leads down to the ground
-    constant_height: bool
-    clearance: float  # [m] that must be left beside obstacles, which takes it off the room
-
-
-def collision_scene(
-    bodies: Sequence[BodyGeometry],
-    world: World,
-    *,
-    cables: Sequence[CableGeometry] = (),
-    self_pairs: Sequence[tuple[str, str]] = (),
-    glides: bool = False,
-) -> CollisionScene:
-    """Gather what ``clearance_within`` needs; most arguments are those of ``CollisionChecker``."""
-    shapes = [shape for body in bodies for shape in body.shapes]
-    broadphase, mesh = make_broadphase(bodies, cables, world, self_pairs)
-    sizes = broadphase.half[: len(shapes)]
-    finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
-    grid = _grid(world, finest if math.isfinite(finest) else 0.0)
-    return CollisionScene(
-        broadphase,
-        mesh,
-        triangle_tree(mesh.triangles),
-        obstacle_arrays(world),
-        sphere_tree(shapes, grid.width),
-        grid,
-        np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),
-        glides,
-        world.clearance,
-    )
-
-
-def _grid(world: World, finest: float) -> DistanceField:
-    with _one_at_a_time:  # threads that begin together want the same one
-        return _kept(_World(world, digest(world.obstacles)), finest)
-
-
-class _World:
-    """A world as a key: equal where its obstacles are."""
-
-    def __init__(self, world: World, name: str) -> None:
-        self.world, self.name = world, name
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _World) and other.name == self.name
-
-    def __hash__(self) -> int:
-        return hash(self.name)
-
-
-@lru_cache(maxsize=4)
-def _kept(world: _World, finest: float) -> DistanceField:
-    return cached_distance_field(world.world.obstacles, finest, world.name)
 
 
 @kernel
@@ -341,108 +228,6 @@ def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type
         elif inside(at, broadphase.mesh[k], scene.mesh):
             return -1.0
     return best - TOUCHING_MARGIN
-
-
-@kernel
-def mesh_clearance(shape, box, least, within, tree, scratch):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and all triangles, if it is below ``within``.
-
-    Args:
-        shape: ``Convex``.
-        box: Lowest and highest x, y, z in [m], shape (6,).
-        least, within: In [m]; a gap below ``least`` is told, and not by how much.
-        tree, scratch: ``TriangleTree`` and ``Scratch``.
-    """
-    best, waiting, gaps = within, scratch.queue, scratch.gaps
-    if tree.boxes.shape[0] == 0:
-        return best
-    waiting[0], gaps[0], left = 0, 0.0, 1
-    while left > 0:
-        left -= 1
-        node = waiting[left]
-        if gaps[left] >= best:
-            continue
-        if tree.child[node, 0] < 0:
-            for t in range(tree.span[node, 0], tree.span[node, 1]):
-                if plane_bound(shape, tree.planes[t]) >= best:
-                    continue
-                if own_bound(shape, tree.triangles[t]) >= best:
-                    continue
-                gap = to_triangle(shape, tree.triangles[t], least, best, scratch)
-                best = min(best, gap)
-                if best < least or best <= TOUCHING_MARGIN:
-                    return best
-            continue
-        one, other = tree.child[node, 0], tree.child[node, 1]
-        gap_one = box_bound(shape, box, tree.boxes[one])
-        gap_other = box_bound(shape, box, tree.boxes[other])
-        if gap_one < gap_other:  # the nearer one goes on top
-            one, other, gap_one, gap_other = other, one, gap_other, gap_one
-        waiting[left], gaps[left] = one, gap_one
-        waiting[left + 1], gaps[left + 1] = other, gap_other
-        left += 2
-    return best
-
-
-@kernel
-def to_triangle(shape, triangle, least, enough, scratch):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a triangle (9,).
-
-    Args:
-        shape: ``Convex``.
-        triangle: Corners in [m], shape (9,).
-        least, enough: In [m], as ``separation_within`` takes them.
-        scratch: ``Scratch``.
-    """
-    corners = scratch.corners
-    for i in range(9):
-        corners[i % 3, i // 3] = triangle[i]
-    other = Convex(TRIANGLE, shape.half, corners, triangle)
-    return separation_within(shape, other, least, enough, scratch.simplex)
-
-
-@kernel
-def plane_bound(shape, plane):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset."""
-    turn, at = shape.turn, shape.at
-    a, b, c = plane[0], plane[1], plane[2]
-    away = abs(a * at[0] + b * at[1] + c * at[2] - plane[3])
-    x = a * turn[0, 0] + b * turn[1, 0] + c * turn[2, 0]
-    y = a * turn[0, 1] + b * turn[1, 1] + c * turn[2, 1]
-    z = a * turn[0, 2] + b * turn[1, 2] + c * turn[2, 2]
-    return away - half_extent(shape.kind, shape.half, x, y, z)
-
-
-@kernel
-def box_bound(shape, around, box):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a box (6,): along the world's axes, and along its own."""
-    turn, at = shape.turn, shape.at
-    total = 0.0
-    a, b, c = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
-    u, v, w = a + box[0] - at[0], b + box[1] - at[1], c + box[2] - at[2]
-    for i in range(3):
-        x, y, z = turn[0, i], turn[1, i], turn[2, i]
-        away = abs(x * u + y * v + z * w) - abs(x) * a - abs(y) * b - abs(z) * c
-        gap = max(away - reach_along(shape.kind, shape.half, i), 0.0)
-        total += gap * gap
-    return max(math.sqrt(total), box_gap(around, box))
-
-
-@kernel
-def own_bound(shape, triangle):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and a triangle (9,) along the shape's own axes."""
-    turn, at = shape.turn, shape.at
-    total = 0.0
-    for i in range(3):
-        x, y, z = turn[0, i], turn[1, i], turn[2, i]
-        middle = x * at[0] + y * at[1] + z * at[2]
-        one = x * triangle[0] + y * triangle[1] + z * triangle[2]
-        two = x * triangle[3] + y * triangle[4] + z * triangle[5]
-        three = x * triangle[6] + y * triangle[7] + z * triangle[8]
-        low, high = min(one, two, three) - middle, max(one, two, three) - middle
-        gap = max(max(low, -high) - reach_along(shape.kind, shape.half, i), 0.0)
-        total += gap * gap
-    return math.sqrt(total)
 
 
 class ClearanceBound:

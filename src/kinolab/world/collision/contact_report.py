@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
@@ -19,6 +19,7 @@ from kinolab.world.collision.fcl import Narrowphase
 from kinolab.world.collision.triangle_grid import inside, near_surface, overlap
 
 GROUND_NAME = "ground"
+Kind: TypeAlias = Literal["touches", "inside", "sinks", "near", "error"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Contact:
 
     body: str
     obstacle: str
-    kind: Literal["touches", "inside", "sinks", "near", "error"]
+    kind: Kind
 
 
 class ContactReport:
@@ -56,7 +57,8 @@ class ContactReport:
     ) -> None:
         self._owners, self._obstacles = owners, obstacles
         self._arrays, self._narrowphase = arrays, narrowphase
-        self._grid, self._around = Record(arrays.grid), arrays.scratch.around
+        self._grid, self._scratch = Record(arrays.grid), arrays.scratch
+        self._around = arrays.scratch.around
 
     def contacts(self, poses: Array, sound: Sequence[int]) -> Iterator[Contact]:
         """Yield the contacts at poses (bodies, 12) of the shapes whose places are finite."""
@@ -67,7 +69,7 @@ class ContactReport:
         yield from self._with_each_other(set(sound))
 
     def _place(self, shape: int, poses: Array) -> None:
-        scene, scratch = self._arrays.scene, self._arrays.scratch
+        scene, scratch = self._arrays.scene, self._scratch
         turn, at, body = scratch.turns[shape], scratch.places[shape], scene.body[shape]
         if body >= 0:
             place(poses[body], scene.own[shape], turn, at)
@@ -81,21 +83,19 @@ class ContactReport:
             yield Contact(self._owners[shape], GROUND_NAME, "sinks" if rests else "touches")
 
     def _with_obstacles(self, shape: int) -> Iterator[Contact]:
-        scene, grid, box = self._arrays.scene, self._grid, self._around[shape]
         for k, name in enumerate(self._obstacles):
-            if not overlap(box, scene.obstacle[k]):
-                continue
-            mesh, kind = scene.mesh[k], None
-            if mesh < 0 or near_surface(box, mesh, grid):
-                kind = self._judged(shape, k)
-            if (
-                kind is None
-                and mesh >= 0
-                and inside(self._arrays.scratch.places[shape], mesh, grid)
-            ):
-                kind = "inside"
-            if kind is not None:
-                yield Contact(self._owners[shape], name, kind)
+            if overlap(self._around[shape], self._arrays.scene.obstacle[k]):
+                kind = self._kind(shape, k)
+                if kind is not None:
+                    yield Contact(self._owners[shape], name, kind)
+
+    def _kind(self, shape: int, k: int) -> Kind | None:
+        mesh, kind = self._arrays.scene.mesh[k], None
+        if mesh < 0 or near_surface(self._around[shape], mesh, self._grid):
+            kind = self._judged(shape, k)
+        if kind is None and mesh >= 0 and inside(self._scratch.places[shape], mesh, self._grid):
+            return "inside"
+        return kind
 
     def _with_each_other(self, sound: set[int]) -> Iterator[Contact]:
         for a, b in self._arrays.scene.own_pairs.tolist():
@@ -104,7 +104,7 @@ class ContactReport:
                 if kind is not None:
                     yield Contact(self._owners[a], self._owners[b], kind)
 
-    def _judged(self, shape: int, other: int) -> Literal["touches", "error"] | None:
+    def _judged(self, shape: int, other: int) -> Kind | None:
         try:
             return "touches" if self._narrowphase.any_touch([(shape, other)]) else None
         except Exception:  # whatever FCL raises, the pose was not found to be free

@@ -1,4 +1,4 @@
-"""Distance grids on disk, by content: of which obstacles, how fine, built by which code.
+"""Distance grids on disk and in memory, by content: of which obstacles, how fine, by which code.
 
 An entry that does not match its own checksum is built anew; it is never trusted. An entry takes at
 most 20 MB, all of them 1 GB: those that were used last stay.
@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 
@@ -24,7 +25,11 @@ MAGIC = b"kinolab distance grid 1\n"
 SUFFIX = ".distances"
 MAX_BYTES = 2**30  # [bytes] of all entries
 MIN_CELLS = 2**18  # cells, below which building a grid takes hardly longer than reading it
+MAX_SHARED = 4  # grids in memory
 HEADER = np.dtype([("low", "<f8", 3), ("width", "<f8"), ("shape", "<i8", 3)])
+
+_shared: dict[tuple[str, float], DistanceField] = {}  # that was used last comes last
+_one_at_a_time = Lock()
 
 
 def cached_distance_field(
@@ -47,6 +52,17 @@ def cached_distance_field(
             _write(path, grid)
             evict(path)
     return grid
+
+
+def shared_distance_field(obstacles: Sequence[Obstacle], finest: float) -> DistanceField:
+    """Return ``cached_distance_field``, the same one for worlds that were asked for just before."""
+    with _one_at_a_time:  # threads that begin together want the same one
+        key = digest(obstacles), finest
+        grid = _shared.pop(key, None) or cached_distance_field(obstacles, finest, key[0])
+        _shared[key] = grid
+        if len(_shared) > MAX_SHARED:
+            del _shared[next(iter(_shared))]
+        return grid
 
 
 def evict(newest: Path) -> None:

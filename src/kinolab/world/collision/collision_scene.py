@@ -1,0 +1,92 @@
+"""A machine among the obstacles of its world, in flat arrays for compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.world.cable import CableGeometry
+from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase
+from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
+from kinolab.world.collision.distance_field import DistanceField
+from kinolab.world.collision.distance_field_cache import shared_distance_field
+from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
+from kinolab.world.collision.triangle_grid import Integers, MeshGrid
+from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
+from kinolab.world.geometry import BodyGeometry
+from kinolab.world.world import World
+
+STACK_SIZE = 64  # balls that wait at most, at a tree's depth
+CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
+
+
+class Scratch(NamedTuple):
+    """Memory to work in: one for every thread."""
+
+    turns: Array  # (shapes, 3, 3) of placed shapes
+    places: Array  # (shapes, 3)
+    around: Array  # (shapes, 6) boxes of placed shapes
+    queue: Integers  # (DEEPEST,)
+    gaps: Array  # (DEEPEST,)
+    corners: Array  # (3, 3) of a triangle
+    simplex: Array  # (9, 3)
+
+
+def scratch_for(scene: CollisionScene) -> Scratch:
+    """Return memory to work in."""
+    shapes = len(scene.broadphase.kind)
+    return Scratch(
+        turns=np.zeros((shapes, 3, 3)),
+        places=np.zeros((shapes, 3)),
+        around=np.zeros((shapes, 6)),
+        queue=np.zeros(STACK_SIZE, np.int64),
+        gaps=np.zeros(STACK_SIZE),
+        corners=np.zeros((3, 3)),
+        simplex=np.zeros((9, 3)),
+    )
+
+
+class CollisionScene(NamedTuple):
+    """A machine's shapes and a world in flat arrays, for compiled code."""
+
+    broadphase: BroadphaseScene
+    mesh: MeshGrid
+    triangles: TriangleTree
+    obstacles: ObstacleArrays
+    spheres: SphereTree
+    distance: DistanceField
+    cable_rows: Integers  # (shapes of cables,) their rows among the ends
+    # whether bodies keep their height, so that no motion leads down to the ground
+    constant_height: bool
+    clearance: float  # [m] that must be left beside obstacles, which takes it off the room
+
+
+def collision_scene(
+    bodies: Sequence[BodyGeometry],
+    world: World,
+    *,
+    cables: Sequence[CableGeometry] = (),
+    self_pairs: Sequence[tuple[str, str]] = (),
+    glides: bool = False,
+) -> CollisionScene:
+    """Gather what ``clearance_within`` needs; most arguments are those of ``CollisionChecker``."""
+    shapes = [shape for body in bodies for shape in body.shapes]
+    broadphase, mesh = make_broadphase(bodies, cables, world, self_pairs)
+    sizes = broadphase.half[: len(shapes)]
+    finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
+    grid = shared_distance_field(world.obstacles, finest if math.isfinite(finest) else 0.0)
+    return CollisionScene(
+        broadphase,
+        mesh,
+        triangle_tree(mesh.triangles),
+        obstacle_arrays(world),
+        sphere_tree(shapes, grid.width),
+        grid,
+        np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),
+        glides,
+        world.clearance,
+    )
