@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
-from kinolab.world import load_mesh, mesh
+from kinolab.world import load_mesh, mesh, mesh_obstacle
 from kinolab.world import mesh as module
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -33,7 +33,7 @@ def test_every_format_gives_the_same_box(suffix: str, tmp_path: Path) -> None:
     loaded = load_mesh(file.name, root=tmp_path)
     assert loaded.vertices.shape == (8, 3)
     assert loaded.faces.shape == (12, 3)
-    assert loaded.warnings == ()
+    assert mesh_obstacle("box", file.name, tmp_path).warnings == ()
     np.testing.assert_array_equal(np.ptp(loaded.vertices, axis=0), [1, 2, 4])
 
 
@@ -175,7 +175,7 @@ def test_an_open_mesh_and_millimetres_are_warned_about(tmp_path: Path) -> None:
     box = trimesh.creation.box((4000, 1, 1))
     box.update_faces(np.arange(12) > 0)
     box.export(tmp_path / "open.ply")
-    texts = load_mesh("open.ply", root=tmp_path).warnings
+    texts = mesh_obstacle("box", "open.ply", tmp_path).warnings
     assert [("watertight" in text, "Millimetres?" in text) for text in texts] == [
         (True, False),
         (False, True),

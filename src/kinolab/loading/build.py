@@ -150,20 +150,12 @@ def _models(scenario: Scenario, system: System) -> tuple[Model, Model]:
 
 
 def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
-    name = entry.name
-    pose = (entry.position, entry.rpy)
+    name, pose = entry.name, (entry.position, entry.rpy)
     if entry.box is not None:
         return box_obstacle(name, entry.box, *pose)
     if entry.sphere is not None:
         return sphere_obstacle(name, entry.sphere, *pose)
     if entry.cylinder is not None:
         return cylinder_obstacle(name, *entry.cylinder, *pose)
-    return mesh_obstacle(
-        name,
-        str(entry.mesh),
-        scenario.folder,
-        *pose,
-        scale=entry.scale,
-        up=entry.up,
-        solid=entry.solid,
-    )
+    file = (str(entry.mesh), scenario.folder)
+    return mesh_obstacle(name, *file, *pose, scale=entry.scale, up=entry.up, solid=entry.solid)

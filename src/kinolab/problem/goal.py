@@ -248,5 +248,5 @@ def axis_in_world(body: int, axis: tuple[float, float, float], frames: Array) ->
 
 
 def angle_between(a: Array, b: Array) -> float:
-    """Return the angle in [rad] between two vectors: sharp everywhere, as the cosine is not."""
+    """Return the angle in [rad] between vectors (3,): sharp everywhere, as the cosine is not."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import (
-    Integers,
-)
+from kinolab.numerics.kd_forest import Integers
 from kinolab.problem.goal import Goal
 
 LARGEST, SUM, EUCLIDEAN = range(3)

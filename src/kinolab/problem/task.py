@@ -29,13 +29,7 @@ from kinolab.numerics.quaternions import (
 from kinolab.problem.goal import Goal, KeepOutCone, Norm
 from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario
-from kinolab.world import (
-    NO_ENDS,
-    BodyGeometry,
-    CableGeometry,
-    CollisionChecker,
-    World,
-)
+from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 
 GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
 LIMIT_TOLERANCE = 1e-9  # by how much a value may pass a limit, in its own unit

@@ -93,13 +93,7 @@ def check_document(
         The scenario, or what is left of it without its broken parts, or None; and the mistakes.
     """
     applied, mistakes = apply_overrides(document, overrides)
-    return _checked(document, Origin(path, applied), mistakes)
-
-
-def _checked(
-    document: dict[str, Any], origin: Origin, mistakes: list[Mistake]
-) -> tuple[Scenario | None, list[Mistake]]:
-    issues = document_issues(document)
+    origin, issues = Origin(path, applied), document_issues(document)
     scenario = None
     try:
         scenario = Scenario.model_validate(document).located(origin)
@@ -108,7 +102,7 @@ def _checked(
     issues = _in_reading_order(issues[: MISTAKE_LIMIT + 1], document)
     if issues:
         scenario = parse_partially(document, issues, origin)
-    mistakes = mistakes + [mistake_at(issue, origin) for issue in issues]
+    mistakes += [mistake_at(issue, origin) for issue in issues]
     return scenario, _readable(mistakes, origin)
 
 

@@ -8,7 +8,7 @@ from kinolab.errors import Mistake
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.locations import keys_of, mistake_at
 from kinolab.scenario.rules import unknown_key
-from kinolab.scenario.schema import GoalSection, Scenario
+from kinolab.scenario.schema import DirectionGoal, GoalSection, KeepOut, PointGoal, Scenario
 
 
 def check_names(
@@ -30,7 +30,7 @@ def check_names(
         *_unknown(("start",), scenario.start, state),
         *_unknown(("goal",), goal.values, [*state, *keys_of(GoalSection)]),
         *_unknown(("goal", "tolerance"), tolerances, state),
-        *(issue for path, body in _bodies(scenario) for issue in _body(path, body, bodies)),
+        *(unknown_key(path, b, bodies, "body") for path, b in _bodies(scenario) if b not in bodies),
     ]
     return [mistake_at(issue, scenario.origin) for issue in issues]
 
@@ -43,16 +43,11 @@ def _unknown(
 
 def _bodies(scenario: Scenario) -> list[tuple[KeyPath, str]]:
     """Every mention of a body, and where it stands."""
-    points, directions = scenario.goal.point, scenario.goal.direction
-    return [
-        *((("goal", "point", place, "body"), entry.body) for place, entry in enumerate(points)),
-        *(
-            (("goal", "direction", place, "body"), entry.body)
-            for place, entry in enumerate(directions)
-        ),
-        *((("keep_out", place, "body"), cone.body) for place, cone in enumerate(scenario.keep_out)),
+    lists: list[tuple[KeyPath, tuple[PointGoal | DirectionGoal | KeepOut, ...]]] = [
+        (("goal", "point"), scenario.goal.point),
+        (("goal", "direction"), scenario.goal.direction),
+        (("keep_out",), scenario.keep_out),
     ]
-
-
-def _body(path: KeyPath, body: str, bodies: Sequence[str]) -> list[Issue]:
-    return [] if body in bodies else [unknown_key(path, body, bodies, "body")]
+    return [
+        ((*path, k, "body"), entry.body) for path, rows in lists for k, entry in enumerate(rows)
+    ]

@@ -121,23 +121,17 @@ def plain_setting(value: object, depth: int = 0) -> Any:
     return value
 
 
-def _shape_of(value: object) -> str:
-    """Choose the branch of a union, so that a mistake is told about that branch alone."""
-    if isinstance(value, list | tuple):
-        return LIST_TAG
-    return TABLE_TAG if isinstance(value, dict) else NUMBER_TAG
-
-
+# The branch of a union is chosen first, so that a mistake is told about that branch alone.
 def _number_or_list(value: object) -> str:
-    return LIST_TAG if _shape_of(value) == LIST_TAG else NUMBER_TAG
+    return LIST_TAG if isinstance(value, list | tuple) else NUMBER_TAG
 
 
 def _number_or_table(value: object) -> str:
-    return TABLE_TAG if _shape_of(value) == TABLE_TAG else NUMBER_TAG
+    return TABLE_TAG if isinstance(value, dict) else NUMBER_TAG
 
 
 def _name_or_list(value: object) -> str:
-    return LIST_TAG if _shape_of(value) == LIST_TAG else NAME_TAG
+    return LIST_TAG if isinstance(value, list | tuple) else NAME_TAG
 
 
 _List = Field(strict=False)  # TOML has lists where Python has tuples; the entries stay strict

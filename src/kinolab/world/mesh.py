@@ -12,10 +12,8 @@ import trimesh
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import (
-    Faces,
-)
-from kinolab.world.mesh_components import Components, components
+from kinolab.world.geometry import Faces
+from kinolab.world.mesh_components import Components
 
 FORMATS = ("stl", "obj", "ply", "glb", "off")
 MAX_BYTES = 200_000_000
@@ -29,12 +27,6 @@ class Mesh(NamedTuple):
 
     vertices: Array  # (n, 3)
     faces: Faces  # (m, 3)
-    where: str = ""  # the file, as the user names it
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences for the user."""
-        return suspicions(self.where, self.vertices, components(self.vertices, self.faces))
 
 
 def load_mesh(path: str | Path, *, root: Path) -> Mesh:
@@ -56,7 +48,7 @@ def load_mesh(path: str | Path, *, root: Path) -> Mesh:
     vertices, faces = merge_duplicates(vertices, faces)
     if not len(faces):
         raise refusal(where, "has no triangle with three different corners.")
-    return Mesh(vertices, faces, where)
+    return Mesh(vertices, faces)
 
 
 def refusal(where: str, what: str, remedy: str = "") -> InputError:

@@ -10,9 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import (
-    Faces,
-)
+from kinolab.world.geometry import Faces
 
 # volumes below this share of the cubed extent are sheets folded onto themselves
 FLAT_FRACTION = 1e-12

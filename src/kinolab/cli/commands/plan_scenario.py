@@ -10,14 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinolab.cli.common import (
-    MAX_JOBS,
-    PATH,
-    echo_json,
-    quiet_option,
-    set_option,
-    write_pictures,
-)
+from kinolab.cli.common import MAX_JOBS, PATH, echo_json, quiet_option, set_option, write_pictures
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import live_page

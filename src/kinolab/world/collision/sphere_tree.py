@@ -14,10 +14,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import (
-    ShapeKind,
-    sizes,
-)
+from kinolab.world.geometry import ShapeKind, sizes
 
 MAX_SPHERES = 31  # balls of one shape: no more are asked for where three are divided
 ROUNDING_FACTOR = 1.0 + 1e-9  # for rounding
