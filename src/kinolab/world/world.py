@@ -10,7 +10,7 @@ from kinolab.world.obstacle import Obstacle
 
 @dataclass(frozen=True)
 class World:
-    """What stands around the machine, and how much room plans leave beside it.
+    """What stands around the machine, and what clearance plans leave beside it.
 
     Attributes:
         obstacles: What must not be touched.

@@ -189,7 +189,7 @@ class CollisionChecker:
         """
         if self._touching(poses, ends):
             return 0.0
-        beside = np.inf if self._beside is None else self._beside.room(poses, ends)
+        beside = np.inf if self._beside is None else self._beside.clearance(poses, ends)
         free = clearance_at(self._arrays)
         return max(min(float(free) - self.margin, beside), 0.0)
 
@@ -215,7 +215,7 @@ class CollisionChecker:
 
 
 class _Beside:
-    """The room beside obstacles, of which a clearance must be left.
+    """The clearance that the world asks for beside obstacles.
 
     Args:
         alone: Judges obstacles and nothing else.
@@ -231,13 +231,13 @@ class _Beside:
         """Return the same with another margin in [m], with scratch memory of its own."""
         return _Beside(self._alone.inflated(0.0, ground=False), self._clearance, margin)
 
-    def room(self, poses: Array, ends: Array) -> float:
+    def clearance(self, poses: Array, ends: Array) -> float:
         """Return how far every point may move before too little is left, in [m]; 0 or less now."""
         return self._alone.clearance(poses, ends) - self._keep
 
     def near(self, poses: Array, ends: Array) -> bool:
         """Say whether too little is left."""
-        return self._wide.collides(poses, ends) and not self.room(poses, ends) > 0
+        return self._wide.collides(poses, ends) and not self.clearance(poses, ends) > 0
 
     def first(self, poses: Array, ends: Array) -> int:
         """Return the first pose at which too little is left, their number where there is none."""

@@ -53,7 +53,7 @@ def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
 
 @allocating_kernel
 def clearance_at(arrays):  # type: ignore[no-untyped-def]
-    """Bound the room of placed shapes from below, in [m]; infinite in an empty world.
+    """Bound the clearance of placed shapes from below, in [m]; infinite in an empty world.
 
     Two shapes of the machine can approach each other from both sides: half their gap counts.
 

@@ -2,7 +2,7 @@
 
 Cheap bounds come first: balls that contain the bodies, in a grid of distances. Where these are not
 enough, the distance to what is near is worked out exactly. No answer is ever too large, and none is
-below the true room by more than ``TOUCHING_MARGIN`` where that is smaller than what was asked for.
+below the true clearance by more than ``TOUCHING_MARGIN`` where that is smaller than was asked for.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ CABLE_SPHERES = 16  # balls along a cable
 
 @kernel
 def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  # type: ignore[no-untyped-def]
-    """Bound the room of a placed machine from below, in [m].
+    """Bound the clearance of a placed machine from below, in [m].
 
     Args:
         poses: One row [R | p] per body, shape (bodies, 12).
         ends: Of the cables, shape (cables, 6).
-        least: Less room than this in [m] need not be told apart.
+        least: Less clearance than this in [m] need not be told apart.
         wanted: Room in [m] that is looked for even where it must be worked out.
-        need: More room than this in [m] is of no interest.
-        fine: Where the grid shows this much room in [m], its bound is good enough.
+        need: More clearance than this in [m] is of no interest.
+        fine: Where the grid shows this much clearance in [m], its bound is good enough.
         scratch: ``Scratch``.
         scene: ``CollisionScene``.
 
     Returns:
         A bound, at most ``need``. Between ``least`` and the smaller of ``fine`` and ``need`` it is
-        exact but for ``TOUCHING_MARGIN``; below ``least`` where the room is; 0 or less where
+        exact but for ``TOUCHING_MARGIN``; below ``least`` where the clearance is; 0 or less where
         anything touches, sinks into the ground, is inside a solid or is not finite.
     """
     broadphase, distance, kept = scene.broadphase, scene.distance, scene.clearance
@@ -80,7 +80,7 @@ def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  #
 
 @kernel
 def ground_clearance(poses, scratch, scene):  # type: ignore[no-untyped-def]
-    """Place the bodies' shapes, and bound their room above the ground; negative in it."""
+    """Place the bodies' shapes, and bound their clearance above the ground; negative in it."""
     broadphase, best = scene.broadphase, math.inf
     for s in range(broadphase.kind.shape[0] - scene.cable_rows.shape[0]):
         pose = poses[broadphase.body[s]]
@@ -103,7 +103,7 @@ def ground_clearance(poses, scratch, scene):  # type: ignore[no-untyped-def]
 
 @kernel
 def self_clearance(best, least, scratch, scene):  # type: ignore[no-untyped-def]
-    """Bound the room of placed shapes that must not touch each other, if it is below ``best``."""
+    """Bound the clearance between placed shapes that must not touch, if it is below ``best``."""
     broadphase, turns, places = scene.broadphase, scratch.turns, scratch.places
     around = scratch.around
     for k in range(broadphase.own_pairs.shape[0]):
@@ -122,7 +122,7 @@ def self_clearance(best, least, scratch, scene):  # type: ignore[no-untyped-def]
 
 @kernel
 def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  # type: ignore[no-untyped-def]
-    """Bound the room of a shape by its balls.
+    """Bound the clearance of a shape by its balls.
 
     Less than ``need`` is not worked out in full, and more than ``enough`` is of no interest.
 
@@ -154,7 +154,7 @@ def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  #
             continue
         free_one = sphere_clearance(one, turn, at, spheres, grid) if one >= 0 else math.inf
         free_other = sphere_clearance(other, turn, at, spheres, grid) if other >= 0 else math.inf
-        if free_one < free_other:  # the one with less room goes on top
+        if free_one < free_other:  # the one with less clearance goes on top
             one, other, free_one, free_other = other, one, free_other, free_one
         if one >= 0:
             waiting[left], frees[left] = one, free_one
@@ -166,7 +166,7 @@ def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  #
 
 @kernel
 def sphere_clearance(ball, turn, at, spheres, grid):  # type: ignore[no-untyped-def]
-    """Bound the room of one ball of a placed shape.
+    """Bound the clearance of one ball of a placed shape.
 
     Args:
         ball: Its row in the tree.
@@ -182,7 +182,7 @@ def sphere_clearance(ball, turn, at, spheres, grid):  # type: ignore[no-untyped-
 
 @kernel
 def cable_clearance(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
-    """Bound the room of a cable by balls around its pieces, as ``sphere_tree_clearance`` does.
+    """Bound the clearance of a cable by balls around its pieces, as ``sphere_tree_clearance`` does.
 
     Args:
         half: Half sizes in [m], shape (3,).
@@ -204,13 +204,13 @@ def cable_clearance(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
 
 @kernel
 def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type: ignore[no-untyped-def]
-    """Work out the room of one shape less MARGIN, if it is below ``within``; 0 inside a solid.
+    """Work out the clearance of one shape less MARGIN, if it is below ``within``; 0 inside a solid.
 
     Args:
         s: The shape's row.
         turn, at: Its rotation (3, 3) and centre (3,) in [m].
         box: Lowest and highest x, y, z in [m], shape (6,).
-        least, within: In [m]; room below ``least`` is told, and not by how much.
+        least, within: In [m]; clearance below ``least`` is told, and not by how much.
         scene, scratch: ``CollisionScene`` and ``Scratch``.
     """
     least += TOUCHING_MARGIN
@@ -244,7 +244,7 @@ class ClearanceBound:
         self._scratch = Record(scratch_for(scene))
 
     def within(self, poses: Array, ends: Array, need: float, fine: float = math.inf) -> float:
-        """Return the room of a pose, as ``clearance_within`` does."""
+        """Return the clearance of a pose, as ``clearance_within`` does."""
         table, cable_rows = poses.reshape(-1, 12), ends.reshape(-1, 6)
         return float(
             clearance_within(table, cable_rows, 0.0, 0.0, need, fine, self._scratch, self._around)

@@ -62,7 +62,7 @@ class CollisionScene(NamedTuple):
     cable_rows: Integers  # (shapes of cables,) their rows among the ends
     # whether bodies keep their height, so that no motion leads down to the ground
     constant_height: bool
-    clearance: float  # [m] that must be left beside obstacles, which takes it off the room
+    clearance: float  # [m] that must be left beside obstacles, which is subtracted
 
 
 def collision_scene(
