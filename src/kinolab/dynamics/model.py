@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
@@ -11,25 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import checked
-from kinolab.dynamics.codegen.cache import cached
-from kinolab.dynamics.codegen.closed_loop import (
-    CLOSED_LOOP_FUNCTIONS,
-    PREFIX,
-    emit_closed_loop,
-    functions_of,
-)
-from kinolab.dynamics.codegen.emission import SINGULAR, emit_module
-from kinolab.dynamics.codegen.exports import NEED_CHART
+from kinolab.dynamics.codegen.emission import SINGULAR
 from kinolab.dynamics.codegen.integrators import METHODS
-from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
+from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.derivation.velocity_coordinates import condition_number
 from kinolab.dynamics.lagrange.equations import Equations, equations_of
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.feedback import Regulator
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
@@ -43,10 +32,6 @@ from kinolab.errors import (
 from kinolab.numerics.arrays import Array
 
 POSE = 12  # numbers per body: the rows of [R | p]
-STEPPERS = tuple(f"step_{method}" for method in METHODS)
-SPACE = ("rows_between", "difference", "retract")
-FUNCTIONS = ("f", "rows_at", "rows_under", "tangent", "frames_tangent", *SPACE, *STEPPERS)
-UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
 
 
 @checked
@@ -87,17 +72,10 @@ class Model:
             remedy = "Take system.model(), which finds them."
             where = f"system {system.name!r} feedback"
             raise InputError([Mistake(where, "its gains are still to be found.", remedy)])
-        facts, code = cached(machine_to_json(system), lambda: _build(system, law))
         self.system = system
-        self._functions: dict[str, Callable[..., int]] = {}  # compiled ones, as they are needed
-        self._sizes: dict[str, int] = facts["sizes"]
-        functions = dict.fromkeys((*self._sizes, *FUNCTIONS, *functions_of(law)))
-        self._library = link(code, list(functions))
-        self._closed = frozenset(CLOSED_LOOP_FUNCTIONS if law else ())
-        self.independent: tuple[int, ...] = tuple(facts["independent"])
-        self.redundant: tuple[str, ...] = tuple(facts["redundant"])
-        configuration = configuration_symbols(system)
-        self.coordinate_names = tuple(symbol.name for symbol in configuration)
+        self._code = MachineCode(system, law)
+        self.independent, self.redundant = self._code.independent, self._code.redundant
+        self.coordinate_names = tuple(symbol.name for symbol in configuration_symbols(system))
         self.rate_names = tuple(symbol.name for symbol in tangent_symbols(system))
         self.state_names = (
             *self.coordinate_names,
@@ -109,9 +87,7 @@ class Model:
         self.control_bounds: Array = np.array(
             [bounds_of(entry) for entry in chosen], dtype=float
         ).reshape(-1, 2)
-        self.state_bounds: Array = _state_bounds(system, self.independent)
-        self.state_scales: Array = _state_scales(system, self.independent)
-        self.circular: NDArray[np.bool_] = _circular(system, self.nx)
+        self.state_bounds, self.state_scales, self.circular = _entries(system, self.independent)
         self.parameter_names = tuple(parameter.name for parameter in system.parameters)
         self._defaults = np.array([system.parameter_values[n] for n in self.parameter_names])
 
@@ -148,7 +124,7 @@ class Model:
     @property
     def projects(self) -> bool:
         """Whether steps end on constraints of position and unit quaternions: see ``project``."""
-        return bool(self._sizes["project"])
+        return bool(self._code.sizes["project"])
 
     @cached_property
     def speeds(self) -> NDArray[np.int64]:
@@ -169,13 +145,12 @@ class Model:
 
     def address(self, function: str) -> int:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
-        name = PREFIX + function if function in self._closed else function
-        return self._library.address(name)
+        return self._code.address(function)
 
     @cached_property
     def plant(self) -> Model:
         """The machine without its feedback: itself where it has none."""
-        return Model(self.system.with_feedback(None)) if self._closed else self
+        return Model(self.system.with_feedback(None)) if self.system.feedback else self
 
     def plant_inputs(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
         """Return the plant's inputs that the feedback gives under references, shape (..., nu).
@@ -185,7 +160,7 @@ class Model:
             u: References, shape (nr,), or one row per state; without feedback the inputs, which
                 are returned as they are.
         """
-        if not self._closed:
+        if self.system.feedback is None:
             return self._inputs(u, _array("x", x, self.nx))
         return self._call("law", x, u, parameters)
 
@@ -227,16 +202,13 @@ class Model:
         """
         x, out = np.empty(self.nx), np.empty(self.nx)
         held = np.ascontiguousarray(self._inputs(u, x))
-        p, function = self.parameter_vector(**parameters), self._single
-        pointers = [_pointer(array) for array in (x, held, p, out)]
-        kept = (held, p)  # the arrays behind the pointers
+        f = bound(self.address("f"), x, held, self.parameter_vector(**parameters), out)
 
         def rate(_: float, state: Array) -> Array:
             x[:] = state
-            status = function(*pointers, 0)
+            status = f()
             if status:
                 raise SingularError(_failure(self, status, x))
-            assert kept
             return out.copy()
 
         return rate
@@ -312,13 +284,9 @@ class Model:
         if method not in METHODS:
             raise UnknownNameError("integration method", method, known=METHODS)
         p = self.parameter_vector(**parameters)
-        function, kept = self._steppers[method], _pointer(p)
-        tables = (rows, inputs, out)
-        (x, u, y), (dx, du, dy) = map(_pointer, tables), (table.strides[0] for table in tables)
-        for k, span in enumerate(spans.tolist()):
-            status = function(x + k * dx, u + k * du, kept, span, y + k * dy, substeps, 0)
-            if status:
-                raise SingularError(_failure(self, status, rows[k]), row=k)
+        row, status = self._code.step(method, (rows, inputs, out), p, spans, substeps)
+        if status:
+            raise SingularError(_failure(self, status, rows[row]), row=row)
 
     def frames(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
@@ -428,7 +396,7 @@ class Model:
     def project(self, x: ArrayLike, **parameters: float) -> Array:
         """Return a state moved onto the constraints, its quaternions of unit length."""
         states = _array("x", x, self.nx)
-        if not self._sizes["project"]:
+        if not self.projects:
             return states.copy()
         near = self._call("project", states, None, parameters)
         return self._call("project", near, None, parameters)
@@ -439,11 +407,7 @@ class Model:
         Everything is 0, or at the limit nearest to it, and attitudes are not turned.
         """
         x = np.clip(np.zeros(self.nx), *self.state_bounds.T)
-        place = 0
-        for c in self.system.coordinates:
-            if not isinstance(c, Coordinate):
-                x[place + 3] = 1.0
-            place += 1 if isinstance(c, Coordinate) else 4
+        x[[first + 3 for first in self.attitudes.values()]] = 1.0
         return x
 
     def configuration(self, x: ArrayLike) -> Array:
@@ -455,7 +419,7 @@ class Model:
         return self._call("velocity", x, u, parameters)
 
     def _need_masses(self, what: str) -> None:
-        if not self._sizes["energy"]:
+        if not self._code.sizes["energy"]:
             text = (
                 f"{self.system.name} is kinematic: its inputs are velocities, so it has no {what}."
             )
@@ -469,21 +433,14 @@ class Model:
         self, name: str, x: ArrayLike, u: ArrayLike | None, parameters: dict[str, float]
     ) -> Array:
         """Call a compiled function of (x, [u,] p) on a state or on each of several."""
-        size, states = self._sizes.get(name, self.nx), _array("x", x, self.nx)
+        states = _array("x", x, self.nx)
         rows = np.atleast_2d(states)
-        out = np.empty((len(rows), size))
-        p = self.parameter_vector(**parameters)
         tables = [rows] if u is None else [rows, np.atleast_2d(self._inputs(u, states))]
-        pointers = [_pointer(table) for table in (*tables, p, out)]
-        bad = self._rows[len(tables) - 1](self.address(name), *pointers, len(rows), size, 0)
-        if bad >= 0 and name in UNSOLVABLE:
-            one = [
-                begin + int(bad) * table.strides[0]
-                for begin, table in zip(pointers, tables, strict=False)
-            ]
-            status = self._function(name, with_inputs=u is not None)(*one, *pointers[-2:], 0)
-            raise SingularError(_failure(self, status, rows[bad]))
-        return out.reshape(*states.shape[:-1], size)
+        out = np.empty((len(rows), self._code.sizes[name]))
+        row, status = self._code.evaluate(name, tables, self.parameter_vector(**parameters), out)
+        if status:
+            raise SingularError(_failure(self, status, rows[row]))
+        return out.reshape(*states.shape[:-1], out.shape[1])
 
     def _inputs(self, u: ArrayLike, states: Array) -> Array:
         values = np.asarray(u, dtype=float)
@@ -500,98 +457,26 @@ class Model:
             raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
         return np.ascontiguousarray(np.broadcast_to(values, shape))
 
-    def _function(self, name: str, *, with_inputs: bool) -> Callable[..., int]:
-        known = self._functions.get(name)
-        if known is None:
-            pointers = (ctypes.c_void_p,) * (4 if with_inputs else 3)
-            known = self._functions[name] = self._prototype(name, *pointers, ctypes.c_int64)
-        return known
 
-    def _prototype(self, name: str, *types: Any) -> Callable[..., int]:
-        return ctypes.CFUNCTYPE(ctypes.c_int32, *types)(self.address(name))
-
-    @cached_property
-    def _single(self) -> Callable[..., int]:
-        return self._function("f", with_inputs=True)
-
-    @cached_property
-    def _rows(self) -> tuple[Callable[..., int], Callable[..., int]]:
-        """Loops over rows of states, and over rows of states and inputs."""
-        pointer, number = ctypes.c_void_p, ctypes.c_int64
-        kinds = [(pointer,) * (4 + k) + (number,) * 3 for k in (0, 1)]
-        names = ("rows_at", "rows_under")
-        loops = [
-            ctypes.CFUNCTYPE(number, *kind)(self.address(name))
-            for name, kind in zip(names, kinds, strict=True)
-        ]
-        return loops[0], loops[1]
-
-    @cached_property
-    def _steppers(self) -> dict[str, Callable[..., int]]:
-        pointer = ctypes.c_void_p
-        number = ctypes.c_int64
-        types = (pointer, pointer, pointer, ctypes.c_double, pointer, number, number)
-        return {method: self._prototype(f"step_{method}", *types) for method in METHODS}
-
-
-def _build(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
-    """Derive and compile a machine; returns what a model must know, and the machine code."""
-    d = derive(system)
-    size = len(d.state)
-    sizes = {
-        "velocity": len(d.velocities),
-        "flow": len(d.flow),
-        "frames": len(d.frames),
-        "frames_jacobian": size * len(d.frames),
-        "cables": len(d.cables),
-        "point_speed": len(d.point_speeds),
-        "cable_speed": len(d.cable_speeds),
-        "energy": len(d.energy),
-        "power": len(d.power),
-        "mass_matrix": len(d.mass_matrix),
-        "constraint_residual": len(d.constraint_residual),
-        "constraint_forces": len(d.constraint_forces),
-        "requirements": len(d.requirements),
-        "project": len(d.projection),
-        "jacobian": size * (size + len(d.binding.inputs)),
-    }
-    facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
-    text = emit_module(d)
-    if law is not None:
-        count, references = len(d.binding.inputs), len(law.references)
-        sizes["jacobian"] = size * (size + references)
-        sizes |= {"law": count, "law_jacobian": count * (size + references)}
-        text += "\n" + emit_closed_loop(d, system, law)
-    return facts, compile_ir(text)
-
-
-def _state_scales(system: Mechanism, independent: tuple[int, ...]) -> Array:
-    positions, speeds = [], []
+def _entries(
+    system: Mechanism, independent: tuple[int, ...]
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return each entry's limits (nx, 2), its scale (nx,) and whether it is on a circle (nx,)."""
+    limits, scales, speeds = [], [], []
+    circular: list[bool] = []
     for c in system.coordinates:
-        attitude = not isinstance(c, Coordinate)
-        positions += [c.scale] * (4 if attitude else 1)
-        speeds += [c.speed if np.isfinite(c.speed) else c.scale] * (3 if attitude else 1)
-    further = [entry.scale for entry in system.states]
-    return np.array([*positions, *(speeds[i] for i in independent), *further], dtype=float)
-
-
-def _circular(system: Mechanism, size: int) -> NDArray[np.bool_]:
-    symbols = configuration_symbols(system)
-    circles = [isinstance(s, Coordinate) and s.topology == "circle" for s in symbols]
-    return np.array([*circles, *[False] * (size - len(circles))])
-
-
-def _state_bounds(system: Mechanism, independent: tuple[int, ...]) -> Array:
-    positions, speeds = [], []
-    for c in system.coordinates:
-        if isinstance(c, Coordinate):
-            positions.append((c.lower, c.upper))
-            speeds.append((-c.speed, c.speed))
-        else:
-            positions += [(-1.0, 1.0)] * 4
-            speeds += [(-c.speed, c.speed)] * 3
-    further = [entry.limits for entry in system.states]
-    return np.array([*positions, *(speeds[i] for i in independent), *further]).reshape(-1, 2)
+        count, rates = (1, 1) if isinstance(c, Coordinate) else (4, 3)
+        own = (c.lower, c.upper) if isinstance(c, Coordinate) else (-1.0, 1.0)
+        circular += [isinstance(c, Coordinate) and c.topology == "circle"] * count
+        limits += [own] * count
+        scales += [c.scale] * count
+        speeds += [c] * rates
+    moving = [speeds[i] for i in independent]
+    limits += [(-c.speed, c.speed) for c in moving] + [entry.limits for entry in system.states]
+    scales += [c.speed if np.isfinite(c.speed) else c.scale for c in moving]
+    scales += [entry.scale for entry in system.states]
+    circular += [False] * (len(scales) - len(circular))
+    return np.array(limits).reshape(-1, 2), np.array(scales, dtype=float), np.array(circular)
 
 
 def _array(name: str, values: ArrayLike, size: int) -> Array:
@@ -600,10 +485,6 @@ def _array(name: str, values: ArrayLike, size: int) -> Array:
         what = f"{name} has shape {array.shape}; it must be ({size},) or (N, {size})."
         raise InputError([Mistake("", what)])
     return array
-
-
-def _pointer(array: Array) -> int:
-    return int(array.ctypes.data)
 
 
 def _failure(model: Model, status: int, x: Array) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics import Model
+from kinolab.dynamics.codegen.machine_code import STEP, bound
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import DivergedError, interval
@@ -16,26 +16,11 @@ from kinolab.simulation.reference import DivergedError, interval
 REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
 REFERENCE_TOLERANCE = 1e-9  # of a state's scale: how well two lengths of compiled steps must agree
 MAX_HALVED_SUBSTEPS = 512  # beyond it the motion is followed as the verifier does
-POINTER = ctypes.c_void_p
-
-
-def function(model: Model, name: str, *types: Any) -> Callable[..., int]:
-    """Return a compiled function of a machine; the model owns it, and must outlive it.
-
-    Args:
-        model: Whose.
-        name: Of the function.
-        types: Of its arguments but the mode, which is the last.
-    """
-    return ctypes.CFUNCTYPE(ctypes.c_int32, *types, ctypes.c_int64)(model.address(name))
 
 
 def stepper(problem: PlanningTask, method: str | None = None) -> Callable[..., int]:
     """Return the compiled step (x, u, p, duration, next, substeps, mode) of a method."""
-    name = f"step_{method or problem.scenario.integration.method}"
-    return function(
-        problem.model, name, POINTER, POINTER, POINTER, ctypes.c_double, POINTER, ctypes.c_int64
-    )
+    return STEP(problem.model.address(f"step_{method or problem.scenario.integration.method}"))
 
 
 class CompiledStep:
@@ -60,30 +45,30 @@ class CompiledStep:
         self.u: Any = (ctypes.c_double * model.nu)()
         self._speeds: Any = (ctypes.c_double * bodies)()
         self._cable_speeds: Any = (ctypes.c_double * cables)()
+        self._margins: Any = (ctypes.c_double * len(problem.system.requirements))()
+        self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
         self.poses, self.ends = np.zeros((bodies, 12)), np.zeros((cables, 6))
         self._has_cables = cables > 0
-        self._p = model.parameter_vector()
         self._model = model  # owns the machine code behind the addresses
-        self._step = stepper(problem, method)
-        self._frames = function(model, "frames", POINTER, POINTER, POINTER)
-        self._cables = function(model, "cables", POINTER, POINTER, POINTER)
-        self._point_speed = function(model, "point_speed", POINTER, POINTER, POINTER, POINTER)
-        self._cable_speed = function(model, "cable_speed", POINTER, POINTER, POINTER, POINTER)
-        x, u, after, speeds = map(ctypes.addressof, (self.x, self.u, self.next, self._speeds))
-        strung = ctypes.addressof(self._cable_speeds)
-        p, poses, ends = self._p.ctypes.data, self.poses.ctypes.data, self.ends.ctypes.data
-        self._before_step = (x, u, p)
+        self._step, self._p, u = stepper(problem, method), model.parameter_vector(), self.u
+        x, after, held = map(ctypes.addressof, (self.x, self.next, u))
+        self._before_step = (x, held, self._p.ctypes.data)
         self._after_step = (after, problem.scenario.integration.substeps, 0)
-        self._poses_at, self._ends_at = (after, p, poses, 0), (after, p, ends, 0)
-        self._speeds_at = ((x, u, p, speeds, 0), (after, u, p, speeds, 0))
-        self._cable_speeds_at = ((x, u, p, strung, 0), (after, u, p, strung, 0))
-        self._margins: Any = (ctypes.c_double * len(problem.system.requirements))()
-        self._requirements = function(model, "requirements", POINTER, POINTER, POINTER, POINTER)
-        self._margins_at = (after, u, p, ctypes.addressof(self._margins), 0)
-        self._f = function(model, "f", POINTER, POINTER, POINTER, POINTER)
-        self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
-        outs = map(ctypes.addressof, self._slopes)
-        self._slopes_at = [(at, u, p, out, 0) for at, out in zip((x, after), outs, strict=True)]
+
+        def call(name: str, *arrays: Any) -> Callable[[], int]:
+            return bound(model.address(name), *arrays)
+
+        p, begin_and_end = self._p, (self.x, self.next)
+        self._frames = call("frames", self.next, p, self.poses)
+        self._cables = call("cables", self.next, p, self.ends)
+        self._requirements = call("requirements", self.next, u, p, self._margins)
+        self._point_speed = [call("point_speed", x, u, p, self._speeds) for x in begin_and_end]
+        self._cable_speed = [
+            call("cable_speed", x, u, p, self._cable_speeds) for x in begin_and_end
+        ]
+        self._f = [
+            call("f", x, u, p, out) for x, out in zip(begin_and_end, self._slopes, strict=True)
+        ]
 
     def step(self, duration: float) -> int:
         """Set ``next`` from ``x`` and ``u``; nonzero where that fails."""
@@ -91,9 +76,9 @@ class CompiledStep:
 
     def frames(self) -> None:
         """Set ``poses`` and ``ends`` from ``next``."""
-        self._frames(*self._poses_at)
+        self._frames()
         if self._has_cables:
-            self._cables(*self._ends_at)
+            self._cables()
 
     def keeps_requirements(self, duration: float) -> bool:
         """Check what the machine demands along the step under the inputs held, its end first."""
@@ -102,15 +87,15 @@ class CompiledStep:
         for k in range(REQUIREMENT_SAMPLES, -1, -1):
             if k < REQUIREMENT_SAMPLES:
                 self.step(duration * k / REQUIREMENT_SAMPLES)
-            self._requirements(*self._margins_at)
+            self._requirements()
             if any(margin < 0 for margin in self._margins):
                 return False
         return self.step(duration) == 0
 
     def slopes(self) -> Any:
         """Return the state's derivative at ``x`` and at ``next``."""
-        for arguments in self._slopes_at:
-            self._f(*arguments)
+        for f in self._f:
+            f()
         return self._slopes
 
     def fastest(self) -> float:
@@ -119,11 +104,11 @@ class CompiledStep:
         The ends of a cable bound its points: each is a mean of the two, and so is its velocity.
         """
         largest = 0.0
-        for arguments in self._speeds_at:
-            self._point_speed(*arguments)
+        for point_speed in self._point_speed:
+            point_speed()
             largest = max(largest, *self._speeds)
-        for arguments in self._cable_speeds_at if self._has_cables else ():
-            self._cable_speed(*arguments)
+        for cable_speed in self._cable_speed if self._has_cables else ():
+            cable_speed()
             largest = max(largest, *self._cable_speeds)
         return largest
 
@@ -148,9 +133,8 @@ class ReferenceStep:
         self._own = settings.substeps if settings.truth == "discrete" else None
         self._start, self._held = np.empty(self._plant.nx), np.empty(self._plant.nu)
         self._p = self._plant.parameter_vector(**parameters)
-        types = (POINTER, POINTER, POINTER, ctypes.c_double, POINTER, ctypes.c_int64)
         method = "rk4" if self._own is None else settings.method
-        self._step = function(self._plant, f"step_{method}", *types)
+        self._step = STEP(self._plant.address(f"step_{method}"))
         self._substeps = 1  # of the longer steps that agreed last
 
     def __call__(self, x: Array, held: Array, span: float) -> Array:

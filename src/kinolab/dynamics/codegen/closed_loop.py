@@ -31,16 +31,6 @@ RATES = (  # functions of (x, u, p, out, mode)
 STEPPERS = tuple(f"step_{method}" for method in METHODS)
 # have a twin of references
 CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")
-LAW_FUNCTIONS = ("law", "law_tangent", "law_jacobian")
-
-
-def functions_of(feedback: Feedback | None) -> tuple[str, ...]:
-    """Return the names of all functions that feedback adds to a machine."""
-    return (
-        ()
-        if feedback is None
-        else (*LAW_FUNCTIONS, *(PREFIX + name for name in CLOSED_LOOP_FUNCTIONS))
-    )
 
 
 def emit_closed_loop(derivation: Derivation, system: Mechanism, feedback: Feedback) -> str:

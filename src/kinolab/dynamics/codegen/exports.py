@@ -30,11 +30,9 @@ class Function:
     guards: Sequence[Node] = ()
 
 
-def outputs_of(derivation: Derivation) -> Iterator[Function]:
-    """Yield f and everything else that follows from a state, what cancels out left out."""
-    d, binding = derivation, derivation.binding
-    arguments = {"x": d.state, "u": binding.inputs, "p": binding.parameters}
-    outputs: dict[str, Sequence[Node]] = {
+def results_of(d: Derivation) -> dict[str, Sequence[Node]]:
+    """Return what follows from a state beside f, by the name of the function that gives it."""
+    return {
         "velocity": d.velocities,
         "flow": d.flow,
         "frames": d.frames,
@@ -49,9 +47,15 @@ def outputs_of(derivation: Derivation) -> Iterator[Function]:
         "requirements": d.requirements,
         "project": d.projection,
     }
+
+
+def outputs_of(derivation: Derivation) -> Iterator[Function]:
+    """Yield f and everything else that follows from a state, what cancels out left out."""
+    d, binding = derivation, derivation.binding
+    arguments = {"x": d.state, "u": binding.inputs, "p": binding.parameters}
     short = Cancellation(binding.tape).rewritten
     yield Function("f", arguments, short(d.derivative), short(d.guards))
-    for name, nodes in outputs.items():
+    for name, nodes in results_of(d).items():
         taken = {k: v for k, v in arguments.items() if k != "u" or name not in STATE_ONLY}
         guards = short(d.chart_guards) if name in NEED_CHART else ()
         yield Function(name, taken, short(nodes), guards)

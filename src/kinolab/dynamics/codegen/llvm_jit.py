@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from itertools import count
@@ -36,7 +36,7 @@ def compile_ir(text: str) -> bytes:
     return bytes(machine.emit_object(module))
 
 
-def link(code: bytes, functions: Sequence[str]) -> Library:
+def link(code: bytes, functions: Iterable[str]) -> Library:
     """Load an object file into this process.
 
     Args:

@@ -1,0 +1,154 @@
+"""The machine code of a mechanism: built once, kept on disk, called on arrays by address.
+
+What each function takes, ``emission`` says. A status of 0 means that it worked.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics.codegen.cache import cached
+from kinolab.dynamics.codegen.closed_loop import (
+    CLOSED_LOOP_FUNCTIONS,
+    PREFIX,
+    STEPPERS,
+    emit_closed_loop,
+)
+from kinolab.dynamics.codegen.emission import emit_module
+from kinolab.dynamics.codegen.exports import NEED_CHART, results_of
+from kinolab.dynamics.codegen.integrators import METHODS
+from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
+from kinolab.dynamics.derivation.derivation import derive
+from kinolab.dynamics.language.feedback import Feedback
+from kinolab.dynamics.language.json.machine_file import machine_to_json
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.numerics.arrays import Array
+
+STATUS, POINTER, INTEGER = ctypes.c_int32, ctypes.c_void_p, ctypes.c_int64
+STEP = ctypes.CFUNCTYPE(  # step(x, u, p, h, out, substeps, mode)
+    STATUS, *(POINTER,) * 3, ctypes.c_double, POINTER, INTEGER, INTEGER
+)
+SPACE = ("rows_between", "difference", "retract")
+FUNCTIONS = ("rows_at", "rows_under", "tangent", "frames_tangent", *SPACE, *STEPPERS)
+UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
+
+
+class MachineCode:
+    """The compiled functions of a mechanism.
+
+    Args:
+        system: The mechanism.
+        law: Its feedback; functions of inputs are then functions of the law's references.
+
+    Attributes:
+        sizes: Length of each function's result, by the function's name.
+        independent: Indices, among all velocities, of those that are states.
+        redundant: Names of constraints that follow from the others.
+
+    Raises:
+        InputError: If the mechanism cannot be derived.
+    """
+
+    def __init__(self, system: Mechanism, law: Feedback | None) -> None:
+        facts, code = cached(machine_to_json(system), lambda: _build(system, law))
+        self.sizes: dict[str, int] = facts["sizes"]
+        self.independent: tuple[int, ...] = tuple(facts["independent"])
+        self.redundant: tuple[str, ...] = tuple(facts["redundant"])
+        self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if law}
+        self._library = link(code, {*self.sizes, *FUNCTIONS, *self._closed.values()})
+
+    def address(self, name: str) -> int:
+        """Return the address of a C function, the closed loop's where there is feedback."""
+        return self._library.address(self._closed.get(name, name))
+
+    def evaluate(self, name: str, tables: Sequence[Array], p: Array, out: Array) -> tuple[int, int]:
+        """Evaluate a function of (x, p) or (x, u, p) at every row.
+
+        Args:
+            name: Of the function.
+            tables: States (N, nx), and inputs (N, nu) where it has any; contiguous.
+            p: Parameters, shape (np,).
+            out: Results, shape (N, size); written.
+
+        Returns:
+            The first row that has no result and its status; status 0 where every row has one.
+        """
+        pointers = map(_pointer, (*tables, p, out))
+        loop = self._loops[len(tables) - 1]
+        row = loop(self.address(name), *pointers, *out.shape, 0)
+        if row < 0 or name not in UNSOLVABLE:
+            return row, 0
+        return row, bound(self.address(name), *(table[row] for table in tables), p, out[row])()
+
+    def step(
+        self, method: str, tables: Sequence[Array], p: Array, spans: Array, substeps: int
+    ) -> tuple[int, int]:
+        """Make an integrator step from every row, in order.
+
+        Args:
+            method: Of integration.
+            tables: States (N, nx), inputs (N, nu) and the states after (N, nx), written; one of
+                these may be the next row of the first.
+            p: Parameters, shape (np,).
+            spans: Lengths of the steps in [s], shape (N,).
+            substeps: Of which each is made.
+
+        Returns:
+            The first row whose step fails and its status; status 0 where none does.
+        """
+        function, parameters = self._steppers[method], _pointer(p)
+        (x, u, y), (dx, du, dy) = map(_pointer, tables), (table.strides[0] for table in tables)
+        for k, span in enumerate(spans.tolist()):
+            status = function(x + k * dx, u + k * du, parameters, span, y + k * dy, substeps, 0)
+            if status:
+                return k, status
+        return -1, 0
+
+    @cached_property
+    def _loops(self) -> list[Callable[..., int]]:
+        """Loops of a function over rows of states, and over rows of states and inputs."""
+        return [
+            ctypes.CFUNCTYPE(INTEGER, *(POINTER,) * pointers, *(INTEGER,) * 3)(self.address(name))
+            for name, pointers in (("rows_at", 4), ("rows_under", 5))
+        ]
+
+    @cached_property
+    def _steppers(self) -> dict[str, Callable[..., int]]:
+        return {method: STEP(self.address(f"step_{method}")) for method in METHODS}
+
+
+def bound(address: int, *arrays: Any) -> Callable[[], int]:
+    """Return a C function with its arguments bound: each call returns the status.
+
+    Args:
+        address: Of the function.
+        arrays: Of NumPy or ctypes, of any shape; kept alive, read anew by every call.
+    """
+    pointers = [np.asarray(array).ctypes.data_as(POINTER) for array in arrays]
+    return partial(
+        ctypes.CFUNCTYPE(STATUS, *(POINTER,) * len(arrays), INTEGER)(address), *pointers, 0
+    )
+
+
+def _build(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
+    """Derive and compile a mechanism; returns facts about it, and the machine code."""
+    d = derive(system)
+    nx, nu = len(d.state), len(d.binding.inputs)
+    sizes = {name: len(nodes) for name, nodes in results_of(d).items()}
+    sizes |= {"f": nx, "frames_jacobian": nx * len(d.frames), "jacobian": nx * (nx + nu)}
+    text = emit_module(d)
+    if law is not None:
+        along = nx + len(law.references)
+        sizes |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
+        text += "\n" + emit_closed_loop(d, system, law)
+    facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
+    return facts, compile_ir(text)
+
+
+def _pointer(array: Array) -> int:
+    return int(array.ctypes.data)
