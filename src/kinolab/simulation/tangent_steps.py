@@ -12,15 +12,17 @@ Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999, equat
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from kinolab.dynamics.codegen.integrators import GAMMA
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.simulation.machine import call_under
+from kinolab.numerics.lu import factor, substitute
+from kinolab.simulation.machine import call_at, call_under
 
 FD_STEP = 1e-6  # of an entry of a state, or of inputs
-SINGULAR_PIVOT = 1e-300  # the compiled step calls smaller pivots singular, too
+SMALL_TURN = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
 
 
 class StepScratch(NamedTuple):
@@ -73,6 +75,140 @@ def state_derivative(code, x, dx, u, du, derive, k, dk, jacobian):  # type: igno
                 for c in range(wide):
                     dk[i, c] += entry * du[j, c]
     return status
+
+
+@kernel
+def euler(code, u, du, h, derive, x, dx, scratch):  # type: ignore[no-untyped-def]
+    """Make a substep x + h f(x), on SO(3) along the geodesic, in place.
+
+    Args:
+        code, u, du, h, derive: As ``rosenbrock`` takes them.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        scratch: ``StepScratch``.
+    """
+    nx, wide = dx.shape
+    k, dk = scratch.k[0], scratch.dk[0]
+    fraction = 1.0 / (code.feedback_updates * code.substeps)
+    h = h * fraction
+    failed = state_derivative(code, x, dx, u, du, derive, k, dk, scratch.jacobian)
+    first, turns = 0, code.attitudes.shape[0]
+    i = 0
+    while i < nx:
+        if first < turns and i == code.attitudes[first]:
+            turn(i, h, fraction, derive, x, dx, k, dk)
+            first, i = first + 1, i + 4
+            continue
+        x[i] += h * k[i]
+        if derive:
+            for c in range(wide):
+                dx[i, c] += h * dk[i, c]
+            dx[i, wide - 1] += fraction * k[i]
+        i += 1
+    return failed
+
+
+@kernel
+def turn(first, h, fraction, derive, x, dx, k, dk):  # type: ignore[no-untyped-def]
+    """Move a quaternion along the great circle of its derivative: q cos a + h q_dot sin(a)/a.
+
+    Here a = h |q_dot|; all coefficients are functions of a^2, which is smooth at rest too.
+
+    Args:
+        first: Where the quaternion begins.
+        h, fraction: Of the substep in [s], and its share of the step.
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        k, dk: The slope (nx,) and its derivative (nx, wide).
+    """
+    wide = dx.shape[1]
+    square = 0.0
+    for i in range(first, first + 4):
+        square += k[i] * k[i]
+    a2 = h * h * square
+    a = math.sqrt(a2)
+    cosine = math.cos(a)
+    if a2 < SMALL_TURN:
+        sinc, bend = 1.0 - a2 / 6.0 + a2 * a2 / 120.0, -1.0 / 6.0 + a2 / 60.0
+    else:
+        sinc = math.sin(a) / a
+        bend = (cosine - sinc) / (2.0 * a2)  # of sinc with respect to a^2
+    if derive:
+        for c in range(wide):
+            da2 = 0.0
+            for i in range(first, first + 4):
+                da2 += 2.0 * h * h * k[i] * dk[i, c]
+            dh = 0.0
+            if c == wide - 1:
+                dh = fraction
+                da2 += 2.0 * h * fraction * square
+            for i in range(first, first + 4):
+                dx[i, c] = (
+                    cosine * dx[i, c] - 0.5 * sinc * da2 * x[i]
+                    + h * sinc * dk[i, c] + (dh * sinc + h * bend * da2) * k[i]
+                )  # fmt: skip
+    for i in range(first, first + 4):
+        x[i] = cosine * x[i] + h * sinc * k[i]
+
+
+@kernel
+def runge_kutta(code, u, du, h, derive, x, dx, scratch):  # type: ignore[no-untyped-def]
+    """Make a substep of the classical Runge-Kutta method in place.
+
+    Args:
+        code, u, du, h, derive: As ``rosenbrock`` takes them.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        scratch: ``StepScratch``.
+    """
+    fraction = 1.0 / (code.feedback_updates * code.substeps)
+    h, failed = h * fraction, 0
+    at, dat, k, dk = scratch.at, scratch.dat, scratch.k[0], scratch.dk[0]
+    total, dtotal = scratch.k[1], scratch.dk[1]
+    copy(x, dx, derive, total, dtotal)
+    for stage in range(4):
+        ahead = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+        weight = 1.0 / 6.0 if stage in (0, 3) else 1.0 / 3.0
+        copy(x, dx, derive, at, dat)
+        if stage > 0:
+            add(ahead * h, ahead * fraction, k, dk, derive, at, dat)
+        failed |= state_derivative(code, at, dat, u, du, derive, k, dk, scratch.jacobian)
+        add(weight * h, weight * fraction, k, dk, derive, total, dtotal)
+    copy(total, dtotal, derive, x, dx)
+    return failed
+
+
+@kernel
+def copy(x, dx, derive, target, dtarget):  # type: ignore[no-untyped-def]
+    """Copy a state and its derivative.
+
+    Args:
+        x, dx: State (nx,) and its derivative (nx, wide).
+        derive: Whether the derivative is copied.
+        target, dtarget: The same; written: (nx,) and (nx, wide).
+    """
+    for i in range(x.shape[0]):
+        target[i] = x[i]
+        if derive:
+            for c in range(dx.shape[1]):
+                dtarget[i, c] = dx[i, c]
+
+
+@kernel
+def add(h, fraction, k, dk, derive, x, dx):  # type: ignore[no-untyped-def]
+    """Add h k to a state, where ``fraction`` is the derivative of h with respect to the step.
+
+    Args:
+        h, fraction: In [s], and its derivative.
+        k, dk: The slope (nx,) and its derivative (nx, wide).
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+    """
+    wide = dx.shape[1]
+    for i in range(x.shape[0]):
+        x[i] += h * k[i]
+        if derive:
+            for c in range(wide):
+                dx[i, c] += h * dk[i, c]
+            dx[i, wide - 1] += fraction * k[i]
 
 
 @kernel
@@ -189,39 +325,54 @@ def bent(code, u, x, k, scratch):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def factor(A, pivots):  # type: ignore[no-untyped-def]
-    """Factor a matrix in place with row pivoting; 0 if it is regular."""
-    n, failed = A.shape[0], 0
-    for k in range(n):
-        row = k
-        for i in range(k, n):
-            if abs(A[i, k]) > abs(A[row, k]):
-                row = i
-        pivots[k] = row
-        failed |= 0 if abs(A[row, k]) > SINGULAR_PIVOT else 1
-        for j in range(n):
-            A[k, j], A[row, j] = A[row, j], A[k, j]
-        for i in range(k + 1, n):
-            A[i, k] /= A[k, k]
-            for j in range(k + 1, n):
-                A[i, j] -= A[i, k] * A[k, j]
-    return failed
+def projected(code, x, target):  # type: ignore[no-untyped-def]
+    """Move a state onto the constraints, in two Newton steps as the integrators do."""
+    p = code.p.ctypes.data
+    call_at(code.project, x.ctypes.data, p, target.ctypes.data)
+    for i in range(x.shape[0]):
+        x[i] = target[i]
+    call_at(code.project, x.ctypes.data, p, target.ctypes.data)
 
 
 @kernel
-def substitute(A, pivots, b):  # type: ignore[no-untyped-def]
-    """Replace b by what the factored matrix takes to b.
+def land(code, derive, x, dx, side, projection, product):  # type: ignore[no-untyped-def]
+    """Project a state in place, and its derivative with it.
 
-    Source: Golub, Van Loan, Matrix Computations, 4th ed., algorithm 3.4.1.
+    Args:
+        code: ``StepCode``.
+        derive: Whether dx is wanted.
+        x, dx: State (nx,) and its derivative (nx, wide); written.
+        side, projection, product: Scratch, shapes (2, nx), (nx, nx) and (nx, wide).
     """
-    n = b.shape[0]
-    for k in range(n):
-        row = int(pivots[k])
-        b[k], b[row] = b[row], b[k]
-    for k in range(n):
-        for i in range(k + 1, n):
-            b[i] -= A[i, k] * b[k]
-    for k in range(n - 1, -1, -1):
-        b[k] /= A[k, k]
-        for i in range(k):
-            b[i] -= A[i, k] * b[k]
+    nx, wide = dx.shape
+    if derive:
+        projection_at(code, x, side, projection)
+        for i in range(nx):
+            for c in range(wide):
+                product[i, c] = 0.0
+            for j in range(nx):
+                for c in range(wide):
+                    product[i, c] += projection[i, j] * dx[j, c]
+        copy(x, product, 1, x, dx)
+    for i in range(nx):
+        side[0, i] = x[i]
+    projected(code, side[0], side[1])
+    for i in range(nx):
+        x[i] = side[1, i]
+
+
+@kernel
+def projection_at(code, x, side, projection):  # type: ignore[no-untyped-def]
+    """Write the derivative (nx, nx) of the projection, by central differences."""
+    nx = x.shape[0]
+    for j in range(nx):
+        h = FD_STEP * max(1.0, abs(x[j]))
+        for i in range(nx):
+            projection[i, j] = 0.0
+        for sign in (1.0, -1.0):
+            for i in range(nx):
+                side[0, i] = x[i]
+            side[0, j] += sign * h
+            projected(code, side[0], side[1])
+            for i in range(nx):
+                projection[i, j] += sign * side[1, i] / (2.0 * h)
