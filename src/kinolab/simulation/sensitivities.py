@@ -19,7 +19,16 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.simulation.machine import call_under
-from kinolab.simulation.tangent_steps import StepScratch, euler, land, rosenbrock, runge_kutta
+from kinolab.simulation.tangent_steps import (
+    Dual,
+    Substep,
+    dual,
+    euler,
+    project,
+    rosenbrock,
+    runge_kutta,
+    step_scratch,
+)
 
 STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
 
@@ -121,70 +130,59 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
         after, tangents: Shapes (N, nx) and (N, nx, nx + nu + 1); written.
     """
     nx, wide = x.shape[1], x.shape[1] + u.shape[1] + 1
-    inputs = code.inputs
-    acting, dacting = np.empty(inputs), np.empty((inputs, wide))
-    gains = np.empty((nx + u.shape[1], inputs))
-    side, projection = np.empty((2, nx)), np.empty((nx, nx))
-    scratch = StepScratch(
-        np.empty(nx), np.empty((nx, wide)), np.empty((2, nx)), np.empty((2, nx, wide)),
-        np.empty((nx + inputs, nx)), np.empty((nx + inputs, nx)), np.empty((nx, nx)),
-        np.empty(nx), np.empty(nx + inputs), np.empty((nx, nx + inputs)),
-    )  # fmt: skip
+    inputs, fraction = code.inputs, 1.0 / (code.feedback_updates * code.substeps)
+    acting, gains = dual(inputs, wide), np.empty((nx + u.shape[1], inputs))
+    scratch = step_scratch(nx, inputs, wide)
+    step = Substep(code, acting, h * fraction, fraction, derive)
     for n in range(x.shape[0]):
-        state, tangent = after[n], tangents[n if derive else 0]
-        tangent[:] = 0.0
+        state = Dual(after[n], tangents[n if derive else 0])
+        state.tangent[:] = 0.0
         for i in range(nx):
-            state[i] = x[n, i]
-            tangent[i, i] = 1.0
+            state.value[i] = x[n, i]
+            state.tangent[i, i] = 1.0
         refused = 0
         for part in range(code.feedback_updates * code.substeps):
             if part % code.substeps == 0:
-                refused = apply_law(code, state, tangent, u[n], derive, acting, dacting, gains)
+                refused = apply_law(step, state, u[n], gains)
             if code.stages == 1:
-                failed = euler(code, acting, dacting, h, derive, state, tangent, scratch)
+                failed = euler(step, state, scratch)
             elif code.stages == 2:
-                failed = rosenbrock(code, acting, dacting, h, derive, state, tangent, scratch)
+                failed = rosenbrock(step, state, scratch)
             else:
-                failed = runge_kutta(code, acting, dacting, h, derive, state, tangent, scratch)
-            failed |= refused
+                failed = runge_kutta(step, state, scratch)
             if code.projects:
-                land(code, derive, state, tangent, side, projection, scratch.dk[0])
-            if failed:
-                state[:] = math.nan
-                tangent[:] = 0.0
+                project(step, state, scratch)
+            if failed or refused:
+                state.value[:] = math.nan
+                state.tangent[:] = 0.0
                 break
 
 
 @kernel
-def apply_law(code, x, dx, u, derive, acting, dacting, gains):  # type: ignore[no-untyped-def]
-    """Set the inputs that act from a state on, and their derivative; 0 if it worked.
+def apply_law(step, x, u, gains):  # type: ignore[no-untyped-def]
+    """Set a substep's inputs to those that act from a state x on; 0 if it worked.
 
-    Args:
-        code: ``StepCode``.
-        x, dx: State (nx,) and its derivative (nx, wide).
-        u: What is chosen, shape (nu,).
-        derive: Whether ``dacting`` is wanted.
-        acting, dacting: Inputs (inputs,) and their derivative (inputs, wide); written.
-        gains: Scratch, shape (nx + nu, inputs).
+    Chosen are u, shape (nu,); gains, shape (nx + nu, inputs), are scratch.
     """
-    nx, chosen, inputs = x.shape[0], u.shape[0], acting.shape[0]
+    code, acting, nx = step.code, step.u, x.value.shape[0]
+    inputs, wide = acting.tangent.shape
     for j in range(inputs):
-        for c in range(dacting.shape[1]):
-            dacting[j, c] = 0.0
+        for c in range(wide):
+            acting.tangent[j, c] = 0.0
     if code.law == 0:
         for j in range(inputs):
-            acting[j] = u[j]
-            dacting[j, nx + j] = 1.0
+            acting.value[j] = u[j]
+            acting.tangent[j, nx + j] = 1.0
         return 0
-    p = code.p.ctypes.data
-    status = call_under(code.law, x.ctypes.data, u.ctypes.data, p, acting.ctypes.data)
-    if derive:
-        status |= call_under(code.law_jacobian, x.ctypes.data, u.ctypes.data, p, gains.ctypes.data)
+    at, given, p = x.value.ctypes.data, u.ctypes.data, code.p.ctypes.data
+    status = call_under(code.law, at, given, p, acting.value.ctypes.data)
+    if step.derive:
+        status |= call_under(code.law_jacobian, at, given, p, gains.ctypes.data)
         for j in range(inputs):
-            for c in range(chosen):
-                dacting[j, nx + c] = gains[nx + c, j]
+            for c in range(u.shape[0]):
+                acting.tangent[j, nx + c] = gains[nx + c, j]
             for i in range(nx):
                 if gains[i, j] != 0.0:
-                    for c in range(dx.shape[1]):
-                        dacting[j, c] += gains[i, j] * dx[i, c]
+                    for c in range(wide):
+                        acting.tangent[j, c] += gains[i, j] * x.tangent[i, c]
     return status
