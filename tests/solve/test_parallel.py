@@ -212,6 +212,11 @@ def children(parent: int) -> list[int]:
     return sorted(found)
 
 
+def searching(command: int) -> list[int]:
+    """The processes in which a command searches: its one child, which ends with it, starts them."""
+    return [process for child in children(command) for process in children(child)]
+
+
 def kill_some(home: Path, count: int, number: int, *options: str) -> tuple[int, str, Path]:
     """Start two jobs and kill some; return the exit code, stderr and the run's folder."""
     (home / "table.toml").write_text(OPEN)
@@ -224,10 +229,10 @@ def kill_some(home: Path, count: int, number: int, *options: str) -> tuple[int, 
         text=True,
     )
     deadline = time.monotonic() + 60
-    while len(children(process.pid)) < 2 and time.monotonic() < deadline:
+    while len(searching(process.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.02)
-    for child in children(process.pid)[:count]:
-        os.kill(child, number)
+    for search in searching(process.pid)[:count]:
+        os.kill(search, number)
     _, err = process.communicate(timeout=60)
     return process.returncode, err, home / "runs" / "table"
 
