@@ -109,7 +109,7 @@ class _PathFollower:
         generator, problem = np.random.default_rng(seed), self.problem
         for k in range(MAX_GOAL_STATES):
             x = problem.sample_goal(generator, 1.0 if k else 1e-9)
-            x = np.where(cyclic_coordinates(problem), 0.0, self.steering.ways.straightened(x))
+            x = np.where(cyclic_coordinates(problem), 0.0, self.steering.family.straightened(x))
             settled = nearest_equilibrium(problem, x)
             if settled is not None and self._ends_well(settled[0]):
                 return settled[0]

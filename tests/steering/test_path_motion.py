@@ -25,7 +25,7 @@ def first_motion(problem: PlanningTask, x0: Array, x1: Array) -> Maneuver:
     """The motion along the first way that has one."""
     steering = Steering(problem)
     assert steering.paths is not None
-    found = (steering.paths.chain(paths, x0) for paths in steering.ways.paths(x0, x1))
+    found = (steering.paths.chain(paths, x0) for paths in steering.family.paths(x0, x1))
     return next(motion for motion in found if motion is not None)
 
 
@@ -135,7 +135,7 @@ def test_what_asks_for_more_room_than_there_is_has_no_motion(scenes: Scenes) -> 
     outside = crane.start.copy()
     outside[2] = 8.5  # [m] of rope, of 8.2
     assert steering.paths is not None
-    for paths in steering.ways.paths(crane.start, outside):
+    for paths in steering.family.paths(crane.start, outside):
         assert steering.paths.chain(paths, crane.start) is None
 
 
@@ -155,7 +155,7 @@ def test_looks_are_at_rest_on_the_path_and_begin_in_its_middle(scenes: Scenes) -
     assert steering.paths is not None
     end = crane.start.copy()
     end[:3] += [4.0, 2.0, -1.0]
-    ((path,),) = list(steering.ways.paths(crane.start, end))
+    ((path,),) = list(steering.family.paths(crane.start, end))
     states = steering.paths.sample_states(path, crane.start, 5)
     assert states.shape == (5, 10)
     assert states[0] == pytest.approx((crane.start + end) / 2, abs=1e-9)
@@ -168,7 +168,7 @@ def test_stops_are_made_between_the_paths_of_a_chain(scenes: Scenes) -> None:
     steering = Steering(drive)
     assert steering.paths is not None
     end = np.array([0.5, 2.0, 0.0, 0, 0, 0, 0])
-    turn_go_turn: list[Path] = list(steering.ways.paths(np.zeros(7), end))[-1]
+    turn_go_turn: list[Path] = list(steering.family.paths(np.zeros(7), end))[-1]
     assert len(turn_go_turn) == 3
     motion = steering.paths.chain(turn_go_turn, np.zeros(7))
     assert motion is not None

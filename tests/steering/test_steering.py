@@ -25,7 +25,7 @@ def resting(problem: PlanningTask, seed: int, reach: float) -> Iterator[Array]:
     for _ in range(2):
         x = (lower + upper) / 2 + reach * generator.uniform(-0.5, 0.5, len(lower)) * (upper - lower)
         x[problem.model.nq :] = 0.0
-        found = nearest_equilibrium(problem, Steering(problem).ways.straightened(x))
+        found = nearest_equilibrium(problem, Steering(problem).family.straightened(x))
         assert found is not None
         yield found[0]
 

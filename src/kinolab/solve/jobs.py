@@ -229,9 +229,9 @@ class ThreadJob(AbstractJob):
 
     def _search(self, connection: Connection, problem: PlanningTask, request: Request) -> None:
         with connection, suppress(BrokenPipeError, ConnectionResetError):
-            search_and_tell(connection, lambda: problem, request, self._heed)
+            search_and_tell(connection, lambda: problem, request, self._watch)
 
-    def _heed(self, budget: Budget) -> None:
+    def _watch(self, budget: Budget) -> None:
         """Pass a stop request on to a search that begins."""
         self._budget = budget
         self._pass_on()

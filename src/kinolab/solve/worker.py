@@ -80,17 +80,17 @@ def work(connection: Connection, request: Request, parcel: bytes) -> None:
         parcel: The problem, pickled.
     """
 
-    def heed(budget: Budget) -> None:
+    def watch(budget: Budget) -> None:
         signal.signal(signal.SIGTERM, lambda *_: budget.end())
 
-    search_and_tell(connection, lambda: pickle.loads(parcel), request, heed)
+    search_and_tell(connection, lambda: pickle.loads(parcel), request, watch)
 
 
 def search_and_tell(
     connection: Connection,
     problem: Callable[[], PlanningTask],
     request: Request,
-    heed: Callable[[Budget], None],
+    watch: Callable[[Budget], None],
 ) -> None:
     """Search, and send all messages, including failures.
 
@@ -98,10 +98,10 @@ def search_and_tell(
         connection: To the parent.
         problem: Returns the planning problem.
         request: The searches to make.
-        heed: Called with the budget before each search, so that it can be interrupted.
+        watch: Called with the budget before each search, so that it can be interrupted.
     """
     try:
-        _search(connection, problem(), request, heed)
+        _search(connection, problem(), request, watch)
     except (BrokenPipeError, ConnectionResetError):
         raise  # the parent has closed the connection
     except MemoryError:
@@ -113,7 +113,7 @@ def search_and_tell(
 
 
 def _search(
-    connection: Connection, problem: PlanningTask, request: Request, heed: Callable[[Budget], None]
+    connection: Connection, problem: PlanningTask, request: Request, watch: Callable[[Budget], None]
 ) -> None:
     searcher = make_planner(problem, request.planner, request.settings)
     for found, after in sequential_runs(
@@ -121,7 +121,7 @@ def _search(
         searcher,
         request,
         progress=lambda iterations, seconds: connection.send(Searching(iterations, seconds)),
-        watch=heed,
+        watch=watch,
         better=lambda plan: connection.send(Better(plan)),
     ):
         connection.send(Found(found, after))

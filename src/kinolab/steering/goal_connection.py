@@ -154,7 +154,7 @@ def _goals(problem: PlanningTask, steering: Steering) -> list[Array]:
     generator, found = np.random.default_rng(0), []
     for k in range(MAX_GOAL_STATES):
         x = problem.sample_goal(generator, 1.0 if k else 1e-9)
-        settled = nearest_equilibrium(problem, steering.ways.straightened(x))
+        settled = nearest_equilibrium(problem, steering.family.straightened(x))
         if settled is not None and problem.goal_excess(settled[0]) <= TOLERANCE_FRACTION:
             found.append(settled[0])
     return found

@@ -58,7 +58,7 @@ class Steering(AbstractSteering):
         closing: Terminal correction of motions.
         tracker: Feedback along motions.
         brake: Stop maneuvers.
-        ways: The path family; for machines that are not flat its paths may be infeasible.
+        family: The path family; for machines that are not flat its paths may be infeasible.
         paths: Motions along its paths; None if the machine has attitudes.
         flat: Whether the machine is differentially flat.
         reversible: Whether the reverse motion sweeps the same volume.
@@ -70,9 +70,9 @@ class Steering(AbstractSteering):
         self.closing = TerminalCorrection(problem, self.rollout)
         self.tracker = TrackingLaw(problem, self.rollout)
         self.brake = StopManeuver(problem, self.rollout, self.closing, self.tracker)
-        self.ways = path_family(problem)
+        self.family = path_family(problem)
         attitudes = bool(problem.model.attitudes)
-        self.paths = None if attitudes else PathMotion(problem, self.ways.coordinates, stop)
+        self.paths = None if attitudes else PathMotion(problem, self.family.coordinates, stop)
         self.flat = problem.system.flat is not None
         # The reverse motion follows the same curves and collides with the same obstacles.
         self.reversible = self.flat and _goes_both_ways(problem)
@@ -109,7 +109,7 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
         assert self.paths is not None
-        for paths in chain(self.ways.paths(x0, x1), self.ways.detours(x0, x1)):
+        for paths in chain(self.family.paths(x0, x1), self.family.detours(x0, x1)):
             # From the end, where clearance is most often smallest.
             if all(worthwhile(self.paths.sample_states(path, x0)) for path in reversed(paths)):
                 motion = self.paths.chain(paths, x0)

@@ -55,7 +55,7 @@ class ConfigurationSpace:
     ) -> None:
         self._problem, self._steering, self._goal = problem, steering, goal
         self.stop = stop
-        self._margin = min(margin, *(_room(problem, x) / 2 for x in (problem.start, goal)))
+        self._margin = min(margin, *(_clearance(problem, x) / 2 for x in (problem.start, goal)))
         self._judge = Propagator(problem, self._margin, rejections)
         self._base = _base(problem, steering)
         self._free = _free(problem, steering, self._base)
@@ -106,9 +106,9 @@ class ConfigurationSpace:
 
         Detours are tried only into the goal, where clearance is smallest.
         """
-        ways = self._steering.ways
-        found = ways.paths(x0, x1)
-        for paths in chain(found, ways.detours(x0, x1)) if self._is_goal(x1) else found:
+        family = self._steering.family
+        found = family.paths(x0, x1)
+        for paths in chain(found, family.detours(x0, x1)) if self._is_goal(x1) else found:
             if all(self._has_clearance_along(path, x0) for path in reversed(paths)):
                 yield paths
 
@@ -161,7 +161,7 @@ class PathValidator(ob.MotionValidator):  # type: ignore[misc]
 
 def _base(problem: PlanningTask, steering: Steering) -> Array:
     """Return the equilibrium near the start with cyclic coordinates at zero, shape (nx,)."""
-    x = np.where(cyclic_coordinates(problem), 0.0, steering.ways.straightened(problem.start))
+    x = np.where(cyclic_coordinates(problem), 0.0, steering.family.straightened(problem.start))
     settled = nearest_equilibrium(problem, x)
     return x if settled is None else settled[0]
 
@@ -174,7 +174,7 @@ def _free(problem: PlanningTask, steering: Steering, base: Array) -> list[int]:
         lower, upper = problem.sampling_bounds[i]
         inward = 1.0 if base[i] < (lower + upper) / 2 else -1.0
         shifted[i] += inward * REST_SHIFT * problem.scales[i]
-        settled = nearest_equilibrium(problem, steering.ways.straightened(shifted))
+        settled = nearest_equilibrium(problem, steering.family.straightened(shifted))
         if i < problem.model.nq and settled is not None:
             kept = abs(settled[0][i] - shifted[i]) < REST_SHIFT * problem.scales[i] / 2
             found += [i] if kept else []
@@ -191,7 +191,7 @@ def _line(problem: PlanningTask, i: int) -> Any:
     return space
 
 
-def _room(problem: PlanningTask, x: Array) -> float:
+def _clearance(problem: PlanningTask, x: Array) -> float:
     """Return the clearance at a state, shape (nx,), in [m]."""
     return problem.checker().clearance(*problem.placement(x))
 

@@ -64,5 +64,5 @@ class Sampler:
     def _at_rest(self, x: Array) -> Array | None:
         """Return the equilibrium near a state, cyclic coordinates at zero, (nx,); None if none."""
         x = np.where(cyclic_coordinates(self._problem), 0.0, x)
-        settled = nearest_equilibrium(self._problem, self._steering.ways.straightened(x))
+        settled = nearest_equilibrium(self._problem, self._steering.family.straightened(x))
         return None if settled is None else settled[0]

@@ -134,16 +134,16 @@ class Multistart:
         cancelled: Callable[[], bool],
         below: float = math.inf,
     ) -> None:
-        self._problem, self._knots, self._late = problem, knots, cancelled
+        self._problem, self._knots, self._cancelled = problem, knots, cancelled
         self._generator = np.random.default_rng([seed, 1])
         self._guesses = Guesses(problem, self._generator)
-        self._ways = GeometricPaths(problem, self._generator, cancelled)
+        self._geometric_paths = GeometricPaths(problem, self._generator, cancelled)
         self._count, self._below, self._most = 0, below, math.inf
 
     def prepare(self) -> None:
         """Warm up: compile and load all that a guess needs, by solving a short one."""
         problem, path = self._problem, self._guesses.straight()
-        self._ways.is_free(*path)
+        self._geometric_paths.is_free(*path)
         guess = Guesses(problem, np.random.default_rng(0)).knots(
             path, GUESS.min_guess_steps, problem.step
         )
@@ -157,7 +157,7 @@ class Multistart:
         """
         guess, block = self._guess()
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
-        motion = self._shot(guess, block, patience, self._late)
+        motion = self._shot(guess, block, patience, self._cancelled)
         return GuessResult(motion, len(guess.u) * block)
 
     def _guess(self) -> tuple[Knots, int]:
@@ -193,7 +193,7 @@ class Multistart:
         turning = float(self._generator.choice((*GUESS.turning, math.nan), p=GUESS.odds))
         if turning == GUESS.turning[0] or not (self._straight_is_free or math.isnan(turning)):
             branches = GUESS.max_branches[math.isfinite(self._below)]
-            path = self._ways.find(begin, end, turning, self._short_enough, branches)
+            path = self._geometric_paths.find(begin, end, turning, self._short_enough, branches)
             if path is not None and self._short_enough(path):
                 return path
         return self._guesses.winding()
@@ -203,4 +203,4 @@ class Multistart:
 
     @cached_property
     def _straight_is_free(self) -> bool:
-        return self._ways.is_free(*self._guesses.straight())
+        return self._geometric_paths.is_free(*self._guesses.straight())

@@ -88,7 +88,7 @@ class CollisionConstraints:
     def __init__(self, problem: PlanningTask, clearance: float, near: float = 1.0) -> None:
         model = self._model = problem.model  # keeps the compiled code alive
         self._around, touching = collision_arrays(problem)
-        self._room, self._near = clearance, near
+        self._clearance, self._near = clearance, near
         shapes = [shape for body in problem.bodies for shape in body.shapes]
         radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
         self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
@@ -100,8 +100,8 @@ class CollisionConstraints:
         """Return the sum of all violations at samples, in [m]."""
         if not self._any:
             return 0.0
-        _, value, _ = self._gaps(at.x, self._room, derive=False)
-        return float(np.maximum(self._room - value, 0.0).sum())
+        _, value, _ = self._gaps(at.x, self._clearance, derive=False)
+        return float(np.maximum(self._clearance - value, 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> LinearInequalities:
         """Linearise the distances that a step may violate, none beyond ``near``.
@@ -111,9 +111,9 @@ class CollisionConstraints:
             reach: Largest scaled change of any variable.
         """
         nu = at.u.shape[1]
-        longest = self._room + min(reach * self._large, self._near * self._farthest)
+        longest = self._clearance + min(reach * self._large, self._near * self._farthest)
         which, value, slope = self._gaps(at.x, longest)
-        return at.rows(which, value - self._room, slope, np.zeros((len(which), nu)))
+        return at.rows(which, value - self._clearance, slope, np.zeros((len(which), nu)))
 
     def free(self, x: Array) -> bool:
         """Say whether all states (m, nx) are collision-free."""

@@ -29,7 +29,7 @@ class PathConstraints:
     """
 
     def __init__(self, problem: PlanningTask, clearance: float, *, begins: bool = False) -> None:
-        self._problem, self._room, self.begins = problem, clearance, begins
+        self._problem, self._clearance, self.begins = problem, clearance, begins
         self._decided = _decided_by_inputs(problem) if begins else np.zeros(0, dtype=bool)
         self._steps = (problem.scales, _half_ranges(problem))
         self._rates = [
@@ -41,7 +41,7 @@ class PathConstraints:
     def margins(self, x: Array, u: Array) -> Array:
         """Return all margins at states (m, nx) and inputs (m, nu), shape (m, constraints)."""
         parts = [part.reshape(len(x), -1) for part in self._parts(x, u)]
-        return np.hstack([np.zeros((len(x), 0)), *parts]) - self._room
+        return np.hstack([np.zeros((len(x), 0)), *parts]) - self._clearance
 
     def violation(self, at: Samples) -> float:
         """Return the sum of all violations at samples."""

@@ -172,7 +172,7 @@ class MultipleShooting:
     def linearization(self, knots: Knots, reach: float) -> Linearization:
         """Return the linearisation; ``reach`` is the largest scaled step it will be used for."""
         after, tangents = self._map.linearized(knots.x, knots.u, knots.h)
-        rows = stack([part.rows(at, reach) for part, at in self._looks(knots)])
+        rows = stack([part.rows(at, reach) for part, at in self._samples(knots)])
         end = knots.x[-1]
         miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
@@ -181,10 +181,10 @@ class MultipleShooting:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
         after = self._map.after(knots.x, knots.u, knots.h)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
-        short = sum(part.violation(at) for part, at in self._looks(knots))
+        short = sum(part.violation(at) for part, at in self._samples(knots))
         return defects, float(np.abs(self._ends.residual(knots.x[-1])).sum()), short
 
-    def _looks(self, knots: Knots) -> Iterator[tuple[Inequalities, Samples]]:
+    def _samples(self, knots: Knots) -> Iterator[tuple[Inequalities, Samples]]:
         """Yield each kind of inequality with its samples."""
         begin, on_the_way = beginnings(knots), samples(knots, self._pieces)
         for part in self._inequalities:

@@ -90,7 +90,7 @@ class ConnectionGuesses:
     def __init__(self, problem: PlanningTask) -> None:
         self._problem = problem
         self._guesses = Guesses(problem, np.random.default_rng(0))
-        self._ways = GeometricPaths(problem, np.random.default_rng(0))
+        self._geometric_paths = GeometricPaths(problem, np.random.default_rng(0))
         model, self._curves = problem.model, None
         # Inputs along a curve are forces, which under feedback are not the inputs.
         if problem.system.flat is not None and not model.attitudes and model.plant is model:
@@ -113,7 +113,7 @@ class ConnectionGuesses:
         path = straight(self._problem, begin, end)
         if self._curves is not None:
             yield from self._along_curves(path, knots)
-        elif self._ways.is_free(*path):
+        elif self._geometric_paths.is_free(*path):
             yield self._straight(path, knots)
 
     def _straight(self, path: Array, knots: int) -> Knots:
@@ -125,8 +125,8 @@ class ConnectionGuesses:
         assert self._curves is not None
         step, (begin, end) = self._problem.step, self._at_rest(way)
         for paths in self._curves.paths(begin, self._curves.straightened(end)):
-            looks = (self._paths.sample_states(path, begin) for path in reversed(paths))
-            if not all(self._ways.are_free(states) for states in looks):
+            samples = (self._paths.sample_states(path, begin) for path in reversed(paths))
+            if not all(self._geometric_paths.are_free(states) for states in samples):
                 continue
             motion = self._paths.chain(paths, begin)
             if motion is None or not motion.steps:

@@ -42,8 +42,8 @@ class Configurations(StateCodec):
 class SearchEffort:
     """Budget of a path search: collision checks and seconds."""
 
-    def __init__(self, looks: int, seconds: float) -> None:
-        self._left, self._end = looks, time.monotonic() + seconds
+    def __init__(self, checks: int, seconds: float) -> None:
+        self._left, self._end = checks, time.monotonic() + seconds
 
     def count(self) -> bool:
         """Count a collision check; False once there have been too many."""

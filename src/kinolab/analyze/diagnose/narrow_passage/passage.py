@@ -104,19 +104,19 @@ def find_passage(
     if search.path(0, 1) is not None:
         return Passage(open=True)
     paths: list[tuple[Array, int]] = []
-    for slim, looks in SLIMMER.items():
+    for slim, seeds_tried in SLIMMER.items():
         if len(paths) < MIN_PATHS:
             say(f"looking for a way for its shape, {200 * slim * SHRINKAGE_QUANTUM:g} cm narrower")
-            paths += search.paths(slim, looks)
+            paths += search.paths(slim, seeds_tried)
     if not paths:
-        return Passage(open=False, finished=not search.late())
+        return Passage(open=False, finished=not search.expired())
     say("squeezing the machine through")
     path, slim = search.widened(paths[:MAX_PATHS])
     if slim == 0:
         return Passage(open=True)
     tight = search.tight(path, slim)
     lack = SHRINKAGE_QUANTUM * (slim if search.is_one_sided(tight, slim) else 2 * slim)
-    return Passage(False, lack, search.touched(tight, slim), not search.late())
+    return Passage(False, lack, search.touched(tight, slim), not search.expired())
 
 
 class _Search:
@@ -127,13 +127,13 @@ class _Search:
         far = motion_per_coordinate(problem, [problem.start, *goals[:4]])
         self._fit = RequiredShrinkage(problem)
         self._bands = PathDeformation(problem, far)
-        self._squeeze = PathWidening(self._bands, self._fit, self.late)
+        self._squeeze = PathWidening(self._bands, self._fit, self.expired)
         self._space = Configurations(problem, far, COARSE_RESOLUTION)
         self._start = np.clip(problem.start, *problem.bounds.T).tolist()
         free = [x.tolist() for x in goals if self._fit.fits(x, 0)]
         self._goals = free or [x.tolist() for x in goals]
 
-    def late(self) -> bool:
+    def expired(self) -> bool:
         """Whether no further search should start."""
         return time.monotonic() > self._end
 
@@ -146,10 +146,10 @@ class _Search:
             return None
         return path
 
-    def paths(self, slim: int, looks: int) -> list[tuple[Array, int]]:
+    def paths(self, slim: int, seeds_tried: int) -> list[tuple[Array, int]]:
         """Search with several seeds for paths of such a machine."""
-        seeds = range(1, looks + 1)
-        found = (self.path(slim, seed) for seed in seeds if not self.late())
+        seeds = range(1, seeds_tried + 1)
+        found = (self.path(slim, seed) for seed in seeds if not self.expired())
         return [(path, slim) for path in found if path is not None]
 
     def widened(self, paths: Sequence[tuple[Array, int]]) -> tuple[Array, int]:
@@ -157,7 +157,7 @@ class _Search:
         rough = []
         for path, slim in paths:
             rough.append(self._squeeze.widened(path, slim, *ROUGH))
-            if rough[-1][1] == 0 or self.late():
+            if rough[-1][1] == 0 or self.expired():
                 break
         path, slim = min(rough, key=lambda found: found[1])
         return self._squeeze.widened(path, slim, *FINE)

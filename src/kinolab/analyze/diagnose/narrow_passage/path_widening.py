@@ -91,7 +91,7 @@ class PathWidening:
         shrinkage: RequiredShrinkage,
         cancelled: Callable[[], bool],
     ) -> None:
-        self._bands, self._fit, self._late = deformation, shrinkage, cancelled
+        self._bands, self._fit, self._cancelled = deformation, shrinkage, cancelled
         self._draw = np.random.default_rng(0)
 
     def widened(self, path: Array, slim: int, spacing: float, patience: int) -> tuple[Array, int]:
@@ -104,7 +104,7 @@ class PathWidening:
             patience: Consecutive deformations that may fail.
         """
         band, slimmest, aim = self._bands.filled(path, spacing), slim, slim // 2
-        while aim < slim and not self._late():
+        while aim < slim and not self._cancelled():
             bent = self._bands.filled(self._deformed(band, slim, aim, patience), spacing)
             if not self._fit.blocked(bent, slim).any():  # nor between the displaced states
                 band = bent
@@ -123,7 +123,7 @@ class PathWidening:
         marks = self._bands.marks(band)
         blocked, clearance = self._fit.blocked(band, aim), self._fit.clearance(band)
         vain = 0
-        while blocked.any() and vain < patience and not self._late():
+        while blocked.any() and vain < patience and not self._cancelled():
             vain += 1
             k = int(self._draw.choice(np.flatnonzero(blocked)))
             shift = self._bands.deform(band, marks, k, self._draw)

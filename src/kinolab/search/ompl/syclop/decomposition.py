@@ -34,14 +34,20 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
     Args:
         setup: The problem in OMPL's terms.
         regions: The regions.
-        looks: Number of samples of the free-volume estimate.
+        samples: Number of samples of the free-volume estimate.
         max_states_per_cell: Capacity of a cell of the default projection; the guide ignores further
             states.
         seed: Random seed of sampled states.
     """
 
     def __init__(
-        self, setup: OmplSetup, regions: Regions, *, looks: int, max_states_per_cell: int, seed: int
+        self,
+        setup: OmplSetup,
+        regions: Regions,
+        *,
+        samples: int,
+        max_states_per_cell: int,
+        seed: int,
     ) -> None:
         bounds = ob.RealVectorBounds(len(regions.low))
         bounds.low, bounds.high = regions.low, regions.high
@@ -51,10 +57,10 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         self._regions, self._generator = regions, np.random.default_rng(seed)
         empty = list(regions.empty())
         self._aside = empty[0] if empty else None
-        self._assumed = self._assume(empty, looks)
+        self._assumed = self._assume(empty, samples)
         self._every = (
-            max(1, (FREE_VOLUME_DRAWS - len(self._assumed)) // looks)
-            if looks
+            max(1, (FREE_VOLUME_DRAWS - len(self._assumed)) // samples)
+            if samples
             else FREE_VOLUME_DRAWS + 1
         )
         self._asked, self._outside = 0, False
@@ -90,7 +96,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
             values[entry] = value
         self._states.write(state, values)
 
-    def _assume(self, empty: list[list[float]], looks: int) -> list[tuple[list[float], Any]]:
+    def _assume(self, empty: list[list[float]], samples: int) -> list[tuple[list[float], Any]]:
         """List prior states with coordinates, to replace the first samples that OMPL draws.
 
         OMPL raises the free fraction of a region to the eighth power, which is too noisy for few
@@ -99,7 +105,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         """
         start = np.clip(self._problem.start, *self._problem.bounds.T).tolist()
         far = list(self._regions.far())
-        often = max(1, looks // len(far)) if looks else 0
+        often = max(1, samples // len(far)) if samples else 0
         beyond = self._beyond(start)
         return [*[(start, middle) for middle in far] * often, *((beyond, at) for at in empty)]
 

@@ -46,7 +46,7 @@ class AbstractSyclopPlanner(AbstractGuidedPlanner):
         return Decomposition(
             setup,
             Regions(setup.problem, self.regions, self.goal_region_scale, angles=self.angles),
-            looks=self.free_volume_samples,
+            samples=self.free_volume_samples,
             max_states_per_cell=self.max_states_per_cell,
             seed=setup.seed,
         )

@@ -24,7 +24,7 @@ def all_ways(problem: PlanningTask, x0: Array, x1: Array) -> list[list[object]]:
 
 
 def ways(problem: PlanningTask) -> PlanePaths:
-    found = Steering(problem).ways
+    found = Steering(problem).family
     assert isinstance(found, PlanePaths)
     return found
 
@@ -63,7 +63,7 @@ def test_every_way_leads_from_the_beginning_to_the_end_without_a_gap(
 
 def paths_width(problem: PlanningTask) -> int:
     """How many coordinates come first in the state and are those of the paths."""
-    return len(Steering(problem).ways.coordinates)
+    return len(Steering(problem).family.coordinates)
 
 
 @pytest.mark.parametrize("machine", ROLLING)
