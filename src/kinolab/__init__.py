@@ -44,7 +44,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import late, so that ``plan --help`` answers at once."""
+    """Import lazily, so that ``plan --help`` starts fast."""
     if name == "systems":
         return import_module("kinolab.systems")
     if name == "__version__":

@@ -1,4 +1,4 @@
-"""Problem and plan as users see them: data, and what all the rest of kinolab makes of it."""
+"""The public API: ``load``, ``Problem`` and ``Plan``."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
     Args:
         source: Path of a TOML file, the name of a built-in scenario, or the path of an environment
             of dynobench, a YAML file.
-        overrides: ``KEY=VALUE`` texts that replace keys of the file. Where one names another
-            planner, the settings of the file's own are left out.
+        overrides: ``KEY=VALUE`` strings that replace keys of the file. Where one selects another
+            planner, the settings of the file's planner are dropped.
 
     Raises:
         InputError: With every mistake that was found.
@@ -44,14 +44,14 @@ class Problem(PlanningTask):
         """Search for a plan, re-simulate it and verify it.
 
         Args:
-            planner: Name of the planner, or ``file.py:Class`` with a path from the working folder;
+            planner: Name of the planner, or ``file.py:Class`` relative to the working directory;
                 the scenario's when left out.
-            seed: Seed of the random numbers; the scenario's when left out.
+            seed: Random seed; the scenario's when left out.
             time_limit: Of the search, in [s]; the scenario's when left out.
             options: ``max_iterations``, and settings of the planner.
 
         Raises:
-            EndpointError: If the start or the goal is impossible.
+            EndpointError: If the start or the goal is infeasible.
             InputError: If the planner or a setting does not exist.
         """
         from kinolab.solve import solve
@@ -60,7 +60,7 @@ class Problem(PlanningTask):
         return Plan(**vars(plan), problem=self)
 
     def _repr_html_(self) -> str:
-        """Show world, start and goal in a notebook, in three dimensions."""
+        """Show world, start and goal in 3D in a notebook."""
         from kinolab.show.view import notebook_frame
 
         return notebook_frame(self, None)
@@ -77,16 +77,16 @@ class Problem(PlanningTask):
 
 @dataclass(frozen=True)
 class Plan(PlanResult):
-    """What planning gave, and what it solves.
+    """The result of planning, with the problem it solves.
 
     Attributes:
-        problem: What it solves; a notebook shows the plan in it.
+        problem: The problem it solves; a notebook shows the plan in its world.
     """
 
     problem: PlanningTask | None = field(default=None, repr=False, compare=False)
 
     def _repr_html_(self) -> str | None:
-        """Show it in a notebook, in three dimensions; in words where it does not know its world."""
+        """Show it in 3D in a notebook; as text where its world is unknown."""
         if self.problem is None:
             return None
         from kinolab.show.view import notebook_frame

@@ -1,9 +1,8 @@
-"""Arguments of the public vocabulary checked against their annotations, in the author's words.
+"""Run-time checks of public functions' arguments against their type annotations.
 
-``@checked`` stands above a function or a dataclass whose signature says what each argument is. What
-does not fit is an input error that names the function, the argument and what would fit, and all
-arguments are told of at once. Values are checked for what they are; what they amount to (limits,
-units, names that exist) is judged where it is used.
+``@checked`` decorates a function or a dataclass. A mismatch raises an input error that names the
+function, the argument and what would fit, for all arguments at once. Only types are checked; values
+(limits, units, names that exist) are validated where they are used.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ def checked(thing: F) -> F:
     """Check the arguments of a function, or of a class's constructor, before it runs.
 
     Raises:
-        InputError: On a call, naming each argument that is not what its annotation says.
+        InputError: On a call, naming each argument that does not match its annotation.
     """
     if inspect.isclass(thing):
         own = "__new__" if "__new__" in vars(thing) else "__init__"
@@ -65,7 +64,7 @@ def checked(thing: F) -> F:
 
 
 def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable[..., Any]:
-    """Return a function that checks its arguments; without a name it is called by its class."""
+    """Wrap a function with argument checks; without a name, errors name its class."""
     signature = inspect.signature(function)
 
     @wraps(function)
@@ -73,7 +72,7 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
         try:
             given = signature.bind(*args, **kwargs)
         except TypeError:
-            return function(*args, **kwargs)  # Python says which argument is missing or unknown
+            return function(*args, **kwargs)  # Python reports missing and unknown arguments
         own = list(given.arguments)[:skipped]
         values = {key: value for key, value in given.arguments.items() if key not in own}
         where = _called(name or _class_of(args[0]), values)
@@ -90,7 +89,7 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
 
 
 def _class_of(made: object) -> str:
-    """Return the name of the class that is called: of the instance, or itself in ``__new__``."""
+    """Return the name of the class called: the instance's, or the class itself in ``__new__``."""
     return made.__name__ if inspect.isclass(made) else type(made).__name__
 
 
@@ -107,7 +106,7 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def _called(name: str, values: Mapping[str, Any]) -> str:
-    """Name what is called, with the name that the author gave it."""
+    """Name the call, with the user's name for the object."""
     own = values.get("name")
     return f"{name} {own!r}" if isinstance(own, str) else name
 
@@ -118,7 +117,7 @@ def _shown(value: Any) -> str:
 
 
 def _mistake(where: str, hint: Any, value: Any) -> Mistake:
-    """Describe what does not fit, in a list of many the entry that does not."""
+    """Describe the mismatch; in a collection, the entry at fault."""
     inner = get_args(hint)
     if _is_collection_of(hint) and _is_collection(value):
         entries = enumerate(value, start=1)
@@ -129,7 +128,7 @@ def _mistake(where: str, hint: Any, value: Any) -> Mistake:
 
 
 def _is_collection_of(hint: Any) -> bool:
-    """Whether an annotation is of a list, or the like, of any number of entries."""
+    """Whether an annotation is of a list, or similar, of any length."""
     origin = get_origin(hint)
     several = inspect.isclass(origin) and issubclass(origin, Collection) and origin is not tuple
     return several and not issubclass(origin, Mapping | np.ndarray)
@@ -148,10 +147,10 @@ def _fits(hint: Any, value: Any) -> bool:
     if origin in (Union, UnionType):
         symbolic = any(inspect.isclass(a) and issubclass(a, sympy.Basic) for a in inner)
         if symbolic and _is_real(value) and not math.isfinite(value):
-            return False  # an expression of nan is nothing
+            return False  # nan is no valid expression
         return any(_fits(argument, value) for argument in inner)
     if origin is Literal:
-        return isinstance(value, type(inner[0]))  # which names there are is told by name
+        return isinstance(value, type(inner[0]))  # unknown names have an error of their own
     if origin is tuple:
         return _fits_tuple(inner, value)
     if origin is np.ndarray or hint is np.ndarray:
@@ -183,7 +182,7 @@ def _fits_class(hint: Any, value: Any) -> bool:
     if hint is float:
         return _is_real(value) or _is_constant(value)
     if inspect.isclass(hint) and issubclass(hint, sympy.MatrixBase):
-        return isinstance(value, sympy.MatrixBase)  # whether it can be changed or not
+        return isinstance(value, sympy.MatrixBase)  # mutable or not
     return isinstance(value, hint) if inspect.isclass(hint) else True
 
 
@@ -197,16 +196,16 @@ def _is_constant(value: Any) -> bool:
 
 
 def _is_array(value: Any) -> bool:
-    """Whether a value is a vector or more; a single number is none."""
+    """Whether a value is an array of at least one dimension."""
     try:
         array = np.asarray(value)
-    except ValueError:  # rows of different lengths
+    except ValueError:  # ragged rows
         return False
     return array.ndim > 0 and (array.dtype.kind in "iuf" or not array.size)
 
 
 def _phrases(hint: Any) -> Iterator[str]:
-    """Yield what an annotation means, in words."""
+    """Yield descriptions of an annotation, in words."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint == ArrayLike:
         yield PHRASES["ndarray"]

@@ -1,7 +1,7 @@
-"""How long work is ended from inside: it asks a token now and then, and leaves by an exception.
+"""Cooperative cancellation: long work polls a token and raises when it is set.
 
-What takes many small steps may end after any of them; only who asked for it knows what an
-unfinished piece is worth, and catches the exception.
+Work may end after any of its steps; the caller catches the exception, and decides what a partial
+result is worth.
 """
 
 from __future__ import annotations
@@ -14,28 +14,28 @@ CancellationToken: TypeAlias = Callable[[], bool]
 
 
 class CancelledError(Exception):
-    """Work was ended before it was done; no mistake, and nothing for a user to read."""
+    """Work was cancelled; not a mistake, and never shown to users."""
 
 
 def never_cancelled() -> bool:
-    """Say that work may go on."""
+    """The token that is never set."""
     return False
 
 
 def raise_if_cancelled(stop: CancellationToken) -> None:
-    """Look whether to go on.
+    """Poll a token.
 
     Raises:
-        CancelledError: If ``stop`` says to end.
+        CancelledError: If ``stop`` is set.
     """
     if stop():
         raise CancelledError
 
 
 def throttled(cancelled: CancellationToken, times: int) -> CancellationToken:
-    """Return a token that asks another one only every so many times it is asked itself.
+    """Return a token that polls another one only on every ``times``-th poll.
 
-    So that many small subproblems count as a large one.
+    For many small subproblems, each of which polls.
     """
     asked = count()
     known = False

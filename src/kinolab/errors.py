@@ -1,4 +1,4 @@
-"""What kinolab says when it cannot go on: where, what, and what would work."""
+"""Exceptions: each says where, what, and what would work."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Mistake:
-    """One thing that is wrong with what the user wrote."""
+    """One mistake in user input."""
 
     where: str  # a file and key, or the name of a body, constraint, …; may be empty
     what: str  # a sentence
-    remedy: str = ""  # a sentence that says what would work
+    remedy: str = ""  # a sentence: what would work
 
     def __str__(self) -> str:
         sentence = f"{self.what} {self.remedy}".rstrip()
@@ -21,7 +21,7 @@ class Mistake:
 
 
 class KinolabError(Exception):
-    """The root of every error that kinolab raises on purpose.
+    """Base class of all kinolab errors.
 
     ``exit_code`` is what the command line returns for it.
     """
@@ -30,7 +30,7 @@ class KinolabError(Exception):
 
 
 class InputError(KinolabError):
-    """Something the user wrote is wrong; ``.mistakes`` lists everything that was found."""
+    """User input is wrong; ``.mistakes`` lists every mistake found."""
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes: tuple[Mistake, ...] = tuple(mistakes)
@@ -38,7 +38,7 @@ class InputError(KinolabError):
 
 
 class UnknownNameError(InputError):
-    """A name that nothing has; ``.kind``, ``.name`` and ``.known`` carry the facts."""
+    """An unknown name; ``.kind``, ``.name`` and ``.known`` carry the facts."""
 
     def __init__(self, kind: str, name: str, *, known: Iterable[str], where: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(sorted(known))
@@ -46,7 +46,7 @@ class UnknownNameError(InputError):
 
 
 def unknown_name(kind: str, name: str, *, known: Sequence[str], where: str = "") -> Mistake:
-    """Describe a name that nothing has, and the nearest one that exists."""
+    """Describe an unknown name, and suggest the nearest known one."""
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     question = f"Did you mean {close[0]!r}? " if close else ""
     listing = ", ".join(known) if known else "none"
@@ -54,18 +54,18 @@ def unknown_name(kind: str, name: str, *, known: Sequence[str], where: str = "")
 
 
 class MissingPlannerError(KinolabError):
-    """A planner needs a package that this platform does not have."""
+    """A planner needs a package that is not available on this platform."""
 
 
 class NoDynamicsError(KinolabError):
-    """A kinematic machine was asked for masses, energies or forces that it does not have."""
+    """A kinematic machine has no masses, energies or forces."""
 
 
 class SingularError(KinolabError):
     """The equations of motion have no unique solution at a state; the message names the cause.
 
     Attributes:
-        row: Which one it is of several states.
+        row: Index of the state, of several.
     """
 
     def __init__(self, message: str, row: int = 0) -> None:
@@ -84,10 +84,10 @@ class EndpointError(KinolabError):
 
 
 def is_broken(text: str) -> bool:
-    """Whether a text has halves of characters in it, as names of files have that are not UTF-8."""
+    """Whether a text has lone surrogates, as from file names that are not UTF-8."""
     return any("\ud800" <= character <= "\udfff" for character in text)
 
 
 def printable(text: str) -> str:
-    """Replace what would steer a terminal or could not be printed, such as half a character."""
+    """Replace control characters and what cannot be printed, such as lone surrogates."""
     return "".join(character if character.isprintable() else "�" for character in text)

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Atomic file writes, and cache files with checksums."""
 
 from __future__ import annotations
 
@@ -16,42 +16,42 @@ from typing import BinaryIO
 from kinolab.errors import printable
 
 SEAL = 32  # bytes of a checksum
-MOST_KEPT = 2**28  # [bytes] of what is kept in one file, ten times what there is
-NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # for who writes into a pipe
+MOST_KEPT = 2**28  # [bytes] of one cache file, ten times the largest in use
+NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a writer does not block
 LOG = logging.getLogger("kinolab")
 
-_drafts: set[Path] = set()  # what is being written, under a name that nobody looks for
+_drafts: set[Path] = set()  # unfinished temporary files
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[BinaryIO]:
-    """Open a file that appears under its name only once it is complete."""
+    """Open a file for writing that replaces ``path`` atomically once complete."""
     with _draft_of(path) as draft, draft.open("xb") as file:
         yield file
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it appears under its name only once it is complete."""
+    """Write a file atomically: it appears under its name once complete."""
     with _draft_of(path) as draft:
         draft.write_bytes(content)
 
 
 def utf_8(text: str) -> bytes:
-    """Return what is written of a text; half a character, as of a path, becomes a question mark."""
+    """Encode a text as UTF-8; lone surrogates, as of paths, become question marks."""
     return text.encode(errors="replace")
 
 
 def write_sealed(path: Path, magic: bytes, content: bytes) -> None:
-    """Keep what can be made anew, with a checksum; a folder that cannot be written costs time."""
+    """Write a cache file with a checksum; an unwritable folder is no error."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         write_whole(path, magic + hashlib.sha256(content).digest() + content)
 
 
 def read_sealed(path: Path, magic: bytes) -> memoryview | None:
-    """Return what ``write_sealed`` kept, writable; None where it is damaged or not there.
+    """Return what ``write_sealed`` wrote, as a writable buffer; None if damaged or missing.
 
-    What is damaged is removed with a word of warning, so that it is made anew only once.
+    A damaged file is removed with a warning, so that it is rebuilt only once.
     """
     try:
         kept = memoryview(read_ordinary(path, MOST_KEPT))
@@ -69,7 +69,7 @@ def read_sealed(path: Path, magic: bytes) -> memoryview | None:
 
 
 def discard(path: Path, why: str = "") -> None:
-    """Remove what can be made anew, and say why where it is odd; a full folder stays."""
+    """Remove a cache file, with a warning if a reason is given; a non-empty folder stays."""
     with suppress(OSError):
         path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink()
     if why:
@@ -77,14 +77,14 @@ def discard(path: Path, why: str = "") -> None:
 
 
 def read_ordinary(path: Path, most: int) -> bytearray:
-    """Read a file as a whole; no pipe is waited for, and no device read without end.
+    """Read a whole regular file; never blocks on a pipe or reads a device endlessly.
 
     Args:
         path: Of the file.
-        most: Bytes that it may have.
+        most: Largest size in bytes.
 
     Raises:
-        OSError: If it has more, is no ordinary file, or cannot be read.
+        OSError: If it is larger, no regular file, or cannot be read.
     """
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | NO_WAIT)) as file:
         about = os.fstat(file.fileno())
@@ -93,12 +93,12 @@ def read_ordinary(path: Path, most: int) -> bytearray:
         if about.st_size > most:
             raise OSError(errno.EFBIG, f"it is larger than {most / 1e6:g} MB")
         content = bytearray(about.st_size)
-        del content[file.readinto(content) :]  # it may have become shorter
+        del content[file.readinto(content) :]  # it may have shrunk meanwhile
         return content
 
 
 def discard_drafts() -> None:
-    """Remove what is half written, for a process that leaves without coming back to it."""
+    """Remove unfinished temporary files, for a process that exits early."""
     for draft in tuple(_drafts):
         with suppress(OSError):
             draft.unlink(missing_ok=True)
@@ -106,7 +106,7 @@ def discard_drafts() -> None:
 
 @contextmanager
 def _draft_of(path: Path) -> Iterator[Path]:
-    """Give a name beside a file's own, under which it is until nothing has failed."""
+    """Yield a temporary name in the same folder; rename it to ``path`` on success."""
     draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     _drafts.add(draft)
     try:

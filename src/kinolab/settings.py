@@ -1,4 +1,4 @@
-"""What a setting of a planner is: declared once, and read from there by everything that names it.
+"""Planner settings: declared once as dataclass fields, read by everything that names them.
 
 Scenarios check values against it, ``plan list planners`` and the documentation print it.
 """
@@ -18,7 +18,7 @@ KINDS: Mapping[type, str] = {
     dict: "table",
 }
 
-OLD_NAMES: Mapping[str, str] = {  # what settings were called until 2026
+OLD_NAMES: Mapping[str, str] = {  # names of settings until 2026
     "berth": "clearance_cost_radius",
     "draws": "control_samples",
     "escapes": "random_walk_escapes",
@@ -38,15 +38,15 @@ OLD_NAMES: Mapping[str, str] = {  # what settings were called until 2026
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting.
+    """One planner setting.
 
     Attributes:
-        name: What a scenario writes below [planner].
-        default: Its value where a scenario says nothing.
-        lowest: The smallest value, None for no limit.
-        highest: The largest value, None for no limit.
-        above: What the value must exceed, None for no limit.
-        unit: Such as "m"; empty for pure numbers and for what is no number.
+        name: Its key below [planner] in a scenario.
+        default: Default value.
+        lowest: Smallest allowed value, None for no limit.
+        highest: Largest allowed value, None for no limit.
+        above: Strict lower bound, None for no limit.
+        unit: Such as "m"; empty if dimensionless or no number.
         meaning: A sentence.
     """
 
@@ -60,12 +60,12 @@ class Setting:
 
     @property
     def kind(self) -> str:
-        """What its values are, to follow "a"."""
+        """The kind of its values in words, to follow "a"."""
         return KINDS.get(type(self.default), type(self.default).__name__)
 
     @property
     def range(self) -> str:
-        """Which values it takes, in words; empty where every value of its kind will do."""
+        """The allowed values in words; empty where every value of its kind is allowed."""
         if isinstance(self.default, bool):
             return "true or false"
         if self.lowest is not None and self.highest is not None:
@@ -73,7 +73,7 @@ class Setting:
         return ", ".join(f"{words} {_plain(end)}" for words, end in self._ends())
 
     def misfit(self, value: Any) -> tuple[str, str] | None:
-        """Return what is wrong with a value and what would work, or None where it will do."""
+        """Return what is wrong with a value and what would work; None if it is valid."""
         if not self.accepts(value):
             remedy = f"Give a {self.kind}, such as the default {self.default!r}."
             return f"{value!r} does not fit.", remedy
@@ -83,7 +83,7 @@ class Setting:
         return None
 
     def accepts(self, value: Any) -> bool:
-        """Whether a value is of its kind; a whole number may stand where a number is meant."""
+        """Whether a value is of its kind; an integer is accepted as a float."""
         if isinstance(self.default, bool) or isinstance(value, bool):
             return isinstance(value, bool) and isinstance(self.default, bool)
         if isinstance(self.default, float):
@@ -91,7 +91,7 @@ class Setting:
         return isinstance(value, type(self.default))
 
     def _ends(self) -> list[tuple[str, float]]:
-        """Return the limits that there are, each with the words in front of it."""
+        """Return the finite limits, each with the words before it."""
         ends = (("more than", self.above), ("at least", self.lowest), ("at most", self.highest))
         return [(words, end) for words, end in ends if end is not None]
 
@@ -115,11 +115,11 @@ def setting(
     """Declare a setting of a planner, as the default of a field of its dataclass.
 
     Args:
-        default: Its value where a scenario says nothing; its type is the type of all values.
-        lowest: The smallest value.
-        highest: The largest value.
-        above: What the value must exceed, where no smallest value will do.
-        unit: Such as "m"; left out for pure numbers.
+        default: Default value; its type is the type of all values.
+        lowest: Smallest allowed value.
+        highest: Largest allowed value.
+        above: Strict lower bound, instead of ``lowest``.
+        unit: Such as "m"; left out if dimensionless.
         meaning: A sentence for ``plan list planners``.
     """
     told = {"lowest": lowest, "highest": highest, "above": above, "unit": unit, "meaning": meaning}
@@ -127,22 +127,22 @@ def setting(
 
 
 def with_default(default: Any, planner: type, name: str) -> Any:
-    """Declare a setting as another planner has it, but for its default.
+    """Declare another planner's setting with a different default.
 
     Args:
-        default: Its value where a scenario says nothing.
-        planner: Whose setting it is.
-        name: Of the setting.
+        default: Default value.
+        planner: The planner that declares it.
+        name: Name of the setting.
     """
     told = {entry.name: entry.metadata for entry in fields(planner)}
     return field(default=default, metadata=told[name])
 
 
 def settings_of(planner: type) -> tuple[Setting, ...]:
-    """Return the settings of a planner: the fields of its dataclass, inherited ones first.
+    """Return a planner's settings: the fields of its dataclass, inherited ones first.
 
-    One that was declared without ``setting`` has a name and a default, and no limits; one that was
-    declared without a default, which is no planner's setting, has ``dataclasses.MISSING`` for it.
+    A field declared without ``setting`` has a name and a default, but no limits; one declared
+    without a default, which is no setting, has ``dataclasses.MISSING``.
     """
     return tuple(_read(entry) for entry in fields(planner))
 
@@ -157,5 +157,5 @@ def _read(entry: Field[Any]) -> Setting:
 
 
 def _plain(number: float) -> str:
-    """Write a limit as people do: 1000000 and 0.05, neither 1e+06 nor 1000000.0."""
+    """Print a limit in plain notation: 1000000 and 0.05, neither 1e+06 nor 1000000.0."""
     return str(number) if isinstance(number, int) else f"{number:.15g}"

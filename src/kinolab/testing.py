@@ -1,4 +1,4 @@
-"""Assertions for tests of one's own: is a trajectory collision-free, is it dynamically feasible?"""
+"""Assertions for user tests: a trajectory is collision-free, or dynamically feasible."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from kinolab.verification import collision_check, dynamics_checks
 
 
 def assert_collision_free(problem: PlanningTask, trajectory: Trajectory) -> None:
-    """Assert that the re-simulated motion touches nothing.
+    """Assert that the re-simulated motion is collision-free.
 
     Raises:
         AssertionError: That says when, which body and which obstacle.
@@ -18,7 +18,7 @@ def assert_collision_free(problem: PlanningTask, trajectory: Trajectory) -> None
 
 
 def assert_dynamically_feasible(problem: PlanningTask, trajectory: Trajectory) -> None:
-    """Assert that the motion obeys the equations, the constraints and the inputs' limits.
+    """Assert that the motion satisfies the equations of motion, constraints and input limits.
 
     Raises:
         AssertionError: That says when, which state or input, and by how much.

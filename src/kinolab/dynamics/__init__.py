@@ -1,6 +1,6 @@
-"""Symbolic mechanics in, compiled equations of motion out.
+"""Symbolic modelling of mechanical systems, and their compiled equations of motion.
 
-The names exported here are the vocabulary for machines of one's own.
+The names exported here are what user-defined machines are written with.
 """
 
 from kinolab.dynamics.analysis.fields import (

@@ -1,4 +1,4 @@
-"""A machine as its author sees it: what is derived from it is a method of it."""
+"""``System``: a mechanism with its equations of motion and compiled model as methods."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from kinolab.dynamics.model import Model
 
 
 class System(Mechanism):
-    """A mechanical system, frozen, with the equations of motion that follow from it."""
+    """A mechanical system, immutable, with its equations of motion."""
 
     def model(self) -> Model:
-        """Derive and compile the equations of motion; a regulator becomes the law it asks for."""
+        """Derive and compile the equations of motion; a regulator is designed first."""
         return Model(with_law(self))
 
     def equations(self) -> Equations:
-        """Return the equations of motion for reading, in the author's symbols."""
+        """Return human-readable equations of motion, in the author's symbols."""
         return equations_of(self)
 
     def agrees_with(self, equations: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
-        """Hold a hand derivation against kinolab's own and name the terms that differ.
+        """Compare a hand derivation with kinolab's own and name the terms that differ.
 
         Args:
             equations: Equations of motion in the machine's symbols, with ``acceleration(x)`` for

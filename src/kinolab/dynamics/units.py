@@ -1,4 +1,4 @@
-"""The units in which a machine's states, inputs and constraints are counted."""
+"""Units of a machine's states, inputs and constraints."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.symbols import Coordinate, Parameter, RateSymbol, TurnRate
 from kinolab.dynamics.model import Model
 
-ANGLE, OPEN = "rad", "m or rad"  # OPEN: a number as written may be a length, 0.3 cos(a)
+ANGLE, OPEN = "rad", "m or rad"  # OPEN: a bare number may be a length, 0.3 cos(a)
 
 
 def state_units(model: Model) -> tuple[str, ...]:
-    """Return the unit of each state, in their order; empty for pure numbers."""
+    """Return the unit of each state entry; empty if dimensionless."""
     units = dict(_units(model))
     return tuple(units[name] for name in model.state_names)
 
 
 def control_units(model: Model) -> tuple[str, ...]:
-    """Return the unit of each input, in their order: of references where a machine has feedback."""
+    """Return the unit of each input, or of each reference where the machine has feedback."""
     feedback = model.system.feedback
     chosen = model.system.inputs if feedback is None else feedback.references
     units = {entry.name: entry.unit for entry in chosen}
@@ -42,7 +42,7 @@ def _units(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def position_unit(constraint: PositionConstraint) -> str:
-    """Return the unit of h(q): m, rad, or both where numbers without a unit leave it open."""
+    """Return the unit of h(q): m, rad, or both where bare numbers leave it open."""
     return _unit(_dimension(constraint.position))
 
 
@@ -62,7 +62,7 @@ def _unit(dimension: str | float) -> str:
 
 
 def _dimension(expression: sympy.Expr) -> str | float:
-    """Return the power of a length in an expression, times aside; else ANGLE or OPEN."""
+    """Return the exponent of length in an expression's dimension, time ignored, ANGLE or OPEN."""
     if expression.is_Symbol:
         return _dimension_of_symbol(expression)
     parts = [_dimension(part) for part in expression.args]

@@ -1,4 +1,4 @@
-"""A machine in a world with a start and a goal: all that a planner needs to know."""
+"""The planning problem: a machine in a world, start, goal, limits and metric."""
 
 from kinolab.problem.task import PlanningTask
 

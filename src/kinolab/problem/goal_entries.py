@@ -1,4 +1,4 @@
-"""What a goal asks for, entry by entry, each in its own unit."""
+"""Goal entries for reports: value, target, error and tolerance, each in its own unit."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from kinolab.problem.task import PlanningTask
 
 @dataclass(frozen=True)
 class GoalEntry:
-    """One thing that the goal asks for, and what became of it.
+    """One target of the goal and the value reached.
 
     Attributes:
-        name: Of a coordinate or rate, or what is measured, such as ``distance of hook``.
-        value: What was reached, in its SI unit.
-        target: What was wanted; 0 for distances and angles from a target.
-        error: How far the value is from the target, on the circle for angles that wrap.
-        tolerance: Largest error inside the goal.
-        unit: Of all these; empty for pure numbers.
+        name: A coordinate, rate or measured quantity, such as ``distance of hook``.
+        value: Value reached, in its SI unit.
+        target: Target value; 0 for distances and angles.
+        error: Distance from the target; on the circle for angles that wrap.
+        tolerance: Largest error within the goal.
+        unit: Of all these; empty if dimensionless.
     """
 
     name: str
@@ -45,7 +45,7 @@ class GoalEntry:
 
 
 def goal_entries(problem: PlanningTask, x: Array) -> tuple[GoalEntry, ...]:
-    """Return every entry of the goal at a state (nx,), those missed by most tolerances first."""
+    """Return the goal's entries at a state (nx,), largest violation in tolerances first."""
     entries = _entries(problem, x)
     return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
 
@@ -72,7 +72,7 @@ def _entries(problem: PlanningTask, x: Array) -> Iterator[GoalEntry]:
 def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
     """Return the norm of the errors of each unit; the norm of all is the goal's distance.
 
-    Metres and radians have no sum: what is to be read is told in each unit for itself.
+    Metres and radians do not add up, so reports list each unit separately.
     """
     squares: dict[str, float] = {}
     for entry in entries:
@@ -82,7 +82,7 @@ def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
 
 
 def distance_text(problem: PlanningTask, x: Array) -> str:
-    """Word how far a state (nx,) is from the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
+    """Print the distance of a state (nx,) to the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
     norms = distance_by_unit(_entries(problem, x))
     parts = [f"{norm:.3g} {unit}".rstrip() for unit, norm in norms.items()]
     head, last = ", ".join(parts[:-1]), parts[-1]

@@ -1,4 +1,4 @@
-"""The errors of a goal in compiled code, one by one, with the arithmetic of ``Goal.errors``."""
+"""Goal errors in compiled code, with the arithmetic of ``Goal.errors``."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ NORMS = {"max": LARGEST, "sum": SUM, "euclidean": EUCLIDEAN}
 
 
 class GoalArrays(NamedTuple):
-    """Targets and tolerances; angles are judged the short way."""
+    """Targets and tolerances of a goal; circular errors take the shorter arc."""
 
     entry: Integers  # (named,) entries of the state
     target: Array  # (named,)
     tolerance: Array  # (named,)
     circular: NDArray[np.bool_]  # (named,)
-    attitude: Integers  # (attitudes,) where their quaternions begin
+    attitude: Integers  # (attitudes,) offsets of their quaternions in the state
     quaternion: Array  # (attitudes, 4)
     turn: Array  # (attitudes,) tolerances in [rad]
     point_body: Integers  # (points,)
@@ -36,7 +36,7 @@ class GoalArrays(NamedTuple):
     axis: Array  # (axes, 3) in the body's frame
     axis_target: Array  # (axes, 3)
     axis_tolerance: Array  # (axes,) in [rad]
-    norm: int  # what counts of all fractions: LARGEST, SUM or EUCLIDEAN
+    norm: int  # of the normalized errors: LARGEST, SUM or EUCLIDEAN
 
 
 def goal_arrays(goal: Goal) -> GoalArrays:
@@ -76,16 +76,16 @@ wrapped_angle = kernel(wrapped)
 
 @kernel
 def normalized_error(goal, k, x):  # type: ignore[no-untyped-def]
-    """Return how far a named entry is from its target, as a fraction of its tolerance."""
+    """Return the error of the k-th state target divided by its tolerance."""
     gap = x[goal.entry[k]] - goal.target[k]
     return (wrapped_angle(gap) if goal.circular[k] else gap) / goal.tolerance[k]
 
 
 @kernel
 def state_violation(goal, x, enough):  # type: ignore[no-untyped-def]
-    """Return how far outside the goal a state (nx,) is, in tolerances, bodies apart.
+    """Return the goal violation of a state (nx,) in tolerances, without points and axes.
 
-    Once it is known to be more than ``enough``, the rest is not worked out.
+    Returns early once it exceeds ``enough``.
     """
     far = 0.0
     for k in range(goal.entry.shape[0]):
@@ -109,7 +109,7 @@ def turn_from_target(goal, k, x):  # type: ignore[no-untyped-def]
 
 @kernel
 def add_violation(goal, far, error):  # type: ignore[no-untyped-def]
-    """Return how far outside the goal a state is, one more fraction counted; NaN stays NaN."""
+    """Add one normalized error to a goal violation; NaN propagates."""
     if goal.norm == EUCLIDEAN:
         return math.sqrt(far * far + error * error)
     if goal.norm == SUM:
@@ -119,7 +119,7 @@ def add_violation(goal, far, error):  # type: ignore[no-untyped-def]
 
 @kernel
 def body_violation(goal, poses, far):  # type: ignore[no-untyped-def]
-    """Count the fractions of points and axes at poses (bodies, 12) in addition to ``far``."""
+    """Add the normalized errors of points and axes at poses (bodies, 12) to ``far``."""
     for k in range(goal.point_body.shape[0]):
         pose, square = poses[goal.point_body[k]], 0.0
         for i in range(3):
@@ -147,5 +147,5 @@ def axis_angle(pose, axis, target):  # type: ignore[no-untyped-def]
 
 @kernel
 def carried(pose, axis, i):  # type: ignore[no-untyped-def]
-    """Return a component in the world of an axis (3,) of a body at a pose (12,)."""
+    """Return the i-th world component of a body axis (3,) at a pose (12,)."""
     return pose[4 * i] * axis[0] + pose[4 * i + 1] * axis[1] + pose[4 * i + 2] * axis[2]

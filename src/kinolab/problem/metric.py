@@ -1,21 +1,21 @@
-"""Which coordinates say where a machine is: what planners divide into cells."""
+"""Projection of states onto few coordinates, which planners discretise into cells."""
 
 from __future__ import annotations
 
 from kinolab.problem.task import PlanningTask
 
-MAX_COORDINATES = 3  # coordinates; more would have too many cells
-CELLS_AROUND_GOAL = 1000  # of one size, over all of the goal's tolerances
+MAX_COORDINATES = 3  # of a projection; more would make too many cells
+CELLS_AROUND_GOAL = 1000  # total over the box of the goal's tolerances
 
 
 def projected_coordinates(problem: PlanningTask, *, angles: bool = True) -> list[int]:
-    """Return the entries of the state that describe where a machine is: lengths before angles.
+    """Return the state entries of the projection: lengths before angles.
 
-    What the metric hardly weighs, such as how far a wheel has rolled, comes last.
+    Angles of little weight in the metric, such as a wheel's, come last.
 
     Args:
-        problem: Whose machine.
-        angles: Whether angles are wanted where there are lengths.
+        problem: Provides machine and metric.
+        angles: Whether to include angles where there are lengths.
     """
     model = problem.model
     units = {c.name: c.unit for c in problem.system.coordinates}

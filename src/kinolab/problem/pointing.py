@@ -1,4 +1,4 @@
-"""States whose bodies point where a goal says, by the least turn of an attitude."""
+"""Goal states whose body axes point along their targets, by minimal rotation of attitudes."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import DirectionTarget, Goal
 
-OPPOSITE_TOLERANCE = 1e-9  # of 1 + cosine: below, the turn may be about any axis across
+OPPOSITE_TOLERANCE = 1e-9  # of 1 + cosine: below, any perpendicular rotation axis will do
 
 
 def pointed(model: Model, goal: Goal, x: Array) -> Array:
-    """Return states (n, nx) with attitudes turned so that axes point along their targets.
+    """Return states (n, nx) with attitudes rotated so that axes point along their targets.
 
-    Attitudes that have a target of their own stay. Where no turn of an attitude brings an axis
-    nearer to its target, as where the body hangs on hinges, the state stays.
+    Attitudes with a target of their own are kept. Where rotating an attitude brings no axis nearer
+    to its target, as for a hinged body, the state is unchanged.
     """
     taken = {attitude.index for attitude in goal.attitudes}
     free = [first for first in model.attitudes.values() if first not in taken]
@@ -42,7 +42,7 @@ def _axis(model: Model, target: DirectionTarget, x: Array) -> Array:
 
 
 def _least_turn(begin: Array, end: Array) -> Array:
-    """Return the quaternions (n, 4) of the least turns from unit vectors (n, 3) to one (3,)."""
+    """Return the quaternions (n, 4) of minimal rotations from unit vectors (n, 3) to one (3,)."""
     cosine = begin @ end
     aside = np.cross(begin, np.eye(3)[np.abs(begin).argmin(axis=1)])
     opposite = (1.0 + cosine < OPPOSITE_TOLERANCE)[:, None]
@@ -54,7 +54,7 @@ def _least_turn(begin: Array, end: Array) -> Array:
 
 
 def _product(a: Array, b: Array) -> Array:
-    """Return the attitudes b (n, 4) turned by a (n, 4) in the axes of the world."""
+    """Return the attitudes b (n, 4) rotated by a (n, 4), in world axes: the product a b."""
     v, w, s, t = a[:, :3], b[:, :3], a[:, 3:], b[:, 3:]
     scalar = s * t - (v * w).sum(axis=1, keepdims=True)
     return np.hstack([s * w + t * v + np.cross(v, w), scalar])

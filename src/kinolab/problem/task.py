@@ -1,4 +1,4 @@
-"""A machine in a world with a start and a goal: all that a planner needs to know."""
+"""The planning task: a machine in a world with start, goal, limits, metric and sampling."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 
-GOAL_SAMPLES = 200  # states of the goal region that are tried before it is called blocked
-LIMIT_TOLERANCE = 1e-9  # by how much a value may pass a limit, in its own unit
-SAME = 1e-12  # what differs by less is not written
+GOAL_SAMPLES = 200  # of the goal region, checked before it is reported as blocked
+LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
+SAME = 1e-12  # smaller differences are not printed
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,19 +41,19 @@ class PlanningTask:
     """A planning problem.
 
     Attributes:
-        scenario: What was asked for, every default filled in.
+        scenario: The scenario with every default filled in.
         system: The machine as data.
-        model: The machine, compiled, with what [bounds] leave of its inputs' limits.
+        model: The machine, compiled, with input limits tightened by [bounds].
         world: Obstacles, ground, and the limits of the workspace.
         start: State at time zero, shape (nx,).
-        goal: Where to end.
-        bounds: Lower and upper limit of each entry of the state, shape (nx, 2).
+        goal: The goal region.
+        bounds: Lower and upper limit of each state entry, shape (nx, 2).
         rate_bounds: Limits of all rates q_dot, the dependent ones included, shape (nt, 2).
-        scales: What counts as a large difference, per entry of the state, shape (nx,).
-        weights: What a planner multiplies differences by, shape (nx,).
-        circular: Which entries of the state are angles on the circle, shape (nx,).
+        scales: Characteristic magnitude of each state entry, shape (nx,).
+        weights: Factors of state differences in the planner's metric, shape (nx,).
+        circular: Which state entries are angles on the circle, shape (nx,).
         keep_outs: Cones that axes of bodies must stay out of.
-        whole: The machine with all that its inputs can do; ``model`` where it is left out.
+        whole: The machine with its full input limits; ``model`` when left out.
     """
 
     scenario: Scenario
@@ -71,7 +71,7 @@ class PlanningTask:
     whole: Model | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what travels to another process; checkers are built anew there."""
+        """Return the picklable state; collision checkers are rebuilt after unpickling."""
         return {key: value for key, value in vars(self).items() if key not in ("_checker", "space")}
 
     @property
@@ -86,7 +86,7 @@ class PlanningTask:
 
     @cached_property
     def bodies(self) -> tuple[BodyGeometry, ...]:
-        """The bodies' shapes in numbers."""
+        """The bodies' shapes with numeric dimensions."""
         return tuple(
             BodyGeometry(
                 body.name,
@@ -100,7 +100,7 @@ class PlanningTask:
 
     @cached_property
     def cables(self) -> tuple[CableGeometry, ...]:
-        """The cables in numbers."""
+        """The cables with numeric dimensions."""
         return tuple(
             CableGeometry(cable.name, self.system.number(cable.radius), cable.collides)
             for cable in self.system.cables
@@ -109,13 +109,13 @@ class PlanningTask:
     def checker(self, margin: float = 0.0) -> CollisionChecker:
         """Return a new collision checker, bodies and cables inflated by a margin in [m].
 
-        It judges a state x by ``checker.collides(*problem.placement(x))``.
+        Check a state x by ``checker.collides(*problem.placement(x))``.
         """
         return self._checker.inflated(margin, ground=self.world.ground)
 
     @cached_property
     def _checker(self) -> CollisionChecker:
-        """What all checkers share: building the search trees of large meshes takes a while."""
+        """The prototype of all checkers: building the BVHs of large meshes is slow."""
         pairs = self.system.collisions
         return CollisionChecker(self.bodies, self.world, cables=self.cables, self_pairs=pairs)
 
@@ -128,7 +128,7 @@ class PlanningTask:
         return self.model.frames(x), self.model.cables(x) if self.cables else NO_ENDS
 
     def goal_errors(self, x: Array) -> Array:
-        """Return how far a state is from every target, as ``Goal.errors``, shape (errors,)."""
+        """Return the errors of all goal targets at a state, as ``Goal.errors``, shape (errors,)."""
         return self.goal.errors(x, self._goal_frames(x))
 
     def goal_residual(self, x: Array) -> Array:
@@ -136,7 +136,7 @@ class PlanningTask:
         return self.goal.residual(x, self._goal_frames(x))
 
     def goal_excess(self, x: Array) -> float:
-        """Return how far outside the goal a state is: at most 1 inside."""
+        """Return the goal violation of a state in tolerances: at most 1 inside."""
         return self.goal.excess(x, self._goal_frames(x))
 
     def goal_distance(self, x: Array) -> float:
@@ -147,7 +147,7 @@ class PlanningTask:
         return self.frames(x) if self.goal.needs_frames else None
 
     def limit_violations(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
-        """Yield (name, value, lower, upper) of every limit that a state passes."""
+        """Yield (name, value, lower, upper) of every limit that a state violates."""
         named = [(self.model.state_names, x, self.bounds)]
         if np.isfinite(self.rate_bounds).any():
             named.append((self.model.rate_names, self.model.velocity(x), self.rate_bounds))
@@ -158,7 +158,7 @@ class PlanningTask:
         yield from self.outside_world(self.frames(x))
 
     def outside_limits(self, x: Array) -> NDArray[np.bool_]:
-        """Say of several states (m, nx) which have ``limit_violations``, shape (m,)."""
+        """Return which of several states (m, nx) have ``limit_violations``, shape (m,)."""
         outside: NDArray[np.bool_] = _outside(x, self.bounds)
         if np.isfinite(self.rate_bounds).any():
             outside = np.logical_or(outside, _outside(self.model.velocity(x), self.rate_bounds))
@@ -171,7 +171,7 @@ class PlanningTask:
         return outside
 
     def outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
-        """Yield what is outside the workspace or in a forbidden cone: (name, value, lower, upper).
+        """Yield violations of workspace and keep-out cones: (name, value, lower, upper).
 
         Args:
             frames: Poses of the bodies, shape (bodies, 12).
@@ -187,9 +187,9 @@ class PlanningTask:
                     yield f"{axis} of {body.name}", value, lower, upper
 
     def pose_margins(self, frames: Array) -> Array:
-        """Return what is left to the workspace's limits and to cones: negative beyond them.
+        """Return signed margins to workspace limits and keep-out cones: negative when violated.
 
-        Smooth in the poses, for planners: they keep every limit to the bit.
+        Smooth in the poses, for planners, which keep every limit without tolerance.
 
         Args:
             frames: Poses of the bodies, shape (m, bodies, 12).
@@ -208,7 +208,7 @@ class PlanningTask:
         return np.hstack(margins)
 
     def check_endpoints(self) -> None:
-        """Raise if the start breaks a constraint, or it or every goal a limit, or collides.
+        """Raise if the start violates a constraint, or it or every goal a limit, or collides.
 
         Raises:
             EndpointError: Naming the constraints, the limits, and the pairs that collide.
@@ -222,7 +222,7 @@ class PlanningTask:
             raise EndpointError(mistakes)
 
     def start_breaches(self) -> Iterator[Mistake]:
-        """Yield what is wrong with a start that breaks constraints, and the nearest that holds."""
+        """Yield the constraints that the start violates, with the nearest consistent state."""
         broken = constraint_violations(self.model, self.start)
         if broken:
             sizes = ", ".join(f"{one.name!r} by {one.size:.3g} {one.unit}" for one in broken)
@@ -233,7 +233,7 @@ class PlanningTask:
             yield Mistake(f"{self._file} [start]", f"it breaks {sizes}.", remedy)
 
     def _changed_entries(self, near: Array) -> str:
-        """Write the entries that differ from the start's, with the digits that it takes to hold."""
+        """Print the entries that differ from the start's, with enough digits to be consistent."""
         near = np.where(np.abs(near) < SAME, 0.0, near)
         short = np.array([float(f"{value:.12g}") for value in near.tolist()])
         values = near if constraint_violations(self.model, short) else short
@@ -260,7 +260,7 @@ class PlanningTask:
             yield _contact_sentence(contact)
 
     def _unmet(self, x: Array) -> Iterator[str]:
-        """Name the requirements that no input can keep at a state."""
+        """Name the requirements that no input can satisfy at a state."""
         decided = (InputSymbol, ForceSymbol)
         margins = self.model.requirements(x).tolist()
         for requirement, margin in zip(self.system.requirements, margins, strict=True):
@@ -286,7 +286,7 @@ class PlanningTask:
         yield Mistake(where, what)
 
     def _goal_limits(self) -> Iterator[str]:
-        """Yield the states whose limits the goal's tolerance does not reach."""
+        """Yield the state entries whose goal interval lies outside their limits."""
         for i, lowest, highest in zip(self.goal.indices, *self._goal_box(), strict=True):
             if not lowest <= highest:
                 name, (lower, upper) = self.model.state_names[i], self.bounds[i]
@@ -294,9 +294,9 @@ class PlanningTask:
                 yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
 
     def _goal_box(self, spread: float | Array = 1.0) -> tuple[Array, Array]:
-        """Return the lowest and highest values of the goal's states, within tolerance and limits.
+        """Return the goal's lower and upper values within tolerances and limits, shape (entries,).
 
-        The limits give way by rounding, as they do wherever they are checked.
+        The limits are widened by ``LIMIT_TOLERANCE``, as wherever they are checked.
         """
         reach = spread * self.goal.tolerances
         entries, goal = list(self.goal.indices), self.goal
@@ -307,20 +307,20 @@ class PlanningTask:
         )
 
     def sample(self, generator: np.random.Generator) -> Array:
-        """Return a state drawn uniformly within ``sampling_bounds``, attitudes on SO(3)."""
+        """Sample a state uniformly within ``sampling_bounds``, attitudes uniformly on SO(3)."""
         x: Array = np.asarray(generator.uniform(*self.sampling_bounds.T))
         for own in self.model.space.quaternions:
             x[own] = random_attitude(generator)
         return x
 
     def sample_goal(self, generator: np.random.Generator, spread: float = 1.0) -> Array:
-        """Return a state within the goal's tolerances, everything else drawn at random.
+        """Sample a state within the goal's tolerances, free entries uniformly within their limits.
 
-        Axes that have a target are turned to point along it where an attitude can.
+        Attitudes are rotated so that axes point along their targets, where possible.
 
         Args:
-            generator: Of the random numbers.
-            spread: Factor on the tolerances, for states around the goal.
+            generator: Source of random numbers.
+            spread: Factor on the tolerances.
         """
         x, goal = self.sample(generator), self.goal
         entries = list(goal.indices)
@@ -339,9 +339,9 @@ class PlanningTask:
         return pointed(self.model, goal, x[None])[0] if goal.directions else x
 
     def sample_goals(self, generator: np.random.Generator, spreads: Array) -> Array:
-        """Return one state for each factor on the tolerances (n,), shape (n, nx).
+        """Sample one state for each factor on the tolerances (n,), shape (n, nx).
 
-        They are drawn at once, from where ``sample_goal`` draws one.
+        Vectorized, from the distribution of ``sample_goal``.
         """
         count, (lower, upper) = len(spreads), self.sampling_bounds.T
         x: Array = generator.uniform(lower, upper, (count, len(lower)))
@@ -366,12 +366,12 @@ class PlanningTask:
 
     @cached_property
     def space(self) -> StateSpace:
-        """The machine's state space; angles that the scenario limits do not come round."""
+        """The machine's state space; angles limited by the scenario do not wrap."""
         return self.model.space.limited(self.circular)
 
     @cached_property
     def sampling_bounds(self) -> Array:
-        """Finite limits of each entry of the state, shape (nx, 2); the full turn for circles."""
+        """Finite limits of each state entry, shape (nx, 2); a full turn for circular ones."""
         bounds = self.bounds.copy()
         bounds[self.circular] = -np.pi, np.pi
         for own in self.model.space.quaternions:
@@ -380,7 +380,7 @@ class PlanningTask:
 
 
 def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
-    """Say which rows of values (m, n) are not within limits (n, 2), NaN included, shape (m,)."""
+    """Return which rows of values (m, n) are outside limits (n, 2) or NaN, shape (m,)."""
     within = (values >= limits[:, 0] - LIMIT_TOLERANCE) & (values <= limits[:, 1] + LIMIT_TOLERANCE)
     return np.asarray(np.logical_not(within).any(axis=1))
 
@@ -396,12 +396,12 @@ def _contact_sentence(contact: Any) -> str:
 
 
 def _near_the_centre(norm: Norm, shape: tuple[int, int], generator: np.random.Generator) -> Array:
-    """Return points (n, d) at most 1 from the origin by a norm, all places alike."""
+    """Sample points (n, d) uniformly in the unit ball of a norm."""
     return _with_a_sum(shape, generator) if norm == "sum" else _in_a_ball(shape, generator)
 
 
 def _with_a_sum(shape: tuple[int, int], generator: np.random.Generator) -> Array:
-    """Return points (n, d) whose entries' magnitudes sum to at most 1, all places alike.
+    """Sample points (n, d) uniformly in the unit ball of the 1-norm.
 
     Source: Devroye, Non-Uniform Random Variate Generation, 1986, section V.2.1.
     """
@@ -412,7 +412,7 @@ def _with_a_sum(shape: tuple[int, int], generator: np.random.Generator) -> Array
 
 
 def _in_a_ball(shape: tuple[int, int], generator: np.random.Generator) -> Array:
-    """Return points of the unit ball (n, d), all places alike."""
+    """Sample points (n, d) uniformly in the Euclidean unit ball."""
     paths, d = generator.normal(size=shape), max(shape[1], 1)
     lengths = np.maximum(np.linalg.norm(paths, axis=1, keepdims=True), 1e-300)
     points: Array = generator.uniform(size=(shape[0], 1)) ** (1 / d) * paths / lengths

@@ -1,6 +1,6 @@
-"""One state can be written in many numbers: whole turns of an angle, either sign of a quaternion.
+"""Unwrapping of trajectories: angles without jumps by whole turns, quaternions without sign flips.
 
-A motion reads best, and is interpolated and tracked right, in numbers without jumps.
+Interpolation and tracking need representations that are continuous from knot to knot.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem.task import PlanningTask
 from kinolab.trajectory import Trajectory
 
-MAX_ANGLE = 1e12  # [rad] of an angle that is known to a thousandth
+MAX_ANGLE = 1e12  # [rad] beyond which rounding exceeds a thousandth
 
 
 def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
-    """Return the same motion in numbers that do not jump from knot to knot.
+    """Return the same motion in a representation without jumps from knot to knot.
 
-    The first knot is written like the problem's start, every other one like what the knot before
-    and the rates of both lead to: a wheel may turn more than once between two knots. A motion that
-    does not jump keeps its numbers, to the bit, and so does one with numbers that are no angles any
-    more: not finite, or so large that whole turns are lost in rounding.
+    The first knot follows the problem's start, every other one the prediction from the previous
+    knot and both knots' rates: a wheel may turn more than once between two knots. A motion without
+    jumps is returned bit for bit, as is one with values that are not finite or so large that whole
+    turns are lost in rounding.
 
     Args:
-        problem: Whose motion it is.
-        trajectory: Its knots, written in any way.
+        problem: Provides start and state space.
+        trajectory: Knots in any representation.
     """
     turning = problem.circular.any() or problem.model.attitudes
     if not turning or not (np.abs(trajectory.x) < MAX_ANGLE).all():
@@ -41,9 +41,9 @@ def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
 
 
 def _turned(problem: PlanningTask, trajectory: Trajectory) -> Array:
-    """Return by how much circular coordinates turn in each interval, shape (N, nx).
+    """Predict the increment of circular coordinates per interval, shape (N, nx).
 
-    By the trapezoidal rule; where the rates are unknown, nothing is said to turn.
+    By the trapezoidal rule; zero where the rates are unknown.
     """
     model, (x, u) = problem.model.plant, (trajectory.x, trajectory.u)
     turned, spans = np.zeros((len(u), x.shape[1])), np.diff(trajectory.t)

@@ -1,4 +1,4 @@
-"""One step of a machine and whether it may be made; what every planner is built on."""
+"""Simulation: propagation, rollouts, continuous collision checking and reference integration."""
 
 from kinolab.simulation.compiled_step import CompiledStep, ReferenceStep
 from kinolab.simulation.continuous_collision import ContinuousCollisionCheck

@@ -1,8 +1,8 @@
-"""Is the way of one step free? As far as the room reaches, it is; then the next look.
+"""Continuous collision check of one step by conservative advancement, in compiled code.
 
-At every look the machine has some room, and stays free for as long as no point of it moves further
-than that. So the looks go back from the end of the step to its beginning, each as far from the one
-before as its room allows.
+At every check the machine stays free for as long as no point of it moves further than its
+clearance. So checks proceed from the end of the step back to its beginning, each as far from the
+previous one as that clearance allows.
 
 Source: Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996 (conservative
 advancement).
@@ -29,12 +29,12 @@ from kinolab.world.collision.collision_scene import (
 )
 from kinolab.world.collision.triangle_grid import Integers
 
-CLEARANCE_HORIZON = 1.0  # [m] of room that is looked for at most where a step needs less
-COARSE_CELL_FRACTION = 0.25  # of a cell: room that the grid shows and is not worked out
+CLEARANCE_HORIZON = 1.0  # [m] up to which clearance is computed where a step needs less
+COARSE_CELL_FRACTION = 0.25  # of a cell: clearance for which the grid's bound suffices
 
 
 class CollisionScratch(NamedTuple):
-    """Scratch memory for looks at a machine."""
+    """Scratch memory for collision checks of a machine."""
 
     x: Array  # (nx,) a state within a step
     speeds: Array  # (bodies + cables,)
@@ -44,23 +44,23 @@ class CollisionScratch(NamedTuple):
 
 
 class CollisionContext(NamedTuple):
-    """What is in the way of a machine, for compiled code."""
+    """Collision scene, workspace limits and resolution of a machine, for compiled code."""
 
     scene: CollisionScene
     axis: Integers  # (limits,) x, y, z that the workspace limits, as entries of a pose
     lower: Array  # (limits,) in [m]
     upper: Array  # (limits,)
-    required_clearance: float  # [m] of room that is asked for
-    max_step: float  # [m] that points may move between two looks, whatever the room is
-    coarse_clearance: float  # [m] of room that is not worked out more closely
-    clearance_horizon: float  # [m] of room that is looked for, to spare later looks
+    required_clearance: float  # [m] at every check
+    max_step: float  # [m] that points may move between two checks, whatever the clearance
+    coarse_clearance: float  # [m] above which the grid's bound is not refined
+    clearance_horizon: float  # [m] up to which clearance is computed, to skip later checks
 
 
 def collision_context(problem: PlanningTask) -> tuple[CollisionContext, CollisionScratch]:
-    """Gather what is in the way of a problem's machine, with scratch memory for one thread."""
+    """Build the collision context of a problem, with scratch memory for one thread."""
     world, spacing = problem.world, resolution(problem)
     gliding = not moves_upright(problem, touching=False)
-    # A foot may come down to the ground and no further: only fine checks tell the difference.
+    # A foot may touch the ground but not sink: only fine checks tell the difference.
     max_step = spacing if moves_upright(problem, touching=True) else math.inf
     limits = [("xyz".index(axis), *pair) for axis, pair in world.bounds.items()]
     all_around = collision_scene(
@@ -93,7 +93,7 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
 
 @kernel
 def place_machine(machine, x, scratch):  # type: ignore[no-untyped-def]
-    """Set the poses and the ends of cables at a state."""
+    """Compute body poses and cable ends at a state (nx,) into ``scratch``."""
     call_at(machine.frames, x.ctypes.data, machine.p.ctypes.data, scratch.poses.ctypes.data)
     if scratch.ends.shape[0]:
         call_at(machine.cables, x.ctypes.data, machine.p.ctypes.data, scratch.ends.ctypes.data)
@@ -101,7 +101,7 @@ def place_machine(machine, x, scratch):  # type: ignore[no-untyped-def]
 
 @kernel
 def clearance_bound(wanted, need, scratch, context):  # type: ignore[no-untyped-def]
-    """Bound the room of a placed machine, the workspace included, as ``clearance_within`` does."""
+    """Bound a placed machine's clearance, workspace included, as ``clearance_within``."""
     best = need
     for k in range(context.axis.shape[0]):
         for b in range(scratch.poses.shape[0]):
@@ -119,9 +119,9 @@ def clearance_bound(wanted, need, scratch, context):  # type: ignore[no-untyped-
 
 @kernel
 def speed_bound(machine, x, u, scratch):  # type: ignore[no-untyped-def]
-    """Bound the speed of a machine's points at a state under inputs, in [m/s].
+    """Bound the speed of a machine's points at x (nx,) under u (nu,), in [m/s].
 
-    The ends of a cable bound its points: each is a mean of the two, and so is its velocity.
+    A cable's ends bound it: each point's velocity is a convex combination of theirs.
     """
     bodies, cables, largest = scratch.poses.shape[0], scratch.ends.shape[0], 0.0
     p, out = machine.p.ctypes.data, scratch.speeds.ctypes.data
@@ -137,19 +137,19 @@ def speed_bound(machine, x, u, scratch):  # type: ignore[no-untyped-def]
 
 @kernel
 def is_motion_free(machine, x, u, after, h, spare, speed, scratch, context):  # type: ignore[no-untyped-def]
-    """Say whether the step from x to ``after`` in h [s] is free; the poses are those that are not.
+    """Check the step from x to ``after``; on collision ``scratch`` holds the colliding poses.
 
-    The speed of its points within the step is taken to be at most CAUTION times that at its ends.
+    Point speeds within the step are taken to be at most SAFETY_FACTOR times those at its ends.
 
     Args:
-        machine, scratch, context: The machine and what is in its way.
-        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
-        h: In [s].
-        spare: Room at x in [m], as far as it is known; 0 where it is not.
-        speed: That of the fastest point at x, in [m/s].
+        machine, scratch, context: The machine and its collision context.
+        x, u, after: State (nx,), inputs (nu,) and next state (nx,).
+        h: Step length in [s].
+        spare: Known clearance at x in [m]; 0 where unknown.
+        speed: Bound on point speeds at x, in [m/s].
 
     Returns:
-        Room at ``after`` in [m], negative where the way is not free; and the speed there.
+        Clearance at ``after`` in [m], negative on collision; and the speed bound there in [m/s].
     """
     then = speed_bound(machine, after, u, scratch)
     speed = SAFETY_FACTOR * max(speed, then)
@@ -169,7 +169,7 @@ def is_motion_free(machine, x, u, after, h, spare, speed, scratch, context):  # 
             at_end = clearance
         if clearance >= reach:
             return at_end, then
-        # The next look has as much room as is asked for, or the step is not free.
+        # The next check must find the required clearance, or the step is not free.
         left -= (clearance + context.required_clearance) / speed
         if left <= 0.0 or speed * left <= spare:
             return at_end, then

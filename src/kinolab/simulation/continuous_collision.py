@@ -1,4 +1,4 @@
-"""Is the way of one step free? Coarse looks come first, finer ones where they fail."""
+"""Continuous collision check of one step by recursive subdivision with inflated bodies."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.world import CollisionChecker, lowest_z
 
-RESOLUTION = 0.01  # [m] that a point may move between two looks, where it is tight
-MIN_RESOLUTION = 1e-4  # [m] of the same where the start is close to an obstacle
-RANDOM_STATES = 20  # drawn at random to see whether bodies rise and sink
-SAFETY_FACTOR = 1.1  # factor on what is measured at both ends of a step, for what lies in between
-MAX_DOUBLINGS = 7  # each looks at twice the distance of the one before
-SUBDIVISIONS = 4  # that a way is cut into where a look at the whole of it fails
+RESOLUTION = 0.01  # [m] that a point may move between two checks, at the finest level
+MIN_RESOLUTION = 1e-4  # [m], where the start is close to an obstacle
+RANDOM_STATES = 20  # at which bodies' heights are compared
+SAFETY_FACTOR = 1.1  # on speeds at both ends of a step, for those in between
+MAX_DOUBLINGS = 7  # levels, each checking segments twice as long as the one before
+SUBDIVISIONS = 4  # of a segment whose check fails
 
 
 class ContinuousCollisionCheck:
-    """Looks along a step with the machine inflated by how far its points move from where it looks.
+    """Checks a step with the machine inflated by how far its points move from the sample.
 
-    A look at the middle of a way, with a margin of half its length, proves the whole way free.
-    Where it fails the way is cut into pieces, down to a resolution that counts as contact.
+    A check at a segment's midpoint, with a margin of half its length, proves the segment free.
+    Where it fails the segment is subdivided, down to a resolution that counts as contact.
 
     Args:
-        problem: Whose machine and world.
-        calls: The step that is looked at.
-        margin: Room in [m] that is asked for in addition.
+        problem: Provides machine and world.
+        calls: The step to check.
+        margin: Additional clearance in [m].
     """
 
     def __init__(self, problem: PlanningTask, calls: CompiledStep, margin: float = 0.0) -> None:
@@ -36,27 +36,27 @@ class ContinuousCollisionCheck:
         self._tight = problem.checker(margin=margin + self._resolution / 2)
         self._coarse: dict[int, CollisionChecker] = {}
         self._ground = moves_upright(problem, touching=False)
-        # A foot may come down to the ground and no further: only fine looks tell the difference.
+        # A foot may touch the ground but not sink: only fine checks tell the difference.
         self._levels = 1 if moves_upright(problem, touching=True) else MAX_DOUBLINGS
         self._workspace = [
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
         ]
         self._tight.build()
-        self._tight.contacts(*problem.placement(problem.start))  # compiles what is compiled late
+        self._tight.contacts(*problem.placement(problem.start))  # warms up lazy compilation
 
     def free(self) -> bool:
-        """Say whether the state reached is inside the workspace and touches nothing."""
+        """Return whether the state reached is in the workspace and collision-free."""
         return self._free_at(self._tight, 0.0)
 
     def free_within(self, duration: float, speed: float) -> bool:
-        """Say whether the step just made is free, its end first; ``speed`` bounds all points."""
+        """Check the step just made, its end first; ``speed`` bounds all points, in [m/s]."""
         if not self.free():
             return False
         return self._free_between(0.0, duration, speed)
 
     def rejection_sources(self) -> list[str]:
-        """Name what is in the way at the last look, which failed."""
+        """Name the contacts and limits that failed the last check."""
         calls = self._calls
         outside = [
             f"{'xyz'[entry // 4]} of {body.name} leaves the workspace"
@@ -103,15 +103,15 @@ class ContinuousCollisionCheck:
 
 
 def resolution(problem: PlanningTask) -> float:
-    """Return the spacing of checks: fine enough that the start has room for half of it."""
+    """Return the spacing of checks in [m]: the clearance of the start, clipped."""
     clearance = problem.checker().clearance(*problem.placement(problem.start))
     return float(np.clip(clearance, MIN_RESOLUTION, RESOLUTION))
 
 
 def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
-    """Say whether a body's lowest point rises and sinks, of those that may touch the ground or not.
+    """Return whether any body's lowest point changes height, of those touching the ground or not.
 
-    Margins against the ground would be in the way of what glides at one height.
+    Bodies that stay at one height need no margin against the ground, which would block them.
     """
     chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
     if not (problem.world.ground and chosen):
@@ -125,5 +125,5 @@ def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
         for k, body in enumerate(chosen)
         for shape in problem.bodies[body].shapes
     ]
-    # Not finite: the machine has no pose at some of the states, which says nothing about heights.
+    # Not finite: some sampled states have no pose, which says nothing about heights.
     return bool(lowest) and not np.ptp(lowest, axis=1).max() <= MIN_RESOLUTION

@@ -1,6 +1,6 @@
-"""Calls of a machine's functions from compiled code, by their addresses.
+"""Calls of a machine's compiled functions from numba kernels, by address.
 
-Addresses are arguments, so that what is compiled here serves every machine.
+Addresses are arguments, so that one compilation serves every machine.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from kinolab.problem import PlanningTask
 
 
 class Machine(NamedTuple):
-    """A machine for compiled code: where its functions are, and its parameters."""
+    """A machine for compiled code: function addresses and parameters."""
 
     step: int
     substeps: int
@@ -35,11 +35,11 @@ class Machine(NamedTuple):
 
 
 def machine_of(problem: PlanningTask) -> Machine:
-    """Return a problem's machine; whoever keeps it must keep the model too, which owns the code."""
+    """Return a problem's machine; the caller must keep the model alive, which owns the code."""
     model = problem.model
     stepper = f"step_{problem.scenario.integration.method}"
     names = [name for name in Machine._fields[2:] if name != "p"]
-    # Parameters of a machine without any: an address is asked of the array all the same.
+    # Never empty: the array's address is taken even of a machine without parameters.
     parameters = np.append(model.parameter_vector(), 0.0)
     addresses: dict[str, Any] = {name: model.address(name) for name in names}
     substeps = problem.scenario.integration.substeps
@@ -60,7 +60,7 @@ def _pointers(builder: Any, addresses: list[Any]) -> list[Any]:
 
 @intrinsic
 def call_step(typing, function, x, u, p, h, out, substeps):  # type: ignore[no-untyped-def]  # noqa: ARG001
-    """Call step(x, u, p, h, out, substeps), h in [s], the others addresses; 0 if it worked."""
+    """Call step(x, u, p, h, out, substeps), h in [s], the others addresses; 0 on success."""
     address = types.int64
     signature = types.int32(address, address, address, address, types.float64, address, address)
 
@@ -74,13 +74,13 @@ def call_step(typing, function, x, u, p, h, out, substeps):  # type: ignore[no-u
 
 @kernel
 def advance(machine, x, u, h, after):  # type: ignore[no-untyped-def]
-    """Make a step of h in [s] from x (nx,) under u (nu,) into ``after``; 0 if it worked.
+    """Step by h in [s] from x (nx,) under u (nu,) into ``after``; 0 on success.
 
     Args:
         machine: ``Machine``.
         x, u: State (nx,) and inputs (nu,).
-        h: In [s].
-        after: The state reached, shape (nx,); written.
+        h: Step length in [s].
+        after: Next state, shape (nx,); written.
     """
     return call_step(
         machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data,
@@ -90,9 +90,9 @@ def advance(machine, x, u, h, after):  # type: ignore[no-untyped-def]
 
 @kernel
 def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
-    """Follow inputs (N, nu) in steps of h in [s] from the first of ``states`` (N+1, nx), written.
+    """Roll out inputs (N, nu) in steps of h in [s] from ``states[0]`` into ``states`` (N+1, nx).
 
-    Returns how many steps were made before one failed.
+    Returns the number of steps before one failed.
     """
     for k in range(u.shape[0]):
         if advance(machine, states[k], u[k], h, states[k + 1]) != 0:
@@ -103,16 +103,16 @@ def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
 def states_under(
     problem: PlanningTask, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
 ) -> Array:
-    """Return the states (N+1, nx) under inputs (N, nu), by the problem's own map.
+    """Roll out inputs (N, nu) by the problem's own step map.
 
     Args:
-        problem: With the start.
+        problem: Provides machine and start.
         u: Inputs, one row per step.
-        start: Another start, shape (nx,).
-        method, substeps: Of the integrator, where they are not the problem's own.
+        start: Initial state, shape (nx,); the problem's when left out.
+        method, substeps: Of the integrator; the problem's when left out.
 
     Returns:
-        States; NaN from a step on that fails.
+        States, shape (N+1, nx); NaN from a failing step on.
     """
     machine = machine_of(problem)
     if method:

@@ -1,4 +1,4 @@
-"""Moves a machine by one step, judges the motion by FCL along it, and counts what is refused."""
+"""State propagation with limit and FCL collision checks, and statistics of rejections."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, ContinuousCollisionCheck
 
-CONE_RESOLUTION = 0.01  # [rad] of an axis between two looks at a forbidden cone
-# rejections of each cause whose culprit is looked for; beyond them one in SPARSE
+CONE_RESOLUTION = 0.01  # [rad] that an axis may turn between two checks of a keep-out cone
+# rejections of each cause that are explained; beyond them one in EXPLANATION_PERIOD
 FULLY_EXPLAINED = 200
 EXPLANATION_PERIOD = 32
 
 
 class Rejections:
-    """How many motions were refused, by cause, and who is to blame.
+    """Counts of rejected motions by cause and source.
 
-    Naming a culprit can cost more than the motion did, so that only a sample is asked for: every
-    one of the first ones, then one in ``EXPLANATION_PERIOD``, which counts for as many.
+    Finding a source can cost more than the propagation, so only a sample is explained: all of the
+    first ones, then one in ``EXPLANATION_PERIOD``, weighted by as many.
 
     Attributes:
-        counts: Refused motions by cause: ``limit``, ``collision`` or ``equations``.
+        counts: Rejected motions by cause: ``limit``, ``collision`` or ``equations``.
     """
 
     def __init__(self) -> None:
@@ -33,14 +33,14 @@ class Rejections:
         self._culprits: Counter[tuple[str, str]] = Counter()
 
     def add(self, cause: str, culprits: Callable[[], Iterable[str]]) -> None:
-        """Count a rejection; ``culprits`` names who is to blame, where it is asked."""
+        """Count a rejection; ``culprits`` names its sources, called for sampled ones only."""
         self.counts[cause] = count = self.counts[cause] + 1
         if count <= FULLY_EXPLAINED or count % EXPLANATION_PERIOD == 0:
             weight = 1 if count <= FULLY_EXPLAINED else EXPLANATION_PERIOD
             self._culprits.update({(cause, culprit): weight for culprit in culprits()})
 
     def shares(self) -> dict[str, dict[str, float]]:
-        """Return by cause and culprit the share of all rejections, the largest first."""
+        """Return the fraction of all rejections by cause and source, largest first."""
         total = max(sum(self.counts.values()), 1)
         found: dict[str, dict[str, float]] = {}
         for cause, count in sorted(self.counts.items(), key=lambda item: -item[1]):
@@ -52,19 +52,19 @@ class Rejections:
 
 
 class Propagator:
-    """Moves the machine by one step and judges the motion.
+    """Propagates the machine by one step and checks the motion.
 
-    What is accepted is free between its ends too, as far as the bound on the speed of the
-    machine's points holds. It is a filter: the verifier alone decides.
+    An accepted motion is free between its ends too, as far as the bound on the machine's point
+    speeds holds. It is a filter: the verifier alone decides.
 
     Args:
-        problem: Whose machine and world.
-        margin: Room in [m] that is asked for beside obstacles.
-        rejections: Where to count, if not apart from other propagators.
+        problem: Provides machine and world.
+        margin: Required clearance from obstacles in [m].
+        rejections: Counter to share with other propagators; its own when left out.
 
     Attributes:
         problem: The machine and its world.
-        rejections: How many motions were refused, by cause and culprit.
+        rejections: Counts of rejected motions by cause and source.
     """
 
     def __init__(
@@ -78,21 +78,21 @@ class Propagator:
             for i, (lower, upper) in enumerate(problem.bounds)
             if np.isfinite(lower) or np.isfinite(upper)
         ]
-        # These are checked in Python; most machines have none of them.
+        # Checked in Python; most machines have none.
         self._has_rare_limits = bool(np.isfinite(problem.rate_bounds).any() or problem.keep_outs)
         self.rejections = Rejections() if rejections is None else rejections
 
     def step(
         self, x: Sequence[float], u: Sequence[float], duration: float
     ) -> tuple[list[float], bool]:
-        """Return where a step leads, and whether the way there is free.
+        """Return the next state and whether the motion to it is free.
 
-        Where the equations of motion cannot be solved the machine stays.
+        Where the equations of motion are singular the state stays.
 
         Args:
             x: State, shape (nx,).
-            u: Inputs held, shape (nu,).
-            duration: In [s].
+            u: Constant inputs, shape (nu,).
+            duration: Step length in [s].
         """
         calls = self._calls
         calls.x[:], calls.u[:] = x, u
@@ -103,12 +103,12 @@ class Propagator:
         return reached, self._free_on_the_way(duration)
 
     def touches_nothing(self, x: Sequence[float], u: Sequence[float], duration: float) -> bool:
-        """Say whether a step stays inside the workspace and touches nothing; limits do not count.
+        """Return whether a step stays in the workspace and is collision-free; state limits aside.
 
         Args:
             x: State, shape (nx,).
-            u: Inputs held, shape (nu,).
-            duration: In [s].
+            u: Constant inputs, shape (nu,).
+            duration: Step length in [s].
         """
         calls = self._calls
         calls.x[:], calls.u[:] = x, u
@@ -116,12 +116,12 @@ class Propagator:
         return not failed and self._sweep.free_within(duration, SAFETY_FACTOR * calls.fastest())
 
     def is_free(self, x: Sequence[float]) -> bool:
-        """Say whether a state is within its limits and touches nothing."""
+        """Return whether a state is within its limits and collision-free."""
         self._calls.next[:] = x
         return not self._passed() and self._sweep.free()
 
     def admits(self, x: Sequence[float]) -> bool:
-        """Say whether a state is free, and count it as refused where it is not."""
+        """Return whether a state is free; count a rejection where it is not."""
         self._calls.next[:] = x
         limit = self._passed()
         if limit:
@@ -133,7 +133,7 @@ class Propagator:
         return False
 
     def _free_on_the_way(self, duration: float) -> bool:
-        """Check the step just made."""
+        """Check the step just made for collisions."""
         limit = (
             self._passed()
             or self._passed_within(duration)
@@ -149,7 +149,7 @@ class Propagator:
         return True
 
     def _passed(self) -> str:
-        """Return the name of a limit that the state reached passes; empty if it passes none."""
+        """Return the name of a limit that the state reached violates; empty if none."""
         values = self._calls.next
         for i, lower, upper in self._limits:
             if not lower <= values[i] <= upper:
@@ -160,10 +160,10 @@ class Propagator:
         return ""
 
     def _passed_within(self, duration: float) -> str:
-        """Name a state that turns back within the step and has its extreme beyond a limit.
+        """Name a state entry whose extremum within the step violates a limit; empty if none.
 
-        With slopes of opposite sign a and b at the ends of a step h, the extreme passes the ends
-        by about h/2 |a b| / (|a| + |b|), at most h/2 of the smaller slope.
+        With slopes a and b of opposite sign at the ends of a step h, the extremum exceeds the end
+        values by about h/2 |a b| / (|a| + |b|), at most h/2 times the smaller slope.
         """
         before, after = self._calls.slopes()
         for i, lower, upper in self._limits:
@@ -179,7 +179,7 @@ class Propagator:
         return "" if self._calls.keeps_requirements(duration) else "a requirement"
 
     def _cone_entered(self, duration: float) -> str:
-        """Check forbidden cones so often along the step that no axis turns far in between."""
+        """Name a keep-out cone violated at samples along the step, ``CONE_RESOLUTION`` apart."""
         for poses in self._looks_at_axes(duration):
             for cone in self.problem.keep_outs:
                 if cone.angle(poses) < cone.half_angle:
@@ -187,7 +187,7 @@ class Propagator:
         return ""
 
     def _looks_at_axes(self, duration: float) -> Iterator[np.ndarray]:
-        """Yield the bodies' poses along the step just made, where cones are forbidden."""
+        """Yield body poses along the step just made, for checks of keep-out cones."""
         if not self.problem.keep_outs:
             return
         calls = self._calls
@@ -200,6 +200,6 @@ class Propagator:
 
 
 def _axis_speed(problem: PlanningTask, x: np.ndarray, slope: np.ndarray) -> float:
-    """Return how fast the fastest axis with a forbidden cone turns at a state, in [rad/s]."""
+    """Return the largest angular speed of axes with keep-out cones at a state, in [rad/s]."""
     rates = problem.model.frames_jacobian(x) @ slope
     return max(float(np.linalg.norm(cone.in_world(rates))) for cone in problem.keep_outs)

@@ -1,4 +1,4 @@
-"""The true motion: SciPy's DOP853 with the inputs held, independent of any planner's integrator.
+"""Reference integration: SciPy's DOP853 under zero-order hold, independent of the planners.
 
 Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 """
@@ -24,15 +24,15 @@ from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
 RTOL = 1e-9
-ATOL = 1e-11  # per unit of a coordinate's scale; three orders below what the check accepts
+ATOL = 1e-11  # relative to a coordinate's scale; a thousandth of the check's tolerance
 
 # a motion that amplifies errors more than this needs a stored feedback law
 MAX_ERROR_AMPLIFICATION = 1e6
-PERTURBATION = 1e-6  # of a state's scale: the disturbance whose growth is measured
+PERTURBATION = 1e-6  # of a state's scale, of the start; its amplification is measured
 
 
 class DivergedError(KinolabError):
-    """A motion could not be followed to its end; ``.time`` says how far it went, in [s]."""
+    """The integration stopped before the final time; ``.time`` is where, in [s]."""
 
     exit_code = 7
 
@@ -43,22 +43,22 @@ class DivergedError(KinolabError):
 
 @dataclass(frozen=True)
 class ReferenceMotion:
-    """A continuous motion, one interpolant per knot interval."""
+    """A continuous-time motion: one interpolant per knot interval."""
 
     t: Array
     x: Array  # states at the knots, shape (N+1, nx)
     pieces: Sequence[Any]
 
     def between(self, k: int, times: Array) -> Array:
-        """Return the states at times within interval k, shape (times, nx)."""
+        """Evaluate the motion at times within interval k; shape (times, nx)."""
         states: Array = self.pieces[k](times).T
         return states
 
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
-        """Return the states at times, each within an interval of its own, shape (times, nx).
+        """Evaluate the motion at times, each in its own interval; shape (times, nx).
 
         Args:
-            intervals: In order, shape (times,).
+            intervals: Index of each time's interval, ascending, shape (times,).
             times: In [s], shape (times,).
         """
         if not len(times):
@@ -71,12 +71,12 @@ class ReferenceMotion:
 
 @dataclass(frozen=True)
 class MapMotion(ReferenceMotion):
-    """A motion whose states are joined by straight ways: chords."""
+    """A discrete-time motion, interpolated along chords between its states."""
 
     space: StateSpace
 
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
-        """Return the states at times, each within an interval of its own, shape (times, nx)."""
+        """Evaluate the motion at times, each in its own interval; shape (times, nx)."""
         begin, end = self.t[intervals], self.t[intervals + 1]
         fraction = ((times - begin) / (end - begin))[:, None]
         path = self.x[intervals + 1] - self.x[intervals]
@@ -86,19 +86,19 @@ class MapMotion(ReferenceMotion):
 def follow(
     model: Model, start: Array, t: Array, u: Array, scales: Array, *, between: bool = True
 ) -> ReferenceMotion:
-    """Integrate from a start with the inputs held between the times t.
+    """Integrate from a start under zero-order hold of the inputs between the times t.
 
-    Where the machine has feedback, it is asked at every knot what its inputs are. Constraints of
-    position are differentiated away in the equations of motion: what an interval has drifted off
-    them is taken back at its end, before the next one begins.
+    A machine's feedback law is evaluated at every knot. The equations of motion contain position
+    constraints in differentiated form only, so the drift off them is projected out at the end of
+    each interval.
 
     Args:
         model: The compiled machine.
         start: State at t[0], shape (nx,).
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, or references, shape (N, nu).
-        scales: What counts as large, per entry of the state, shape (nx,).
-        between: Whether anybody will ask for states between the knots.
+        scales: Characteristic magnitude of each state entry, shape (nx,).
+        between: Whether to keep dense output between the knots.
 
     Raises:
         DivergedError: If the integrator stops before the end.
@@ -129,9 +129,9 @@ def interval(
     between: bool,
     **parameters: float,
 ) -> tuple[Array, Any]:
-    """Integrate a machine without feedback; return the last state, and SciPy's dense output.
+    """Integrate a machine without feedback; return the final state and SciPy's dense output.
 
-    ``start``, ``scales`` and the last state have shape (nx,), the inputs ``held`` (nu,).
+    ``start``, ``scales`` and the final state have shape (nx,), the constant inputs ``held`` (nu,).
 
     Parameters by keyword override the machine's own.
 
@@ -140,7 +140,7 @@ def interval(
     """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # what diverges is reported below
+            warnings.simplefilter("ignore", RuntimeWarning)  # divergence is reported below
             result = solve_ivp(
                 model.rate_under(held, **parameters),
                 span,
@@ -160,7 +160,7 @@ def interval(
 def follow_map(
     model: Model, start: Array, t: Array, u: Array, method: str, substeps: int = 1
 ) -> ReferenceMotion:
-    """Apply the integrator's own step as the truth; between knots the state is interpolated.
+    """Iterate the integrator's own step map as the reference; interpolate between knots.
 
     ``start`` has shape (nx,), the times ``t`` in [s] (N+1,), the inputs ``u`` (N, nu).
 
@@ -179,13 +179,13 @@ def follow_map(
 
 @dataclass(frozen=True, eq=False)
 class Chord:
-    """A straight way between two states, with the interface of SciPy's dense output.
+    """The geodesic between two states, with the interface of SciPy's dense output.
 
     Attributes:
-        span: Times of its ends, in [s].
-        begin: State at its beginning, shape (nx,).
-        end: State at its end, shape (nx,).
-        space: Of the states; quaternions stay of unit length.
+        span: Start and end time, in [s].
+        begin: First state, shape (nx,).
+        end: Last state, shape (nx,).
+        space: The state space; quaternions stay normalized.
     """
 
     span: tuple[float, float]
@@ -195,11 +195,11 @@ class Chord:
 
     @property
     def ts(self) -> Array:
-        """Times at which it begins and ends."""
+        """Start and end time, in [s]."""
         return np.array(self.span)
 
     def __call__(self, times: float | Array) -> Array:
-        """Return the state at a time, shape (nx,), or the states at times, shape (nx, times)."""
+        """Evaluate at a time, shape (nx,), or at times, shape (nx, times)."""
         fraction = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
         return self.space.retract(self.begin, fraction[..., None] * (self.end - self.begin)).T
 
@@ -207,17 +207,17 @@ class Chord:
 def reference_motion(
     problem: PlanningTask, start: Array, t: Array, u: Array, *, between: bool = True
 ) -> ReferenceMotion:
-    """Return the motion that counts: the differential equation's, or the integrator's own map.
+    """Return the reference motion: the ODE's solution, or the integrator's own step map.
 
     Args:
-        problem: Says which, below [integration].
+        problem: Its [integration] section selects which.
         start: State at t[0], shape (nx,).
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, shape (N, nu).
-        between: Whether anybody will ask for states between the knots, which takes longer.
+        between: Whether to keep dense output between the knots, which takes longer.
 
     Raises:
-        DivergedError: If the motion cannot be followed to its end.
+        DivergedError: If the integration stops before the end.
     """
     settings = problem.scenario.integration
     if settings.truth == "discrete":
@@ -226,13 +226,13 @@ def reference_motion(
 
 
 def resimulate(problem: PlanningTask, t: Array, u: Array) -> Trajectory:
-    """Return the true motion from the problem's start under inputs (N, nu) at times (N+1,)."""
+    """Re-simulate inputs (N, nu) at times (N+1,) from the problem's start."""
     motion = reference_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
 
 
 def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
-    """Return a motion as a trajectory, with what the feedback gave where there is one.
+    """Return a motion as a trajectory, with the plant inputs where the machine has feedback.
 
     Args:
         model: The machine.
@@ -247,7 +247,7 @@ def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
 
 
 def perturbed_start(problem: PlanningTask, start: Array) -> Array:
-    """Return a start (nx,) beside another one, to see how errors grow; always the same one."""
+    """Return a perturbed start, shape (nx,), to measure error amplification; deterministic."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
     nudge *= PERTURBATION / np.linalg.norm(nudge)
     beside: Array = start + nudge * problem.scales
@@ -255,13 +255,13 @@ def perturbed_start(problem: PlanningTask, start: Array) -> Array:
 
 
 def error_amplification(problem: PlanningTask, states: Array, beside: Array) -> float:
-    """Return by how much a motion makes errors grow: the most that another one goes away from it.
+    """Return the error amplification: the largest growth of a perturbation at the start.
 
     Args:
-        problem: Whose states.
-        states: Of the motion, shape (N+1, nx).
-        beside: Of the motion from a start that was ``perturbed_start``.
+        problem: Provides the state scales.
+        states: Nominal motion, shape (N+1, nx).
+        beside: Motion from ``perturbed_start``, shape (N+1, nx).
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that diverges it is infinite
+    with np.errstate(over="ignore", invalid="ignore"):  # infinite where the motion diverges
         apart = np.linalg.norm((beside - states) / problem.scales, axis=1).max() / PERTURBATION
     return float(apart) if np.isfinite(apart) else np.inf

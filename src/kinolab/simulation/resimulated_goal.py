@@ -1,4 +1,4 @@
-"""Where the true motion ends, without following it as closely as the verifier does."""
+"""Re-simulated goal check: does the reference motion end in the goal? Cheaper than verifying."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from kinolab.simulation.reference import (
     resimulate,
 )
 
-SUBSTEPS = (8, 16)  # of a step
-MISSED = "missed_the_goal_in_truth"  # what planners call it in their statistics
+SUBSTEPS = (8, 16)  # per propagation step
+MISSED = "missed_the_goal_in_truth"  # its key in planner statistics
 BROKEN = "broken_in_truth"
 
 
 @dataclass
 class TrueEnds:
-    """Judges motions that a planner's steps bring into the goal, and counts those refused.
+    """Re-simulates motions that reach the goal by a planner's steps; counts those rejected.
 
     Attributes:
-        problem: With the start and the goal.
-        missed: How many truly end outside the goal.
-        broken: How many cannot be followed, touch something, or make errors grow too much.
+        problem: Provides start and goal.
+        missed: How many end outside the goal when re-simulated.
+        broken: How many diverge, collide or amplify errors too much.
     """
 
     problem: PlanningTask
@@ -46,24 +46,24 @@ class TrueEnds:
 
     @property
     def refused(self) -> int:
-        """All together."""
+        """Total number of rejections."""
         return self.missed + self.broken
 
     @property
     def statistics(self) -> dict[str, float]:
-        """By the names that planners give them."""
+        """Counts under the keys of planner statistics."""
         return {MISSED: float(self.missed), BROKEN: float(self.broken)}
 
 
 def resimulated_violation(problem: PlanningTask, u: Array) -> float:
-    """Return how far outside the goal the true motion from the problem's start ends, in tolerances.
+    """Return the goal violation at the end of the re-simulated motion, in tolerances.
 
-    Whether it ends inside is told by compiled steps where two lengths of them agree; else the
-    motion is followed as the verifier does. Infinite where that cannot be done, and for a motion
-    into the goal that truly touches something on its way, or that makes errors grow too much.
+    Uses compiled steps where two step lengths agree on the outcome, else the verifier's
+    integrator. Infinite where the integration diverges, and for a motion into the goal that
+    collides on its way or amplifies errors too much.
 
     Args:
-        problem: With the start and the goal.
+        problem: Provides start and goal.
         u: Inputs, one row per step, shape (N, nu).
     """
     if problem.scenario.integration.truth == "discrete":
@@ -87,7 +87,7 @@ def _end(problem: PlanningTask, states: Array) -> float:
 
 
 def _holds(problem: PlanningTask, states: Array, u: Array) -> bool:
-    """Say whether true states (N+1, nx) touch nothing and can be reached again."""
+    """Return whether re-simulated states (N+1, nx) are collision-free and reproducible."""
     ends = problem.model.cables(states) if problem.cables else None
     if problem.checker().first_collision(problem.model.frames(states), ends) is not None:
         return False

@@ -1,4 +1,4 @@
-"""Follow inputs through the compiled dynamics: as good as exactly, or with the planner's steps."""
+"""Rollouts of the compiled dynamics: near-exact substeps, or the planner's own steps."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from kinolab.simulation.compiled_step import CompiledStep, stepper
 
 # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
 STEP_PER_TIME_CONSTANT = 0.15
-MAX_SUBSTEPS = 20  # such steps within a propagation step
-RANDOM_STATES = 10  # random states at which time constants are looked at
-STEPS_PER_CANCELLATION_CHECK = 256  # steps between two looks at whether to stop: some milliseconds
+MAX_SUBSTEPS = 20  # Runge-Kutta steps per propagation step
+RANDOM_STATES = 10  # at which time constants are computed
+STEPS_PER_CANCELLATION_CHECK = 256  # steps between two checks of the token: some milliseconds
 
 
 class Rollout:
-    """Steps a machine with inputs held for a propagation step each.
+    """Rolls out a machine under zero-order hold, one propagation step per input.
 
     Args:
-        problem: Whose machine.
-        stop: Says that what is being done must end, by a CancelledError.
+        problem: Provides machine and integration settings.
+        stop: Cancellation token; raises CancelledError when set.
 
     Attributes:
         step: Length of a propagation step in [s].
@@ -34,17 +34,17 @@ class Rollout:
     def __init__(self, problem: PlanningTask, stop: CancellationToken = never_cancelled) -> None:
         settings, self._stop = problem.scenario.integration, stop
         discrete = settings.truth == "discrete"
-        # Euler's steps are the truth of a discrete problem, and no approximation of another one's.
+        # Euler steps define a discrete-time problem; they approximate no continuous one.
         method = settings.method if discrete else settings.accurate_method
         self._calls = CompiledStep(problem, method)
         self._problem, self.step = problem, problem.step
         self._pieces = 1 if discrete else _pieces(problem)
 
     def follow(self, x0: Array, u: Array) -> Array | None:
-        """Return the states at the knots, shape (N+1, nx); None where the equations end it.
+        """Return the states at the knots, shape (N+1, nx); None where a step fails.
 
         Args:
-            x0: Where to begin, shape (nx,).
+            x0: Initial state, shape (nx,).
             u: Inputs, one row per propagation step, shape (N, nu).
         """
         calls, states = self._calls, np.empty((len(u) + 1, len(x0)))
@@ -62,9 +62,9 @@ class Rollout:
         return states if np.isfinite(states[-1]).all() else None
 
     def linearise(self, x: Array, u: Array) -> tuple[Array, Array]:
-        """Return how each step's end changes with its beginning and its inputs.
+        """Linearise each step: its end state's derivatives by its start state and its inputs.
 
-        The derivatives are those of the equations of motion in the middle of the step.
+        Uses the Jacobians of the equations of motion at the step's midpoint.
 
         Args:
             x: States, shape (N+1, nx).
@@ -89,7 +89,7 @@ class Rollout:
 
 
 def _pieces(problem: PlanningTask) -> int:
-    """Return how many Runge-Kutta steps a propagation step takes."""
+    """Return the number of Runge-Kutta steps per propagation step."""
     generator, model = np.random.default_rng(0), problem.model
     states = np.array(
         [problem.start, *(problem.sample_goal(generator) for _ in range(RANDOM_STATES))]
@@ -102,7 +102,7 @@ def _pieces(problem: PlanningTask) -> int:
 
 
 class ZeroOrderHold:
-    """Simulates a machine in steps of the problem's length, without a look at obstacles."""
+    """Simulates a machine under zero-order hold in propagation steps, without collision checks."""
 
     def __init__(self, problem: PlanningTask) -> None:
         self._calls = CompiledStep(problem)
@@ -110,7 +110,7 @@ class ZeroOrderHold:
         self._bytes = ctypes.sizeof(ctypes.c_double) * self._nx
 
     def end(self, x: Array, u: Array, steps: int) -> Array | None:
-        """Return the state after some steps with inputs (nu,) held; None where that fails."""
+        """Return the state after some steps of constant inputs (nu,); None where a step fails."""
         calls = self._calls
         calls.x[:], calls.u[:] = x.tolist(), u.tolist()
         for _ in range(steps):
@@ -121,7 +121,7 @@ class ZeroOrderHold:
         return reached if np.isfinite(reached).all() else None
 
     def end_of(self, x: Array, inputs: Array, steps: int) -> Array | None:
-        """Return the state after each row of inputs (rows, nu) was held for some steps."""
+        """Return the state after holding each row of inputs (rows, nu) for some steps."""
         for row in inputs:
             reached = self.end(x, row, steps)
             if reached is None:
@@ -131,16 +131,16 @@ class ZeroOrderHold:
 
 
 class CandidateRollouts:
-    """Motions of equal length from one state, each under an input, without a look at obstacles.
+    """Rollouts of equal length from one state, one per constant input, without collision checks.
 
     Args:
-        problem: Whose machine moves.
-        count: How many motions.
-        steps: Propagation steps of each.
+        problem: Provides machine and integration settings.
+        count: Number of rollouts.
+        steps: Propagation steps per rollout.
 
     Attributes:
-        inputs: One per motion, shape (count, nu); set them before a call.
-        states: Of the motions, their start left out, shape (count, steps, nx).
+        inputs: One per rollout, shape (count, nu); to be set before a call.
+        states: Of the rollouts without their start, shape (count, steps, nx).
     """
 
     def __init__(self, problem: PlanningTask, count: int, steps: int) -> None:
@@ -160,7 +160,7 @@ class CandidateRollouts:
         ]
 
     def follow(self, start: Sequence[float], k: int) -> Array:
-        """Return the states of one motion, shape (steps, nx); NaN from a step that fails."""
+        """Return the states of rollout k, shape (steps, nx); NaN from a failing step on."""
         self._knots[k, 0] = start
         for j, arguments in enumerate(self._calls[k]):
             if self._step(*arguments):

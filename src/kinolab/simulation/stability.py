@@ -1,4 +1,4 @@
-"""Are steps short enough for what fades or swings fastest? Longer ones make it grow instead.
+"""Stability limit of explicit integrators: is the step short enough for the fastest mode?
 
 Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section IV.2 (stability functions).
 """
@@ -18,21 +18,21 @@ from kinolab.scenario.schema import IntegrationSection
 # |h lambda| up to which |R(h lambda)| <= 1 for lambda < 0
 STABILITY_BOUNDS = {"rk4": 2.785, "euler": 2.0}
 RANDOM_STATES = 100  # of each kind
-QUANTILE = 0.9  # share of them: what is stiff at few places only is not counted
-GROWTH_RATIO = 0.5  # Re(lambda) / |lambda| above which something truly grows
-UNLIMITED_INPUT = 1e3  # of an input without a limit, in its unit
+QUANTILE = 0.9  # of their rates: stiffness at isolated states is ignored
+GROWTH_RATIO = 0.5  # Re(lambda) / |lambda| above which a mode counts as unstable
+UNLIMITED_INPUT = 1e3  # sampling limit of an unbounded input, in its unit
 
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Steps that are too long for a machine.
+    """An integration step beyond its method's stability limit.
 
     Attributes:
-        method: Of integration.
-        step: How long each step of the method is, in [s].
-        limit: Steps must be shorter, in [s].
-        rate: At which something fades or swings, in [1/s]: the spectral radius of df/dx.
-        substeps: Of which a step of the problem is made.
+        method: Integration method.
+        step: Length of one step of the method, in [s].
+        limit: Upper bound of a stable step, in [s].
+        rate: Of the fastest mode, in [1/s]: the spectral radius of df/dx.
+        substeps: Number of method steps per propagation step.
     """
 
     method: str
@@ -43,7 +43,7 @@ class Stiffness:
 
     @property
     def sentence(self) -> str:
-        """What is wrong, and what would work."""
+        """The mistake and its remedy, in words."""
         steps = "steps" if self.substeps == 1 else "substeps"
         return (
             f"Something in this machine changes within {1.0 / self.rate:.2g} s, and {self.method} "
@@ -53,14 +53,14 @@ class Stiffness:
 
 
 def stiffness(problem: PlanningTask, visited: Array | None = None) -> Stiffness | None:
-    """Return what makes a problem's steps unstable; None where they are stable, or implicit.
+    """Return why a problem's steps are unstable; None where they are stable or implicit.
 
-    Looks at the start, at states of the goal, at others within the limits, moving and at rest, and
-    at those that a search came to.
+    Examines the start, goal samples, samples within the limits, moving and at rest, and states
+    that a search visited.
 
     Args:
-        problem: With the machine and its steps.
-        visited: States, shape (N, nx).
+        problem: Provides the machine and the integration settings.
+        visited: States of the search, shape (N, nx).
     """
     generator = np.random.default_rng(0)
     kinds = [problem.start[None], *_sampled(problem, generator)]
@@ -71,7 +71,7 @@ def stiffness(problem: PlanningTask, visited: Array | None = None) -> Stiffness 
 
 
 def step_too_long(settings: IntegrationSection, rate: float) -> Stiffness | None:
-    """Return what makes steps unstable for something that fades at a rate in [1/s], if it does."""
+    """Return why steps are unstable for a mode of a given rate in [1/s]; None if they are not."""
     step = settings.step / settings.substeps
     stable = STABILITY_BOUNDS.get(settings.method)
     if stable is None or rate * step <= stable:
@@ -80,14 +80,14 @@ def step_too_long(settings: IntegrationSection, rate: float) -> Stiffness | None
 
 
 def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:
-    """Return the rate of the fastest thing that does not grow at nine of ten states, in [1/s].
+    """Return the 90th percentile over states of the fastest stable mode's rate, in [1/s].
 
-    A machine's own feedback does not count: its inputs are held during a step.
+    The machine's feedback is left out: its inputs are constant during a step.
 
     Args:
         model: The machine.
         x: States, shape (N, nx).
-        generator: Of inputs, which may change what fades; that none act is looked at besides.
+        generator: Draws the inputs at which, besides zero input, modes are computed.
     """
     lower, upper = np.clip(model.control_bounds, -UNLIMITED_INPUT, UNLIMITED_INPUT).T
     drawn = generator.uniform(lower, upper, (len(x), model.nu))
@@ -99,7 +99,7 @@ def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:
 
 
 def _fading_at(model: Model, x: Array, u: Array) -> float:
-    """Return the rate at one state under inputs; 0 where the equations have no solution."""
+    """Return the fastest stable mode's rate at one (x, u); 0 where the equations are singular."""
     try:
         slope = model.plant.jacobian(x, model.plant_inputs(x, u))[0]
     except KinolabError:
@@ -111,7 +111,7 @@ def _fading_at(model: Model, x: Array, u: Array) -> float:
 
 
 def _sampled(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:
-    """Return states of the goal, states within the limits, and the latter at rest."""
+    """Return goal samples, samples within the limits, and the latter at rest."""
     goals = problem.sample_goals(generator, np.ones(RANDOM_STATES))
     moving = problem.sample_goals(generator, np.ones(RANDOM_STATES))
     aimed, (lower, upper) = list(problem.goal.indices), problem.sampling_bounds.T

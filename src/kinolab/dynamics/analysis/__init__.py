@@ -1,1 +1,1 @@
-"""What follows from equations of motion: equilibria, gains, controllability."""
+"""Analysis of the equations of motion: equilibria, LQR design, controllability."""

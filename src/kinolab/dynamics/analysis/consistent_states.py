@@ -1,4 +1,4 @@
-"""Consistent initial values: where every constraint holds, and the nearest such state to another.
+"""Consistent initial values: constraint violations, and projection onto the constraints.
 
 Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section VII.1 (consistent initial values).
 """
@@ -18,20 +18,20 @@ from kinolab.dynamics.model import Model
 from kinolab.dynamics.units import position_unit, velocity_unit
 from kinolab.numerics.arrays import Array
 
-CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]: only rounding remains
-# of the scales: how far from a state searches begin
+CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]; allows for rounding only
+# of the scales: perturbation of the initial guesses
 PERTURBATION_SCALES = (0.0, *(8 * (0.3, 1.0, 2.0)))
-NEWTON_STEPS = 10  # of Newton's method, after a search that comes near
+NEWTON_STEPS = 10  # of Newton's method, after the optimisation
 
 
 @dataclass(frozen=True)
 class ConstraintViolation:
-    """A constraint that a state breaks.
+    """A constraint that a state violates.
 
     Attributes:
-        name: The constraint's.
-        size: By how much, in its unit.
-        unit: m or rad where a loop is open, m/s or rad/s where something slips.
+        name: Name of the constraint.
+        size: Violation in ``unit``.
+        unit: m or rad of a position constraint, m/s or rad/s of a velocity constraint.
     """
 
     name: str
@@ -40,10 +40,10 @@ class ConstraintViolation:
 
 
 def constraint_violations(model: Model, x: Array) -> tuple[ConstraintViolation, ...]:
-    """Return the constraints that do not hold at a state, shape (nx,).
+    """Return the constraints violated at a state, shape (nx,).
 
-    Those of position are looked at, and of velocity where all rates are states: elsewhere the
-    dependent rates follow from the others.
+    Checks position constraints, and velocity constraints where all rates are states; elsewhere
+    the dependent rates follow from the others.
     """
     return tuple(
         breach for breach in _residuals(model.plant, x) if breach.size > CONSTRAINT_TOLERANCE
@@ -51,15 +51,15 @@ def constraint_violations(model: Model, x: Array) -> tuple[ConstraintViolation, 
 
 
 def nearest_consistent_state(model: Model, x: Array, limits: Array) -> Array | None:
-    """Return the nearest state at which all constraints hold, shape (nx,); None if none is found.
+    """Return the nearest consistent state, shape (nx,); None if none is found.
 
-    That is the nearest configuration, and there the nearest velocities, both in units of the
+    The nearest configuration first, then the nearest velocities there, both in units of the
     states' scales.
 
     Args:
         model: The machine.
         x: State, shape (nx,).
-        limits: That the configuration shall keep, as of the state, shape (nx, 2).
+        limits: Lower and upper limits of the state, kept by the configuration, shape (nx, 2).
     """
     plant, found = model.plant, np.array(x, dtype=float)
     loops = _LoopClosure(plant)
@@ -86,7 +86,7 @@ def _residuals(plant: Model, x: Array) -> Iterator[ConstraintViolation]:
 
 
 def _without_slip(plant: Model, x: Array) -> Array:
-    """Return a state with the nearest velocities that the constraints allow."""
+    """Project a state's velocities onto the constraints."""
     still, moving = x.copy(), slice(plant.nq, plant.nq + plant.nt)
     still[moving] = 0.0
     sizes = plant.state_scales[moving]
@@ -98,11 +98,11 @@ def _without_slip(plant: Model, x: Array) -> Array:
 
 
 class _LoopClosure:
-    """The constraints of position, h(q) = 0, with those of unit quaternions.
+    """Position constraints h(q) = 0, unit quaternion norms included.
 
     Attributes:
-        constraints: Without those that follow from others, unless they are asked for.
-        count: How many there are.
+        constraints: Without redundant ones, unless requested.
+        count: Number of equations.
     """
 
     def __init__(self, plant: Model, *, redundant: bool = False) -> None:
@@ -128,7 +128,7 @@ class _LoopClosure:
         return self._evaluated(self._gaps, q)
 
     def nearest(self, q: Array, limits: Array) -> Array | None:
-        """Return the configuration nearest to q, shape (nq,), at which h is zero."""
+        """Return the configuration nearest to q with h = 0, shape (nq,)."""
         generator = np.random.default_rng(0)
         found = []
         for spread in PERTURBATION_SCALES:
@@ -139,7 +139,7 @@ class _LoopClosure:
         return min(found, key=lambda near: self._apart(near, q), default=None)
 
     def _near(self, q: Array, begin: Array, limits: Array) -> Array | None:
-        """Return a nearest configuration, found by sequential quadratic programming from another.
+        """Return a locally nearest configuration, by SQP from an initial guess.
 
         Source: Kraft, A software package for sequential quadratic programming, DFVLR 1988.
         """
@@ -161,7 +161,7 @@ class _LoopClosure:
             near = self._turned_back(self._closed(result.x * sizes), q, limits)
             held = np.abs(self._missing(near)).max() <= CONSTRAINT_TOLERANCE
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-            return None  # the expressions have no value there
+            return None  # the expressions are undefined there
         inside = (
             (near >= limits[:, 0] - CONSTRAINT_TOLERANCE)
             & (near <= limits[:, 1] + CONSTRAINT_TOLERANCE)
@@ -169,14 +169,14 @@ class _LoopClosure:
         return near if held and inside else None
 
     def _closed(self, q: Array) -> Array:
-        """Return a configuration made exact by Newton steps of least length."""
+        """Refine a configuration by least-norm Newton steps."""
         for _ in range(NEWTON_STEPS):
             rows = self._rows(q) * self._scales
             q = q - self._scales * (np.linalg.pinv(rows, rcond=1e-12) @ self._missing(q))
         return q
 
     def _turned_back(self, near: Array, q: Array, limits: Array) -> Array:
-        """Return the same configuration without whole turns away from another one."""
+        """Remove whole turns between two configurations, for unlimited angles."""
         free = self._plant.circular[: len(q)] & ~np.isfinite(limits).any(axis=1)
         return near - np.where(free, whole_turns(near - q), 0.0)
 
@@ -188,7 +188,7 @@ class _LoopClosure:
         return np.concatenate([self.gaps(q), lengths])
 
     def _rows(self, q: Array) -> Array:
-        """Return the derivative of what is missing by q."""
+        """Return the Jacobian of the residual by q."""
         slopes = self._evaluated(self._slopes, q).reshape(self.count, -1)
         lengths = np.zeros((len(self._plant.attitudes), len(q)))
         for row, k in zip(lengths, self._plant.attitudes.values(), strict=True):

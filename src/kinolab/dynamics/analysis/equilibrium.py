@@ -1,4 +1,4 @@
-"""Equilibria: f(x, u) = 0 with all velocities 0, near a state."""
+"""Equilibria near a state: f(x, u) = 0 with all velocities 0."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from kinolab.dynamics.model import Model
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
 
-EQUILIBRIUM_TOLERANCE = 1e-10  # of a state's scale per second: what counts as rest
-NEWTON_STEPS = 50  # of Newton's method
-CLOSURE_STEPS = 20  # steps towards a configuration in which loops close
+EQUILIBRIUM_TOLERANCE = 1e-10  # of a state's scale per second
+NEWTON_STEPS = 50  # at most, of Newton's method
+CLOSURE_STEPS = 20  # at most, towards loop closure
 
 
 def equilibrium(
@@ -26,18 +26,18 @@ def equilibrium(
 ) -> tuple[Array, Array] | None:
     """Return an equilibrium near a state, x of shape (nx,) and u of shape (nu,), or None.
 
-    Newton's method, whose steps are the least changes of configuration and inputs in units of
-    scales and of half the inputs' ranges. Limits are not looked at.
+    Newton's method with least-norm steps of configuration and inputs, in units of scales and of
+    half the inputs' ranges. Limits are ignored.
 
     Args:
         model: The machine.
-        near: Where to begin, shape (nx,); velocities are taken for 0, inputs for 0 or nearly so.
-        scales: What counts as a large change of each entry of the state, shape (nx,).
-        movable: Which entries may change, shape (nx,); velocities never do.
-        rounds: Of Newton's method at most.
-        drawn_back: Those at the beginning that look for the nearest equilibrium, drawn back along
-            all of them to where the search began; those that follow take any.
-        polish: Whether to go on for as long as rounding lets the motion get smaller.
+        near: Initial guess, shape (nx,); starts from zero velocities and inputs near 0.
+        scales: Characteristic magnitude of each state entry, shape (nx,).
+        movable: Which state entries may change, shape (nx,); velocities never do.
+        rounds: Largest number of Newton steps.
+        drawn_back: Number of initial steps pulled back, within the linearised solution set, towards
+            the initial guess, to find the nearest equilibrium; later steps are not.
+        polish: Whether to iterate until the residual stops decreasing.
 
     Source: Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 4.4 (underdetermined
     systems).
@@ -69,7 +69,7 @@ def equilibrium(
 
 
 def _beginning(model: Model, near: Array) -> Array:
-    """Return a state at rest in which loops close, and inputs as near 0 as limits let them."""
+    """Return a state at rest with closed loops, and the inputs nearest to 0 within limits."""
     x = np.array(near, dtype=float)
     x[model.speeds] = 0.0
     for _ in range(CLOSURE_STEPS if model.projects else 0):

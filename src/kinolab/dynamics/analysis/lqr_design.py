@@ -1,4 +1,4 @@
-"""From a ``Regulator`` to a ``Feedback``: equilibria, gains, and polynomials through both."""
+"""LQR design of a ``Regulator``: equilibria, gains, and gain scheduling by polynomials."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ from kinolab.numerics.riccati import lqr
 
 AnySystem = TypeVar("AnySystem", bound=Mechanism)
 
-FD_STEP = 1e-6  # of a state's scale, for the derivative of a derivative
-ROUNDING = 1e-12  # share of a polynomial's values below which a coefficient is left out
-# share of the rates that may rest on what is not tracked: differencing, no more
+FD_STEP = 1e-6  # of a state's scale, for finite differences of Jacobians
+ROUNDING = 1e-12  # relative to a polynomial's values; smaller coefficients are dropped
+# fraction of the rates that may depend on untracked states: finite-difference error only
 UNTRACKED_TOLERANCE = 1e-6
 
 
 def lqr_design(model: Model, regulator: Regulator) -> Feedback:
-    """Return the law that a regulator asks for.
+    """Design the feedback law of a regulator.
 
     Args:
         model: The machine, without feedback.
-        regulator: What the law looks at, and how much.
+        regulator: Tracked expressions and weights.
 
     Raises:
-        InputError: If there is no equilibrium or no gain, or what is tracked does not decide its
-            own rates of change.
+        InputError: If there is no equilibrium or no gain, or the tracked expressions do not
+            determine their own rates of change.
     """
     return _Design(model, regulator).feedback()
 
 
 def with_law(system: AnySystem) -> AnySystem:
-    """Return a machine whose regulator, where it has one, is the law that it asks for.
+    """Return a machine whose regulator, if any, is replaced by its designed law.
 
-    It is designed once and kept on disk, as compiled machines are.
+    The design is cached on disk, as compiled machines are.
 
     Raises:
         InputError: As ``lqr_design``.
@@ -68,7 +68,7 @@ def with_law(system: AnySystem) -> AnySystem:
 
 
 def linearised(model: Model, watched: StateFunctions, at: Trim) -> tuple[Array, Array, float]:
-    """Return how expressions of the state change about an equilibrium: z_dot = A z + B u.
+    """Linearise expressions z of the state about an equilibrium: z_dot = A z + B u.
 
     Args:
         model: The machine, without feedback.
@@ -76,8 +76,8 @@ def linearised(model: Model, watched: StateFunctions, at: Trim) -> tuple[Array, 
         at: The equilibrium or steady motion.
 
     Returns:
-        A of shape (n, n), B of shape (n, nu), and the share of the rates that rests on what z does
-        not say: zero where z decides its own rates.
+        A of shape (n, n), B of shape (n, nu), and the fraction of the rates that z does not
+        determine: zero where z is closed.
     """
     C = watched.derivative(at.x)
     tangents = _tangents(model, at.x)
@@ -102,7 +102,7 @@ def _slopes(model: Model, watched: StateFunctions, at: Trim) -> Array:
 
 
 def _tangents(model: Model, x: Array) -> Array:
-    """Return the directions in which a state can change, as columns: quaternions turn only."""
+    """Return a basis of the state's tangent space, as columns; quaternions stay normalized."""
     identity, space = np.eye(model.nx), model.space
     columns = [identity[i] for i in range(model.nx) if not (space.turns & ~space.circular)[i]]
     for own in space.quaternions:
@@ -116,11 +116,11 @@ def _tangents(model: Model, x: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Axis:
-    """The values of a reference at which equilibria are found.
+    """The grid of one reference's values at which equilibria are computed.
 
     Attributes:
-        symbol: From -1 to 1 between the reference's limits.
-        values: Chebyshev's points, shape (degree + 1,).
+        symbol: The reference normalized to [-1, 1].
+        values: Chebyshev points, shape (degree + 1,).
     """
 
     symbol: sympy.Expr
@@ -128,7 +128,7 @@ class _Axis:
 
     @classmethod
     def of(cls, reference: Reference, degree: int) -> _Axis:
-        """Lay points between a reference's limits."""
+        """Place Chebyshev points between a reference's limits."""
         lower, upper = bounds_of(reference, "reference")
         middle, half = (lower + upper) / 2, (upper - lower) / 2
         points = chebyshev.chebpts1(degree + 1)
@@ -136,7 +136,7 @@ class _Axis:
 
 
 class _Design:
-    """One design: an equilibrium and a gain per point of a grid of references."""
+    """One design: an equilibrium and a gain at every grid point of the references."""
 
     def __init__(self, model: Model, regulator: Regulator) -> None:
         self._model, self._regulator = model, regulator
@@ -159,7 +159,7 @@ class _Design:
         return Feedback(self._regulator.references, law)
 
     def _equilibria(self) -> tuple[Array, Array, Array]:
-        """Return inputs, tracked values and gains at every point of the grid."""
+        """Return inputs, tracked values and gains at every grid point."""
         shape = tuple(len(axis.values) for axis in self._axes)
         found = {place: self._at(place, trim) for place, trim in self._trims(shape)}
         tables = [np.array([found[place][k] for place in np.ndindex(*shape)]) for k in range(3)]
@@ -167,7 +167,7 @@ class _Design:
         return inputs, targets, gains
 
     def _trims(self, shape: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], Trim]]:
-        """Yield the equilibrium of every point, each found from the one before it."""
+        """Yield the equilibrium at every grid point, each warm-started from the previous one."""
         near: Trim | None = None
         for place in np.ndindex(*shape):
             values = [axis.values[i] for axis, i in zip(self._axes, place, strict=True)]
@@ -181,7 +181,7 @@ class _Design:
             yield place, near
 
     def _at(self, place: tuple[int, ...], at: Trim) -> tuple[Array, Array, Array]:
-        """Return inputs, tracked values and gain of one equilibrium."""
+        """Return inputs, tracked values and gain at one equilibrium."""
         A, B, hidden = linearised(self._model, self._watched, at)
         if hidden > UNTRACKED_TOLERANCE:
             what = f"a share of {hidden:.2g} of the tracked rates rests on what is not tracked."
@@ -197,7 +197,7 @@ class _Design:
         return at.u, self._watched.values(at.x), gain
 
     def _weights(self) -> tuple[Array, Array]:
-        """Return Q and R: one over the square of what counts as large."""
+        """Return Q and R by Bryson's rule: one over the square of large deviations."""
         large = np.array([size for _, size in self._regulator.tracked])
         given = dict(self._regulator.efforts)
         limits = dict(zip(self._model.control_names, self._model.control_bounds, strict=True))
@@ -205,7 +205,7 @@ class _Design:
         return np.diag(large**-2.0), np.diag(np.array(efforts) ** -2.0)
 
     def _fitted(self, table: Array) -> Callable[..., sympy.Expr]:
-        """Return the polynomials through a table of shape (*grid, ...), by the last indices."""
+        """Interpolate a table of shape (*grid, ...); return polynomials by its last indices."""
         coefficients = table
         for k, axis in enumerate(self._axes):
             coefficients = np.moveaxis(coefficients, k, 0)
@@ -218,7 +218,7 @@ class _Design:
 
 
 def _power_series(table: Array) -> Array:
-    """Return the coefficients in powers of s of polynomials through values at Chebyshev's points.
+    """Convert values at Chebyshev points to monomial coefficients of the interpolants.
 
     Args:
         table: Values, one row per point, shape (n, columns).

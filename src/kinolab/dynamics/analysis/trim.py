@@ -1,7 +1,7 @@
-"""Equilibria and steady motions: the states and inputs in which what is looked at stays as it is.
+"""Trim: equilibria and steady motions, states and inputs that keep given expressions constant.
 
-A steady turn is one: the machine moves over the plane, but its speed, lean and rates stay. So what
-has to stay is said by expressions of the state, and the rest may change as it likes.
+In a steady turn the machine moves over the plane, but its speed, lean and rates are constant. So
+expressions of the state say what is constant, and the rest is free to change.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 
-NEWTON_STEPS = 3  # Newton's steps after the least squares
-RESIDUAL_TOLERANCE = 1e-8  # of the residual: what is steady may change by so much in a second
-FD_STEP = 1e-6  # of a state's scale, for derivatives of the residual
+NEWTON_STEPS = 3  # after the least-squares solve
+RESIDUAL_TOLERANCE = 1e-8  # of the residual: steady expressions may change this much per second
+FD_STEP = 1e-6  # of a state's scale, for finite differences of the residual
 
 
 class NoTrimError(KinolabError):
-    """No equilibrium was found where one was asked for."""
+    """No trim was found for the given conditions."""
 
     exit_code = 2
 
@@ -41,7 +41,7 @@ class Trim:
 
     Attributes:
         x: State, shape (nx,).
-        u: Inputs that keep it, shape (nu,).
+        u: Inputs that hold it, shape (nu,).
     """
 
     x: Array
@@ -50,14 +50,14 @@ class Trim:
 
 @checked
 class StateFunctions:
-    """Expressions of a machine's state and their derivatives, as functions of numbers.
+    """Numeric functions of a machine's state from expressions, with their derivatives.
 
     Args:
         model: The machine.
-        expressions: In coordinates, independent rates, further states and parameters.
+        expressions: In coordinates, independent rates, auxiliary states and parameters.
 
     Raises:
-        InputError: If one contains a symbol of something else.
+        InputError: If one contains any other symbol.
     """
 
     def __init__(self, model: Model, expressions: Sequence[Number]) -> None:
@@ -108,19 +108,19 @@ def trim(
     *,
     start: Trim | None = None,
 ) -> Trim:
-    """Return an equilibrium, or a steady motion, near a first guess.
+    """Return an equilibrium or steady motion near an initial guess.
 
     Args:
-        model: The machine; not one that has feedback.
-        steady: Expressions whose rates of change are zero in it.
-        fixed: Expressions and their values in it.
-        start: Where to begin: at rest, with inputs in the middle of their limits, if left out.
+        model: The machine, without feedback.
+        steady: Expressions whose rates of change vanish.
+        fixed: Expressions and their prescribed values.
+        start: Initial guess; at rest with inputs mid-range when left out.
 
     Returns:
-        State and inputs; what nothing is said about stays as it is in the first guess.
+        State and inputs; undetermined entries keep their initial guess.
 
     Raises:
-        NoTrimError: If least squares do not come to one.
+        NoTrimError: If the least-squares solve does not converge to one.
     """
     watched = steady if isinstance(steady, StateFunctions) else StateFunctions(model, steady)
     values = np.array([value for _, value in fixed], dtype=float)
@@ -130,7 +130,7 @@ def trim(
 
 
 class _TrimSolver:
-    """Least squares over states and inputs together, and Newton's steps at the end."""
+    """Least squares over states and inputs, polished by Newton steps."""
 
     def __init__(
         self, model: Model, steady: StateFunctions, held: StateFunctions, values: Array
@@ -140,7 +140,7 @@ class _TrimSolver:
         self._scales = np.concatenate([model.state_scales, span / 2])
 
     def from_guess(self, guess: Trim) -> Trim:
-        """Step until the residual is zero but for rounding."""
+        """Solve until the residual is zero up to rounding."""
         z = self._near(np.concatenate([guess.x, guess.u]))
         for _ in range(NEWTON_STEPS):
             slopes = self._derivative(z) * self._scales
@@ -153,10 +153,10 @@ class _TrimSolver:
         return Trim(z[: self._model.nx], z[self._model.nx :])
 
     def _near(self, z: Array) -> Array:
-        """Return where the residual is as small as it gets, up to a few digits."""
+        """Minimise the residual to a few digits."""
         try:
             found = least_squares(self._residual, z, self._derivative, x_scale=self._scales)
-        except (ValueError, KinolabError):  # not finite, or singular, on the way
+        except (ValueError, KinolabError):  # an iterate is not finite or singular
             return z
         return self._landed(np.asarray(found.x))
 

@@ -1,1 +1,1 @@
-"""From a machine's description to its equations of motion."""
+"""Derivation of the equations of motion from a machine's description."""

@@ -1,4 +1,4 @@
-"""How far a shape extends about its body's origin, and about which axes it may spin unseen."""
+"""Bounding radii of shapes about their body's origin, and their axes of symmetry."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Scala
 
 @dataclass(frozen=True)
 class BoundingRadius:
-    """A ball about the body's origin that contains the shape.
+    """The bounding ball of a shape about its body's origin.
 
     Attributes:
         radius: In [m].
-        symmetric_about: Names of the body's axes about which a turn leaves the shape in place.
+        symmetric_about: Names of the body axes about which the shape is rotationally symmetric.
     """
 
     radius: sympy.Expr
@@ -24,7 +24,7 @@ class BoundingRadius:
 
 
 def bounding_radius(shape: Shape) -> BoundingRadius:
-    """Return the reach of a shape."""
+    """Return the bounding radius of a shape."""
     match shape:
         case Sphere():
             return BoundingRadius(shape.radius + _norm(shape.at), _axes_through(shape.at))
@@ -47,7 +47,7 @@ def _norm(vector: tuple[Scalar, ...]) -> sympy.Expr:
 
 
 def _axes_through(at: tuple[Scalar, Scalar, Scalar]) -> str:
-    """Return the axes of the body that pass through a point."""
+    """Return the body axes that pass through a point."""
     return "".join(
         axis
         for axis in "xyz"

@@ -1,9 +1,9 @@
-"""What cancels out in an expression, found by comparing polynomials.
+"""Cancellation in expression graphs, by normal forms of polynomials.
 
-A vector that is turned into a frame and back again is the vector: the turns cancel, for
-sin^2 + cos^2 = 1. Derivations are full of such pairs, and machine code would work them all out.
-So every node is read as a polynomial in what is below it, with all squares of sines replaced. Nodes
-with the same polynomial become one, and one with a single term becomes a product.
+A vector rotated into a frame and back is unchanged, for sin^2 + cos^2 = 1. Derivations are full of
+such pairs, and machine code would compute them all. So every node is expanded as a polynomial in
+its descendants, with all squares of sines replaced. Nodes with the same polynomial are merged, and
+one with a single term becomes a product.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 Monomial: TypeAlias = tuple[tuple[Node, int], ...]  # powers of nodes, sorted by node
 Polynomial: TypeAlias = Mapping[Monomial, float]
 
-MAX_TERMS = 12  # terms of a polynomial; a node with more is only a name in those above it
+MAX_TERMS = 12  # of a polynomial; a node with more is an indeterminate in those above it
 MAX_POWER = 8  # power of one node
-# share of the terms that made it, at which a coefficient is rounding
+# fraction of the terms summed, below which a coefficient is rounding
 CANCELLATION_TOLERANCE = 1e-13
 
 
 class Cancellation:
-    """Rewrites the nodes of a tape, which grows by what is new.
+    """Rewrites the nodes of an expression graph, to which new nodes are added.
 
     Args:
-        tape: Holds the nodes.
+        tape: The expression graph.
     """
 
     def __init__(self, tape: ExpressionGraph) -> None:
         self._tape = tape
         self._made: dict[Node, Node] = {}
-        self._polynomials: dict[Node, Polynomial] = {}  # of rewritten nodes
+        self._polynomials: dict[Node, Polynomial] = {}  # by rewritten node
         self._known: dict[frozenset[tuple[Monomial, float]], Node] = {}
 
     def rewritten(self, nodes: Sequence[Node]) -> list[Node]:
-        """Return nodes of the same values that take less work."""
+        """Return equivalent nodes that take fewer operations."""
         for node in self._tape.needed(nodes):
             if node not in self._made:
                 self._made[node] = self._rewrite(node)
@@ -69,7 +69,7 @@ class Cancellation:
         return self._polynomials[node]
 
     def _combined(self, name: str, parts: Sequence[Polynomial]) -> Polynomial | None:
-        """Return what an operation makes of its operands; None where that is too large."""
+        """Return the polynomial of an operation on its operands; None where too large."""
         if name == "neg":
             return {monomial: -factor for monomial, factor in parts[0].items()}
         one, other = parts
@@ -83,7 +83,7 @@ class Cancellation:
         return self._collected(terms)
 
     def _collected(self, terms: list[tuple[Monomial, float]]) -> Polynomial | None:
-        """Add up terms, squares of sines replaced; None where too many are left."""
+        """Collect terms with squares of sines replaced; None where too many remain."""
         found: dict[Monomial, float] = {}
         sizes: dict[Monomial, float] = {}
         while terms:
@@ -105,7 +105,7 @@ class Cancellation:
         return left if len(left) <= MAX_TERMS else None
 
     def _without_square(self, monomial: Monomial) -> tuple[Monomial, Node] | None:
-        """Return a monomial less the square of a sine, and the cosine; None without such."""
+        """Return a monomial without a squared sine, and the cosine; None without such."""
         for k, (node, power) in enumerate(monomial):
             operation = self._tape.operations[node]
             if power >= 2 and operation.name == "sin":
@@ -115,7 +115,7 @@ class Cancellation:
         return None
 
     def _product(self, polynomial: Polynomial) -> Node:
-        """Return the node of a polynomial with one term at most."""
+        """Return the node of a polynomial with at most one term."""
         tape = self._tape
         for monomial, factor in polynomial.items():
             made = tape.one

@@ -1,10 +1,10 @@
-"""Equations of motion on a tape: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, ready to compile.
+"""Equations of motion d/dt(dL/dq_dot) - dL/dq = F + w^T lambda as an expression graph.
 
 The left-hand side is formed by projecting each body's Newton-Euler equations onto directions of
-motion (d'Alembert's principle), which gives the same equations as differentiating L without
-differentiating any energy. Two forms exist. In the reduced one the directions are those that the
-constraints allow, nu = S(q) v + U(q) u, so that the multipliers drop out. In the other all
-velocities are states, and the multipliers follow from d/dt(A nu) = 0.
+motion (d'Alembert's principle), which is equivalent to differentiating L but differentiates no
+energy. There are two forms. The reduced form projects onto the directions that the constraints
+allow, nu = S(q) v + U(q) u, so that the multipliers drop out. In the other form all velocities are
+states, and the multipliers follow from d/dt(A nu) = 0.
 
 Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapter 5; Featherstone, Rigid Body
 Dynamics Algorithms, 2008, chapters 3 and 8.
@@ -42,40 +42,40 @@ from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tan
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
 
-# share of a coordinate's own inertia that remains when the others move along
+# fraction of a coordinate's own inertia that remains when the others move along
 MASS_TOLERANCE = 1e-12
-REGULARISATION = 1e-8  # of the constraints' own compliance; lets redundant ones be solved
-# solutions, after which the regularisation has left the motion, by measurement
+REGULARISATION = 1e-8  # relative to the constraints' compliance; makes redundant ones solvable
+# refinement steps, after which the regularisation no longer affects the motion (measured)
 ITERATIVE_REFINEMENTS = 3
 
 
 @dataclass(frozen=True)
 class Derivation:
-    """Everything that is compiled, as nodes of one tape.
+    """Everything that is compiled, as nodes of one expression graph.
 
     Attributes:
-        binding: The tape and its variables.
+        binding: The expression graph and its variables.
         independent: Indices of the velocities that are states.
-        redundant: Names of constraints that follow from others.
-        state: The variables of x = (q, v, further states).
-        attitudes: Where quaternions begin in the state.
-        circular: Whether each entry of the state is an angle on the circle.
+        redundant: Names of redundant constraints.
+        state: The variables of x = (q, v, auxiliary states).
+        attitudes: Offsets of quaternions in the state.
+        circular: Whether each state entry is an angle on the circle.
         derivative: Of the state, length nx.
         velocities: nu in full, length nt.
         flow: q_dot, length nq.
-        projection: The state moved onto the constraints and unit quaternions, or nothing.
+        projection: The state projected onto the constraints and unit quaternions; may be empty.
         frames: Rows of [R | p], 12 per body.
-        cables: Both ends of every cable in the world, 6 per cable.
-        point_speeds: One bound per body on the speed of its points, in [m/s].
+        cables: World positions of both ends of every cable, 6 per cable.
+        point_speeds: Upper bound on the speed of each body's points, in [m/s].
         cable_speeds: The same per cable.
-        energy: Kinetic and potential, in [J]; nothing for a kinematic machine.
-        power: Of all forces that are not conservative, in [W].
-        mass_matrix: In full coordinates, row by row, nt * nt; nothing for a kinematic machine.
-        constraint_residual: w(q) nu of every constraint, then h(q) of those of position.
-        constraint_forces: The multiplier of every row of the chart.
-        requirements: Each must be at least zero in a plan.
+        energy: Kinetic and potential, in [J]; empty for a kinematic machine.
+        power: Of all nonconservative forces, in [W].
+        mass_matrix: In full coordinates, row-major, nt * nt; empty for a kinematic machine.
+        constraint_residual: w(q) nu of every constraint, then h(q) of position constraints.
+        constraint_forces: The multiplier of every constraint row.
+        requirements: Each must be nonnegative in a plan.
         guards: Each must be positive for the derivative to be valid.
-        chart_guards: Those that already the velocities need.
+        chart_guards: Those of the velocities alone.
     """
 
     binding: SymbolTable
@@ -106,8 +106,8 @@ def derive(system: Mechanism) -> Derivation:
     """Derive a machine's equations of motion.
 
     Raises:
-        InputError: If a constraint is not linear in the rates or never bites, if an input reaches
-            nothing, if a direction of motion has no mass, or if something divides by zero.
+        InputError: If a constraint is not linear in the rates or is vacuous, if an input has no
+            effect, if a direction of motion has no mass, or if something divides by zero.
     """
     try:
         return _Derivation(system).result()
@@ -117,7 +117,7 @@ def derive(system: Mechanism) -> Derivation:
 
 
 def is_kinematic(system: Mechanism) -> bool:
-    """Whether velocities are inputs or states of their own and nothing has mass to accelerate."""
+    """Whether inputs or auxiliary states impose velocities and no body has mass or inertia."""
     return has_imposed_velocities(system) and all(
         is_zero(value)
         for body in system.bodies
@@ -126,14 +126,14 @@ def is_kinematic(system: Mechanism) -> bool:
 
 
 def has_imposed_velocities(system: Mechanism) -> bool:
-    """Whether something moves as an input or a further state says, whatever force that takes."""
+    """Whether an input or auxiliary state imposes a velocity, whatever force that takes."""
     return any(isinstance(entry, Rate) for entry in system.inputs) or any(
         entry.velocity is not None for entry in system.states
     )
 
 
 class _Derivation:
-    """The steps of one derivation, which share a tape."""
+    """The steps of one derivation on a shared expression graph."""
 
     def __init__(self, system: Mechanism) -> None:
         self.system = system
@@ -214,7 +214,7 @@ class _Derivation:
         return self._reduced_accelerations()
 
     def _reduced_accelerations(self) -> list[Node]:
-        """Solve M_ff v_dot_f = F_f, the driven accelerations being given."""
+        """Solve M_ff v_dot_f = F_f for given driven accelerations."""
         tape, chart = self.tape, self.chart
         free = [k for k in range(len(chart.independent)) if k not in chart.driven]
         given = combine(
@@ -232,7 +232,7 @@ class _Derivation:
         return [accelerations[k] for k in range(len(chart.independent))]
 
     def _loads(self, mechanics: NewtonEuler) -> list[Node]:
-        """Return all forces less what the known accelerations demand."""
+        """Return all forces minus the inertial forces of known accelerations."""
         tape = self.tape
         parts = zip(
             mechanics.conservative_forces(),
@@ -245,7 +245,7 @@ class _Derivation:
     def _accelerations_by_multipliers(self) -> list[Node]:
         """Solve M nu_dot = F + A^T lambda with A nu_dot = -A_dot nu.
 
-        Redundant constraints make A M^-1 A^T singular; the multipliers of least size are taken.
+        Redundant constraints make A M^-1 A^T singular; the least-norm multipliers are taken.
         """
         tape = self.tape
         mechanics = self._along(self.chart, self.chart.accelerations)
@@ -266,10 +266,10 @@ class _Derivation:
         compliant: Sequence[Sequence[Node]],
         columns: Sequence[Sequence[Node]],
     ) -> list[list[Node]]:
-        """Solve (A M^-1 A^T) X = B for the X of least size, as if by a pseudo-inverse.
+        """Solve (A M^-1 A^T) X = B for the least-norm X, as by a pseudo-inverse.
 
-        What the regularisation changes is taken out again by refinement, which leaves only its
-        choice among the solutions that redundant constraints allow.
+        Iterative refinement removes the regularisation error; only its choice among the solutions
+        of redundant constraints remains.
 
         Source: Golub, Van Loan, Matrix Computations, 4th ed., 3.5.3.
         """
@@ -305,20 +305,20 @@ class _Derivation:
         return tuple(entry for row in M for entry in row)
 
     def _unbalanced(self, nu_dot: Sequence[Node]) -> list[Node]:
-        """Return M nu_dot + c - F in full coordinates: what constraints and drives contribute."""
+        """Return M nu_dot + c - F in full coordinates: the forces of constraints and drives."""
         chart = unconstrained_coordinates(self.binding)
         motions = Motions(self.chart.velocities, nu_dot, chart.directions)
         mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
         return [self.tape.neg(load) for load in self._loads(mechanics)]
 
     def _constraint_forces(self, nu_dot: Sequence[Node]) -> tuple[Node, ...]:
-        """Return the multipliers that hold the rows, of least size where rows repeat others."""
+        """Return the multipliers of the constraint rows, of least norm where rows are redundant."""
         tape = self.tape
         missing = self._unbalanced(nu_dot)
         if not self.multipliers:
             for k, i in enumerate(self.chart.independent):
                 if k in self.chart.driven:
-                    missing[i] = tape.zero  # the drive's own force, which holds no constraint
+                    missing[i] = tape.zero  # the drive's own force, not a constraint's
             block = [[row.covector[i] for row in self.rows] for i in self.chart.dependent]
             (forces,) = solve_square(
                 tape, block, [[missing[i] for i in self.chart.dependent]], Guards()
@@ -341,7 +341,7 @@ class _Derivation:
         return power
 
     def _residual(self) -> tuple[Node, ...]:
-        """Return A nu of every constraint, redundant ones too, then h of those of position."""
+        """Return A nu of every constraint, redundant ones too, then h of position constraints."""
         rows = constraint_rows(self.system, self.binding)
         speeds = (self.tape.dot(row.covector, self.chart.velocities) for row in rows)
         return (*speeds, *self._gaps())
@@ -354,7 +354,7 @@ class _Derivation:
         ]
 
     def _requirements(self, forces: Sequence[Node]) -> tuple[Node, ...]:
-        """Lower the requirements, with velocities and constraint forces as they are."""
+        """Lower the requirements, with velocities and constraint forces substituted."""
         by_name = {row.name: force for row, force in zip(self.rows, forces, strict=False)}
         known = {
             symbol: by_name[symbol.name]
@@ -367,7 +367,7 @@ class _Derivation:
         return tuple(self.tape.substitute(margins, self.binding.at(self.chart.velocities)))
 
     def _projection(self) -> tuple[Node, ...]:
-        """Return the state after one Newton step onto the constraints, quaternions made unit."""
+        """Return the state after one Newton step onto the constraints, quaternions normalized."""
         attitudes = any(isinstance(c, Attitude) for c in self.system.coordinates)
         gaps = self._gaps()
         if not (attitudes or gaps or self.multipliers):
@@ -377,7 +377,7 @@ class _Derivation:
         return (*self._normalised(q), *velocities, *self.binding.states)
 
     def _shifted(self, gaps: list[Node]) -> list[Node]:
-        """Move the configuration by the shortest way in velocity space that closes the gaps."""
+        """Move the configuration by the least-norm velocity that closes the gaps."""
         tape = self.tape
         rows = [
             row
@@ -403,11 +403,11 @@ class _Derivation:
         return [tape.add(node, flow[node]) for node in self.binding.configuration]
 
     def _own_rows(self) -> list[ConstraintRow]:
-        """Return the rows of constraints, without those of rate inputs."""
+        """Return the constraint rows without those of rate inputs."""
         return [row for row in self.rows if row.value == self.tape.zero]
 
     def _shifted_velocities(self) -> list[Node]:
-        """Remove from the velocities what the constraints forbid."""
+        """Project the velocities onto those that the constraints allow."""
         tape = self.tape
         covectors = [row.covector for row in self.rows]
         excess = [tape.neg(tape.dot(covector, self.states)) for covector in covectors]
@@ -424,7 +424,7 @@ class _Derivation:
         return entries
 
     def _attitudes(self) -> Iterator[int]:
-        """Yield where quaternions begin in the configuration."""
+        """Yield the offsets of quaternions in the configuration."""
         place = 0
         for coordinate in self.system.coordinates:
             if isinstance(coordinate, Attitude):
@@ -434,17 +434,17 @@ class _Derivation:
                 place += 1
 
     def _circular(self) -> Iterator[bool]:
-        """Yield whether each entry of the state is an angle on the circle."""
+        """Yield whether each state entry is an angle on the circle."""
         for symbol in configuration_symbols(self.system):
             yield isinstance(symbol, Coordinate) and symbol.topology == "circle"
         for _ in (*self.states, *self.binding.states):
             yield False
 
     def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
-        """Name a direction of motion that no mass resists.
+        """Report a direction of motion without inertia.
 
-        It has to be without mass at every sampled state: at a pole of its coordinates, such as a
-        spherical pendulum that hangs straight down, a machine has no mass in one direction.
+        It must be massless at every sampled state: at a coordinate singularity, such as a spherical
+        pendulum hanging straight down, any machine has a massless direction.
         """
         flat = [M[i][j] for i in free for j in free]
         massless: list[str] = []
@@ -452,7 +452,7 @@ class _Derivation:
             try:
                 matrix = np.reshape(self.tape.evaluate(flat, values), (len(free), len(free)))
             except (ArithmeticError, ValueError):
-                continue  # the machine has no mass matrix there because it has no pose there
+                continue  # no mass matrix where the pose is undefined
             if not np.isfinite(matrix).all():
                 continue
             moved = _massless_motion(matrix)
@@ -469,7 +469,7 @@ class _Derivation:
         return str(symbols[self.chart.independent[k]].name).removesuffix("_dot")
 
     def _check_rate_inputs(self, free: list[int]) -> None:
-        """Refuse a velocity that is given where it would push what has mass."""
+        """Reject an imposed velocity that would accelerate mass."""
         chart = self.chart
         if not chart.input_directions:
             return
@@ -488,7 +488,7 @@ class _Derivation:
                 raise InputError([Mistake(f"{kind} {name!r}", what, remedy)])
 
     def _check_inputs(self, outputs: Sequence[Node]) -> None:
-        """Name inputs that change nothing."""
+        """Report inputs without effect."""
         used = frozenset[Node]().union(*(self.tape.depends_on(node) for node in outputs))
         mistakes = [
             Mistake(f"input {entry.name!r}", "it reaches nothing.", _cure(entry))
@@ -500,8 +500,8 @@ class _Derivation:
 
 
 def _massless_motion(M: np.ndarray) -> list[int]:
-    """Return the coordinates that move where a mass matrix is singular; none where it is not."""
-    # Each coordinate in a unit in which its own inertia is 1: kg and kg m^2 do not compare.
+    """Return the coordinates in a mass matrix's null space; empty where it is regular."""
+    # Scaled so that each coordinate's own inertia is 1: kg and kg m^2 are not comparable.
     own = np.sqrt(np.maximum(np.diag(M), 0.0))
     own = np.where(own > 0, own, 1.0)
     eigenvalues, vectors = np.linalg.eigh(M / np.outer(own, own))
@@ -522,7 +522,7 @@ def _rows_of(state: FrameState) -> list[Node]:
 
 
 def _point_speed(binding: SymbolTable, shapes: Sequence[object], state: FrameState) -> Node:
-    """Bound the speed of a body's points; spin about a shape's axis of symmetry moves none."""
+    """Bound the speed of a body's points; spin about a shape's symmetry axis is ignored."""
     tape = binding.tape
     linear = _origin_speed(binding, state)
     fastest = tape.zero if shapes else linear
@@ -540,7 +540,7 @@ def _point_speed(binding: SymbolTable, shapes: Sequence[object], state: FrameSta
 
 
 def _cable_speed(binding: SymbolTable, a: FrameState, b: FrameState) -> Node:
-    """Bound the speed of a cable's points, whose velocities are means of those of its ends."""
+    """Bound the speed of a cable's points: convex combinations of its ends' velocities."""
     return binding.tape.maximum(_origin_speed(binding, a), _origin_speed(binding, b))
 
 

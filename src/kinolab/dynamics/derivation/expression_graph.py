@@ -1,8 +1,8 @@
-"""A hash-consed expression tape: what kinolab differentiates and compiles instead of SymPy trees.
+"""A hash-consed expression graph, differentiated and compiled instead of SymPy trees.
 
 Every node is an integer; equal expressions are the same node, so common subexpressions cost
-nothing and a derivative is a few dictionary look-ups per node. Constants are folded and the
-identities of 0, 1 and sin^2 + cos^2 applied while nodes are made; nothing else is simplified.
+nothing and a derivative is a few dictionary look-ups per node. Constant folding and the identities
+of 0, 1 and sin^2 + cos^2 are applied as nodes are created; nothing else is simplified.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ UNARY: dict[str, Callable[[float], float]] = {
 }
 
 
-MAX_EXPANDED_POWER = 64  # exponent up to which a power is a product
+MAX_EXPANDED_POWER = 64  # exponent up to which a power is expanded into products
 
 
 @dataclass(frozen=True)
 class Operation:
-    """What one node computes: an operator and its operands."""
+    """The operator and operands of one node."""
 
     name: str  # "const", "variable", "add", "sub", "mul", "div", "neg", "fmax", … or a UNARY name
     operands: tuple[Node, ...] = ()
@@ -42,7 +42,7 @@ class Operation:
 
 
 class ExpressionGraph:
-    """The nodes of a set of expressions, in an order in which each follows its operands."""
+    """The nodes of a set of expressions, in topological order."""
 
     def __init__(self) -> None:
         self.operations: list[Operation] = []
@@ -60,7 +60,7 @@ class ExpressionGraph:
         return self._node(Operation("variable", label=label))
 
     def value(self, node: Node) -> float | None:
-        """Return the number that a node is, None where it is not a constant."""
+        """Return a constant node's value, None where it is not constant."""
         operation = self.operations[node]
         return operation.value if operation.name == "const" else None
 
@@ -154,7 +154,7 @@ class ExpressionGraph:
         return self._node(Operation("div", (a, b)))
 
     def unary(self, name: str, a: Node) -> Node:
-        """Return a function of UNARY at a."""
+        """Return a unary function of ``UNARY`` applied to a."""
         x = self.value(a)
         if x is not None:
             return self.constant(UNARY[name](x))
@@ -174,7 +174,7 @@ class ExpressionGraph:
         return a if a == b else self._node(Operation("fmax", (min(a, b), max(a, b))))
 
     def power(self, a: Node, exponent: float) -> Node:
-        """Return a to a constant power: products, roots and reciprocals where they suffice."""
+        """Return a to a constant power, by products, roots and reciprocals where possible."""
         if exponent < 0:
             return self.div(self.one, self.power(a, -exponent))
         if exponent == int(exponent) and exponent <= MAX_EXPANDED_POWER:
@@ -196,7 +196,7 @@ class ExpressionGraph:
         return self.sum(self.mul(x, y) for x, y in zip(a, b, strict=True))
 
     def depends_on(self, node: Node) -> frozenset[Node]:
-        """Return the variables that occur in a node."""
+        """Return the variables that a node depends on."""
         stack = [node]
         while stack:
             top = stack[-1]
@@ -228,7 +228,7 @@ class ExpressionGraph:
         return [memo[output] for output in outputs]
 
     def remade(self, node: Node, operands: Sequence[Node]) -> Node:
-        """Return what a node's operation makes of other operands."""
+        """Return a node's operation applied to other operands."""
         operation = self.operations[node]
         if not operation.operands:
             return node
@@ -240,7 +240,7 @@ class ExpressionGraph:
         return made
 
     def needed(self, outputs: Iterable[Node]) -> list[Node]:
-        """Return the nodes that outputs rest on, each after its operands."""
+        """Return the nodes that outputs depend on, in topological order."""
         seen: set[Node] = set()
         stack = list(outputs)
         while stack:
@@ -251,7 +251,7 @@ class ExpressionGraph:
         return sorted(seen)
 
     def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
-        """Compute outputs in Python; slow, for decisions taken once per machine."""
+        """Evaluate outputs in Python; slow, for decisions made once per machine."""
         memo: dict[Node, float] = {}
         for node in self.needed(outputs):
             operation = self.operations[node]
@@ -324,7 +324,7 @@ class ExpressionGraph:
                 return self.add(self.mul(da, b), self.mul(a, db))
             case "div":
                 return self.div(self.sub(da, self.mul(node, db)), b)
-            case "fmax":  # half of each where both are equal, between both slopes
+            case "fmax":  # where both are equal, the mean of both slopes
                 which = self.unary("sign", self.sub(a, b))
                 both = self.add(self.add(da, db), self.mul(which, self.sub(da, db)))
                 return self.mul(self.constant(0.5), both)
@@ -352,7 +352,7 @@ class ExpressionGraph:
             case "atan":
                 return self.div(da, self.add(self.one, self.mul(a, a)))
             case "fabs":
-                return self.mul(self.unary("sign", a), da)  # 0 at the kink, between both slopes
+                return self.mul(self.unary("sign", a), da)  # 0 at the kink, the mean of both slopes
             case "sign":
                 return self.zero
         raise ArithmeticError(f"{name} has no derivative")

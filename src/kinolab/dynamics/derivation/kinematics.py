@@ -1,7 +1,7 @@
-"""Poses, velocities and accelerations of frames on a tape, shared between frames of one branch.
+"""Forward kinematics of frames: poses, velocities, accelerations as expression graph nodes.
 
-Motions are followed outward from the world, as in the recursive Newton-Euler algorithm: every
-quantity of a frame follows from that of the frame before its last motion.
+Recursion goes outward from the world, as in the recursive Newton-Euler algorithm: every
+quantity of a frame follows from that of the frame before its last motion, shared along a branch.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5.
 """
@@ -27,7 +27,7 @@ from kinolab.dynamics.language.frames import (
 
 @dataclass(frozen=True)
 class Twist:
-    """A linear and an angular vector in a frame's own axes."""
+    """A linear and an angular vector in a frame's axes."""
 
     linear: Vector
     angular: Vector
@@ -35,14 +35,14 @@ class Twist:
 
 @dataclass(frozen=True)
 class FrameState:
-    """Everything the equations of motion need to know of one frame.
+    """The kinematic state of one frame.
 
     Attributes:
         rotation: World from frame.
         position: Of the origin, in the world.
-        velocity: Of the origin, and the turn rate, in the frame's axes.
+        velocity: Of the origin, and angular, in the frame's axes.
         acceleration: Of the origin in inertial space, and angular, in the frame's axes.
-        columns: The velocity caused by each direction of motion alone.
+        columns: Columns of the body Jacobian, one twist per direction of motion.
     """
 
     rotation: Matrix3
@@ -54,11 +54,11 @@ class FrameState:
 
 @dataclass(frozen=True)
 class Motions:
-    """The motion along which frames are followed; each vector has an entry per velocity.
+    """The motion that kinematics are evaluated along; each vector has an entry per velocity.
 
     Attributes:
-        velocities: What the velocities are.
-        accelerations: What their derivatives are, free ones left at zero.
+        velocities: Nodes of the velocities.
+        accelerations: Nodes of their derivatives, free ones zero.
         directions: Directions of motion.
     """
 
@@ -68,7 +68,7 @@ class Motions:
 
 
 class Kinematics:
-    """Follows frames along given motions; frames with a common beginning are computed once."""
+    """Forward kinematics along given motions; common chains of frames are computed once."""
 
     def __init__(self, binding: SymbolTable, motions: Motions) -> None:
         self.binding, self.motions = binding, motions
@@ -94,10 +94,10 @@ class Kinematics:
         return self._follow(frame.motions)
 
     def direction(self, axis: Axis, seen_from: Frame) -> Vector:
-        """Return a frame's axis in the axes of another frame.
+        """Express a frame's axis in the axes of another frame.
 
-        Only the motions after the common beginning count, so that the fork's axle is exactly the
-        coin's y axis whatever the coin's roll.
+        Only the motions after the common part of both chains count, so that the fork's axle is
+        exactly the coin's y axis whatever the coin's roll.
         """
         own, other = axis.frame.motions, seen_from.motions
         shared = 0
@@ -173,7 +173,7 @@ class Kinematics:
         )
 
     def _spin(self, motion: Rotation | Orientation) -> tuple[Vector, Vector, list[Vector]]:
-        """Return a turn's own angular velocity, its rate, and its share of each direction."""
+        """Return a rotation's angular velocity, its derivative, and its Jacobian columns."""
         tape, vectors, motions = self.tape, self.vectors, self.motions
         if isinstance(motion, Orientation):
             symbols = (self.lower(symbol) for symbol in motion.attitude.turn_rate)
@@ -193,7 +193,7 @@ class Kinematics:
         )
 
     def _changes(self, values: Vector) -> tuple[Vector, Vector]:
-        """Return the first and second time derivative of three functions of the configuration."""
+        """Return the first and second time derivatives of three functions of q."""
         tape, vectors = self.tape, self.vectors
         first = tape.derivative(values, self._flow)
         curvature = tape.derivative(first, self._flow)
@@ -203,13 +203,13 @@ class Kinematics:
         return speed, vectors.add(bend, push)
 
     def _forward(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
-        """Turn a vector with a motion: from the axes after it to those before."""
+        """Rotate a vector by a motion: from the axes after it to those before."""
         if isinstance(motion, Rotation):
             return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, 1)
         return self.vectors.transform(self._matrix(motion), vector)
 
     def _back(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
-        """Turn a vector against a motion: from the axes before it to those after."""
+        """Rotate a vector by a motion's inverse: from the axes before it to those after."""
         if isinstance(motion, Rotation):
             return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, -1)
         return self.vectors.transform(self.vectors.transpose(self._matrix(motion)), vector)

@@ -1,4 +1,4 @@
-"""From SymPy expressions, which users write, to nodes of a tape, which kinolab compiles."""
+"""Lowering of SymPy expressions, which users write, to nodes of an expression graph."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ON_ARRAYS: dict[str, np.ufunc] = {
 
 
 class Lowering:
-    """Translates expressions onto one tape; symbols become the nodes they are bound to."""
+    """Lowers expressions to one graph; symbols become the nodes they are bound to."""
 
     def __init__(self, tape: ExpressionGraph, symbols: Mapping[sympy.Symbol, Node]) -> None:
         self.tape = tape
@@ -44,7 +44,7 @@ class Lowering:
         """Return the node of an expression.
 
         Raises:
-            InputError: If it contains a symbol of no coordinate, rate, parameter or input, or a
+            InputError: If it has a symbol that is no coordinate, rate, parameter or input, or a
                 function that kinolab does not compile.
         """
         known = self._memo.get(expression)
@@ -104,7 +104,7 @@ class Lowering:
 
 
 def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:
-    """Return an expression at arrays of values; it has the shape that these broadcast to."""
+    """Evaluate an expression at arrays of values; the result has their broadcast shape."""
     tape, names, end = _lowered(expression, tuple(values))
     arrays = (np.asarray(value, float) for value in values.values())
     given = dict(zip(names, arrays, strict=True))
@@ -125,7 +125,7 @@ def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -
 def _lowered(
     expression: sympy.Expr, symbols: tuple[sympy.Symbol, ...]
 ) -> tuple[ExpressionGraph, list[Node], Node]:
-    """Return an expression on a tape of its own, with the nodes of its symbols and its own."""
+    """Lower an expression to its own graph; return the graph, symbol nodes and its node."""
     tape = ExpressionGraph()
     names = [tape.variable(str(k)) for k in range(len(symbols))]
     return tape, names, Lowering(tape, dict(zip(symbols, names, strict=True)))(expression)

@@ -1,4 +1,4 @@
-"""Masses and loads of a machine's bodies, projected onto directions of motion."""
+"""Newton-Euler equations of a machine's bodies, projected onto directions of motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from kinolab.dynamics.language.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class NewtonEuler:
-    """A machine's bodies and loads seen along the motions of its kinematics."""
+    """Inertia and forces of a machine, projected onto the directions of its kinematics."""
 
     system: Mechanism
     binding: SymbolTable
@@ -35,7 +35,7 @@ class NewtonEuler:
         return len(self.kinematics.motions.directions)
 
     def mass_matrix(self) -> list[list[Node]]:
-        """Sum J^T I J over the bodies; symmetric by construction."""
+        """Return the sum of J^T I J over the bodies; symmetric by construction."""
         tape, size = self.binding.tape, self._count
         M = [[tape.zero] * size for _ in range(size)]
         for body in self.system.bodies:
@@ -47,7 +47,7 @@ class NewtonEuler:
         return M
 
     def inertial_forces(self) -> list[Node]:
-        """Return what the given accelerations and velocities demand along each direction."""
+        """Return the generalised inertial forces of given accelerations and velocities."""
         tape = self.binding.tape
         total = [tape.zero] * self._count
         for body in self.system.bodies:
@@ -58,7 +58,7 @@ class NewtonEuler:
         return total
 
     def conservative_forces(self) -> list[Node]:
-        """Return -dV/dq along each direction: weight, springs, buoyancy, potentials."""
+        """Return -dV/dq along each direction: gravity, springs, buoyancy, potentials."""
         total = [self.binding.tape.zero] * self._count
         for body in self.system.bodies:
             self._apply(total, body.frame, self._weight(body))
@@ -118,7 +118,7 @@ class NewtonEuler:
         return self._vectors.vector([self.binding.lower(component) for component in components])
 
     def _gravity(self) -> Vector:
-        """Return the field in the world, in [m/s^2]."""
+        """Return gravity in world axes, in [m/s^2]."""
         field, tape = self.system.gravity, self.binding.tape
         if field is None:
             return self._vectors.zero
@@ -131,7 +131,7 @@ class NewtonEuler:
         return self._vectors.vector([tape.constant(-component) for component in down])
 
     def _seen(self, body_state: FrameState, world: Vector) -> Vector:
-        """Return a vector of the world in a body's axes."""
+        """Express a world vector in a body's axes."""
         return self._vectors.transform(self._vectors.transpose(body_state.rotation), world)
 
     def _weight(self, body: Body) -> Vector:
@@ -143,7 +143,7 @@ class NewtonEuler:
         return self._vectors.scale(self.binding.lower(effort.lift), up)
 
     def _momentum(self, body: Body, twist: Twist) -> Twist:
-        """Return linear and angular momentum, those of the added mass included."""
+        """Return linear and angular momentum, added mass included."""
         vectors, lower = self._vectors, self.binding.lower
         rigid = Twist(
             vectors.scale(lower(body.mass), twist.linear),
@@ -168,7 +168,7 @@ class NewtonEuler:
         return Twist(self._vectors.vector(rows[:3]), self._vectors.vector(rows[3:]))
 
     def _inertial_wrench(self, body: Body, state: FrameState) -> Twist:
-        """Newton's m a, Euler's I alpha + omega x I omega, and Kirchhoff's for the fluid."""
+        """Return m a and I alpha + omega x I omega, and Kirchhoff's terms of the fluid."""
         vectors, lower = self._vectors, self.binding.lower
         inertia, spin = self._inertia(body), state.velocity.angular
         gyroscopic = vectors.cross(spin, vectors.transform(inertia, spin))
@@ -213,7 +213,7 @@ class NewtonEuler:
         torque: Vector | None = None,
         at: Vector | None = None,
     ) -> None:
-        """Add a force and torque in a frame's axes, the force at a point of the frame."""
+        """Add a force at a point of a frame and a torque, in the frame's axes."""
         vectors = self._vectors
         moment = torque or vectors.zero
         if at is not None:
@@ -223,7 +223,7 @@ class NewtonEuler:
             total[i] = self.binding.tape.add(total[i], self._power(wrench, column))
 
     def _react(self, total: list[Node], on: Body, other: Body, wrench: Twist, at: Vector) -> None:
-        """Add the opposite of a wrench on one body, acting at the same place, to another."""
+        """Add the reaction of a wrench on one body, with the same line of action, to another."""
         vectors = self._vectors
         here, there = self.kinematics(on.frame), self.kinematics(other.frame)
 
@@ -244,7 +244,7 @@ class NewtonEuler:
             total[i] = tape.sub(total[i], slope)
 
     def _resist(self, total: list[Node], velocity: sympy.Expr, strength: Node) -> None:
-        """Subtract a force along a velocity; the strength is in the velocities' variables."""
+        """Subtract a force along a velocity; the strength may depend on velocity variables."""
         tape, motions = self.binding.tape, self.kinematics.motions
         node = self.binding.lower(velocity)
         (actual,) = tape.substitute([strength], self.binding.at(motions.velocities))
@@ -259,7 +259,7 @@ class NewtonEuler:
         return path, self._vectors.norm(path)
 
     def _tension(self, spring: Spring) -> Node:
-        """Return the spring's tension per length, which stays finite at length 0 if at rest 0."""
+        """Return the tension per length, which is finite at length 0 if the rest length is 0."""
         tape, lower = self.binding.tape, self.binding.lower
         stiffness, rest = lower(spring.stiffness), lower(spring.length)
         if rest == tape.zero:
@@ -279,7 +279,7 @@ class NewtonEuler:
         return tape.mul(half, square)
 
     def _pull(self, total: list[Node], between: tuple[Frame, Frame], per_length: Node) -> None:
-        """Add a tension, given per length of the line, that pulls two origins together."""
+        """Add a tension between two origins, given per length of the line."""
         path, _ = self._line(between)
         force = self._vectors.scale(per_length, path)
         minus = self._vectors.scale(self.binding.tape.constant(-1.0), force)
@@ -317,4 +317,4 @@ class NewtonEuler:
                 _, length = self._line(entry.between)
                 self._pull(total, entry.between, tape.div(value, length))
             case Rate() | Drive() | Control():
-                pass  # they act through the chart and through expressions
+                pass  # they act through velocity coordinates and expressions

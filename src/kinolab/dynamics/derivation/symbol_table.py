@@ -1,4 +1,4 @@
-"""A machine's symbols bound to variables of a tape, and random values of them."""
+"""The symbol table: a machine's symbols as graph variables, and random values of them."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ RANDOM_STATES = 12  # more never changed a choice
 
 @dataclass(frozen=True)
 class SymbolTable:
-    """Variables of a tape for every symbol of a machine.
+    """Graph variables for every symbol of a machine.
 
     Attributes:
-        tape: Where the variables live.
-        lower: Translates the machine's expressions onto the tape.
-        configuration: The numbers of the configuration q; four for an attitude.
+        tape: The expression graph of the variables.
+        lower: Lowers the machine's expressions to the graph.
+        configuration: Entries of the configuration q; four for an attitude.
         tangent: The velocities, one per degree of freedom of q; three for an attitude.
-        flow_rows: How each number of q changes, as nodes in ``tangent`` and ``configuration``.
-        states: The further states.
+        flow_rows: q_dot, as nodes in ``tangent`` and ``configuration``.
+        states: The auxiliary states.
         inputs: The inputs.
         parameters: The parameters.
     """
@@ -44,7 +44,7 @@ class SymbolTable:
 
     @classmethod
     def of(cls, system: Mechanism) -> SymbolTable:
-        """Make a tape with a variable per symbol."""
+        """Build a graph with a variable per symbol."""
         tape = ExpressionGraph()
         q, v = configuration_symbols(system), tangent_symbols(system)
         further = [entry.symbol for entry in system.states]
@@ -66,22 +66,22 @@ class SymbolTable:
         )
 
     def flow(self, velocities: Sequence[Node] | None = None) -> dict[Node, Node]:
-        """Return how the configuration changes at given velocities, by its nodes."""
+        """Return q_dot at given velocities, by the nodes of q."""
         rows = list(self.flow_rows)
         if velocities is not None:
             rows = self.tape.substitute(rows, self.at(velocities))
         return dict(zip(self.configuration, rows, strict=True))
 
     def at(self, velocities: Sequence[Node]) -> Mapping[Node, Node]:
-        """Return the replacement of the velocities' variables by given nodes."""
+        """Return the substitution of the velocity variables by given nodes."""
         return dict(zip(self.tangent, velocities, strict=True))
 
 
 def sampled_values(system: Mechanism, count: int = RANDOM_STATES) -> Iterator[dict[str, float]]:
-    """Yield values of all symbols by name: first the rest position, then any within the limits.
+    """Yield values of all symbols by name: the rest position first, then random ones in limits.
 
-    They are for decisions that are taken once and must not depend on luck: the same machine
-    gives the same values every time.
+    For decisions made once, which must be reproducible: the same machine always gives the same
+    values.
     """
     generator = np.random.default_rng(0)
     for k in range(count):
@@ -103,12 +103,12 @@ def sampled_values(system: Mechanism, count: int = RANDOM_STATES) -> Iterator[di
 
 
 def rest_value(coordinate: Coordinate) -> float:
-    """Return where a coordinate starts unless told otherwise: 0, or the limit nearest to it."""
+    """Return a coordinate's default start: 0, or the limit nearest to it."""
     return min(max(0.0, coordinate.lower), coordinate.upper)
 
 
 def random_value(coordinate: Coordinate, generator: np.random.Generator) -> float:
-    """Return a value of a coordinate: anywhere on a circle, within the limits on a line."""
+    """Sample a coordinate: anywhere on a circle, within its limits on a line."""
     if coordinate.topology == "circle":
         return float(generator.uniform(-np.pi, np.pi))
     lower, upper = coordinate.lower, coordinate.upper

@@ -1,7 +1,7 @@
-"""Small linear systems as straight-line code on a tape, with guards against singular ones.
+"""Symbolic solution of small linear systems, as branch-free expressions with guards.
 
-A guard is a node that must be positive where the solution is to be trusted; compiled code checks
-it and reports failure.
+A guard is a node that must be positive for the solution to be valid; compiled code checks it and
+reports failure.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 Matrix: TypeAlias = Sequence[Sequence[Node]]
 
-PIVOT_FLOOR = 1e-12  # a pivot this far below its diagonal has lost all its digits
-MAX_COFACTOR_SIZE = 6  # size up to which minors are fewer than the operations of an elimination
-SINGULAR_FLOOR = 1e-8  # share of the rows' size below which a system counts as singular
+PIVOT_FLOOR = 1e-12  # relative to the diagonal; a smaller pivot has lost all its digits
+MAX_COFACTOR_SIZE = 6  # up to which cofactors take fewer operations than elimination
+SINGULAR_FLOOR = 1e-8  # relative to the rows' norms; a smaller determinant counts as singular
 
 
 @dataclass
 class Guards:
-    """The conditions gathered while equations are solved; each node must be positive."""
+    """The guards collected while equations are solved; each node must be positive."""
 
     nodes: list[Node] = field(default_factory=list)
 
     def require(self, tape: ExpressionGraph, node: Node) -> None:
-        """Add a condition; one that is a positive constant needs no check."""
+        """Add a guard; a positive constant needs no check."""
         value = tape.value(node)
         if value is None or not value > 0:
             self.nodes.append(node)
@@ -55,15 +55,15 @@ def solve_square(
 ) -> list[list[Node]]:
     """Solve A X = B for a square A: by Cramer's rule up to size 6, by normal equations above.
 
-    Neither needs a choice of pivots at run time, and both are smooth wherever A is regular, so
-    that the solution can be differentiated.
+    Neither pivots at run time, and both are smooth wherever A is regular, so that the solution can
+    be differentiated.
 
     Args:
         A: Shape (n, n).
         columns: The columns of B, each of length n.
-        guards: Gain the conditions under which A is far from singular.
-        rows: What the rows of A are taken from, by whose size "far" is measured; A itself when
-            left out, which cannot tell whether a 1x1 matrix is small.
+        guards: Receive the conditions under which A is far from singular.
+        rows: Full rows that A's columns are selected from, whose norms scale the guard; A itself
+            when left out, which cannot tell whether a 1x1 matrix is small.
     """
     size = len(A)
     given = _given(tape, A)
@@ -80,7 +80,7 @@ def solve_square(
 
 
 def _given(tape: ExpressionGraph, A: Matrix) -> dict[int, int]:
-    """Return the rows that determine one unknown alone, with that unknown."""
+    """Return the rows with a single unknown, and that unknown."""
     alone = {}
     for i, row in enumerate(A):
         entries = [j for j, entry in enumerate(row) if entry != tape.zero]
@@ -97,7 +97,7 @@ def _solve_without(
     source: Matrix,
     given: dict[int, int],
 ) -> list[list[Node]]:
-    """Solve for the unknowns that rows give at once, then for the others."""
+    """Solve for the unknowns that single rows determine, then for the others."""
     size = len(A)
     rows = [i for i in range(size) if i not in given]
     others = [j for j in range(size) if j not in given.values()]
@@ -189,7 +189,7 @@ def _minor(
     columns: tuple[int, ...],
     minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
 ) -> Node:
-    """Return a determinant by expansion along its first row; smaller ones are kept."""
+    """Return a minor by Laplace expansion along its first row, memoized."""
     if not rows:
         return tape.one
     if (rows, columns) not in minors:
@@ -207,7 +207,7 @@ def _minor(
 def _guard_determinant(
     tape: ExpressionGraph, rows: Matrix, determinant: Node, guards: Guards
 ) -> None:
-    """Require det^2 to be a fair share of the product of the rows' squared lengths (Hadamard)."""
+    """Require det^2 above a fraction of the product of squared row norms (Hadamard's bound)."""
     bound = tape.one
     for row in rows:
         bound = tape.mul(bound, tape.dot(row, row))

@@ -1,4 +1,4 @@
-"""Vectors and 3x3 matrices of nodes."""
+"""Vectors and 3x3 matrices of expression graph nodes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Matrix3: TypeAlias = tuple[Vector, Vector, Vector]  # rows
 
 @dataclass(frozen=True)
 class Vectors:
-    """Vector algebra on a tape."""
+    """Vector algebra on an expression graph."""
 
     tape: ExpressionGraph
 
@@ -56,7 +56,7 @@ class Vectors:
         return self.tape.dot(a, b)
 
     def cross(self, a: Vector, b: Vector) -> Vector:
-        """Return the vector product a x b."""
+        """Return the cross product a x b."""
         tape = self.tape
         x, y, z = (
             tape.sub(tape.mul(a[j], b[k]), tape.mul(a[k], b[j]))
@@ -78,7 +78,7 @@ class Vectors:
         return a, b, c
 
     def turn(self, axis: AxisName, angle: Node, vector: Vector, sign: int) -> Vector:
-        """Turn a vector about an axis by the angle (sign 1) or back (sign -1)."""
+        """Rotate a vector about an axis by the angle (sign 1) or its negative (sign -1)."""
         tape, i = self.tape, AXES[axis]
         j, k = (i + 1) % 3, (i + 2) % 3
         c, s = tape.unary("cos", angle), tape.unary("sin", angle)

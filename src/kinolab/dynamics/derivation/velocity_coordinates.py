@@ -1,8 +1,7 @@
-"""Which velocities describe the motion, and how all others follow from them.
+"""Velocity coordinates (generalised speeds): independent velocities, and all others from them.
 
 Constraints, rate inputs and speeds that are states are rows A(q) nu = b with b zero, an input or a
-state. A fixed choice of independent velocities v, taken once, makes the others follow:
-nu = S(q) v + U(q) b.
+state. A fixed choice of independent velocities v determines the others: nu = S(q) v + U(q) b.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 
-MIN_PIVOT = 1e-6  # smallest share of the rows' size at which a choice is usable
-NEWTON_STEPS = 50  # towards a configuration in which loops close
-CLOSURE_TOLERANCE = 1e-10  # [m] or [rad]; what such a configuration may miss by
-MAX_CHOICES = 5000  # above that many choices a greedy one is taken instead of the best
+MIN_PIVOT = 1e-6  # smallest singular value of a usable choice, relative to the rows' norm
+NEWTON_STEPS = 50  # towards a configuration that satisfies the loop closure
+CLOSURE_TOLERANCE = 1e-10  # [m] or [rad], of such a configuration
+MAX_CHOICES = 5000  # above which the choice is greedy instead of optimal
 
 
 @dataclass(frozen=True)
@@ -39,10 +38,10 @@ class ConstraintRow:
 
     Attributes:
         name: Of the constraint, input or state.
-        covector: An entry per velocity.
-        value: Zero for a constraint, the input for a rate input, the state for a speed.
-        bias: d/dt(covector) . nu, the part of the derivative without accelerations, in terms of
-            the velocities' variables.
+        covector: Coefficient of each velocity.
+        value: Zero for a constraint, the input of a rate input, the state of a speed.
+        bias: d/dt(covector) . nu, the acceleration-free part of the derivative, in the velocity
+            variables.
     """
 
     name: str
@@ -53,16 +52,16 @@ class ConstraintRow:
 
 @dataclass(frozen=True)
 class VelocityCoordinates:
-    """How all velocities follow from the independent ones.
+    """All velocities as functions of the independent ones.
 
     Attributes:
-        rows: The conditions, redundant ones left out.
-        redundant: Names of the constraints that follow from others.
-        dependent: Indices of the velocities that the rows determine.
-        independent: Indices of those that are states.
-        driven: Positions in ``independent`` whose acceleration is an input, with that input.
+        rows: The conditions without redundant ones.
+        redundant: Names of redundant constraints.
+        dependent: Indices of the velocities determined by the rows.
+        independent: Indices of the velocities that are states.
+        driven: Positions in ``independent`` whose acceleration is an input, with its node.
         directions: Columns of S, one per independent velocity.
-        input_directions: Columns of U, by the input's or the state's node.
+        input_directions: Columns of U, by the node of the input or state.
         velocities: nu = S v + U b.
         accelerations: d/dt nu for zero accelerations of v.
     """
@@ -79,7 +78,7 @@ class VelocityCoordinates:
 
 
 def velocity_of(constraint: Constraint) -> sympy.Expr:
-    """Return the velocity that a constraint keeps at zero."""
+    """Return the velocity that a constraint sets to zero."""
     if isinstance(constraint, PositionConstraint):
         return time_derivative(constraint.position)
     return constraint.velocity
@@ -89,7 +88,7 @@ def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintR
     """Return the rows of all constraints, redundant ones included.
 
     Raises:
-        InputError: If one is not linear in the rates, does not vanish at rest, or never bites.
+        InputError: If one is not linear in the rates, does not vanish at rest, or is vacuous.
     """
     return [
         _row(binding, f"constraint {c.name!r}", c.name, velocity_of(c), binding.tape.zero)
@@ -100,7 +99,7 @@ def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintR
 def velocity_coordinates(
     system: Mechanism, binding: SymbolTable, guards: Guards
 ) -> VelocityCoordinates:
-    """Choose the independent velocities and express all others by them."""
+    """Choose the independent velocities and solve for all others."""
     rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
     rows += [
         _row(binding, f"input {i.name!r}", i.name, i.velocity, binding.lower(i.symbol))
@@ -118,7 +117,7 @@ def velocity_coordinates(
 
 
 def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
-    """Return how badly the constraints determine the dependent velocities at a state.
+    """Return the condition number of the solve for the dependent velocities at a state.
 
     Args:
         system: The machine.
@@ -136,7 +135,7 @@ def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
 
 
 def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
-    """Return the chart in which every velocity is independent."""
+    """Return the velocity coordinates in which every velocity is independent."""
     tape, size = binding.tape, len(binding.tangent)
     unit = [[tape.one if i == j else tape.zero for i in range(size)] for j in range(size)]
     return VelocityCoordinates(
@@ -173,7 +172,7 @@ def _row(
 
 
 def _slopes(binding: SymbolTable, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
-    """Return a velocity's node and its slope in each of the machine's velocities."""
+    """Return a velocity's node and its derivative by each of the machine's velocities."""
     tape, node = binding.tape, binding.lower(exact(velocity))
     return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in binding.tangent)
 
@@ -181,7 +180,7 @@ def _slopes(binding: SymbolTable, velocity: sympy.Expr) -> tuple[Node, tuple[Nod
 def independent_rows(
     system: Mechanism, binding: SymbolTable, rows: list[ConstraintRow]
 ) -> tuple[list[ConstraintRow], tuple[str, ...]]:
-    """Leave out constraints that follow from those before them at every sampled state."""
+    """Drop constraints that depend linearly on previous ones at every sampled state."""
     kept: list[ConstraintRow] = []
     redundant: list[str] = []
     samples = _samples(system, binding, rows)
@@ -207,7 +206,7 @@ def _samples(system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintR
         try:
             found.append(np.reshape(binding.tape.evaluate(flat, values), shape))
         except (ArithmeticError, ValueError):
-            continue  # the expressions have no value there, so neither has the machine
+            continue  # expressions, and thus the machine, are undefined there
     if not found:
         what = "its constraints hold at none of the sampled states."
         raise InputError([Mistake(f"system {system.name!r}", what, "Check them and the limits.")])
@@ -215,7 +214,7 @@ def _samples(system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintR
 
 
 def feasible_values(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, float]]:
-    """Yield sampled values of all symbols, moved onto the constraints of position."""
+    """Yield sampled values of all symbols, projected onto the position constraints."""
     gaps = [
         binding.lower(c.position) for c in system.constraints if isinstance(c, PositionConstraint)
     ]
@@ -241,7 +240,7 @@ def _close(
     names: Sequence[str],
     values: dict[str, float],
 ) -> bool:
-    """Move a configuration onto the constraints by Newton steps of least length."""
+    """Project a configuration onto the constraints by least-norm Newton steps."""
     if not gaps:
         return True
     for _ in range(NEWTON_STEPS):
@@ -256,9 +255,9 @@ def _close(
 
 
 def _choose(system: Mechanism, binding: SymbolTable, rows: list[ConstraintRow]) -> tuple[int, ...]:
-    """Choose the velocities that the rows determine best at the worst sampled state.
+    """Choose the dependent velocities with the best conditioning at the worst sampled state.
 
-    Among equals those made first are determined, so that later ones remain as states.
+    On ties, coordinates created first become dependent, so that later ones remain states.
     """
     named = _named(system)
     if not rows:
@@ -304,7 +303,7 @@ def _candidates(
 
 
 def _named(system: Mechanism) -> list[int] | None:
-    """Return the velocities that the author chose, an attitude counting as three."""
+    """Return the velocities chosen by the author, three for an attitude."""
     if system.velocities is None or isinstance(system.velocities, str):
         return None
     symbols = [s.name for s in tangent_symbols(system)]
@@ -319,7 +318,7 @@ def _named(system: Mechanism) -> list[int] | None:
 
 
 def _greedy(matrix: np.ndarray, free: Sequence[int], count: int) -> tuple[int, ...]:
-    """Choose columns by QR with pivoting at one state."""
+    """Choose columns by pivoted QR at one state."""
     from scipy.linalg import qr
 
     _, _, order = qr(matrix, pivoting=True)
@@ -336,11 +335,11 @@ def _driven(system: Mechanism) -> dict[int, Drive]:
 
 
 def _margins(blocks: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return the smallest singular values as shares of the size of all rows, shape (samples,).
+    """Return the smallest singular values relative to the rows' norms, shape (samples,).
 
     Args:
         blocks: Square matrices, shape (samples, n, n).
-        sizes: Largest singular value of the rows they are taken from, shape (samples,).
+        sizes: Largest singular value of the full rows, shape (samples,).
     """
     smallest = np.linalg.svd(blocks, compute_uv=False)[:, -1]
     shares: np.ndarray = smallest / np.maximum(sizes, 1e-300)
@@ -392,14 +391,14 @@ def _solve(
 
 
 def _spread(binding: SymbolTable, entries: dict[int, Node]) -> tuple[Node, ...]:
-    """Return a vector that is zero but at the given indices."""
+    """Return a vector that is zero except at the given indices."""
     return tuple(entries.get(i, binding.tape.zero) for i in range(len(binding.tangent)))
 
 
 def combine(
     binding: SymbolTable, columns: Iterable[Sequence[Node]], values: Iterable[Node]
 ) -> list[Node]:
-    """Return the sum of columns times values, an entry per velocity."""
+    """Return the linear combination of columns, an entry per velocity."""
     tape = binding.tape
     total = [tape.zero] * len(binding.tangent)
     for column, value in zip(columns, values, strict=True):

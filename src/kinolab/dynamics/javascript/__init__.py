@@ -1,7 +1,7 @@
-"""Machines as JavaScript: the expressions that kinolab compiles, for a page to simulate with.
+"""JavaScript code generation: a machine's compiled expressions, for simulation in web pages.
 
-The text that ``javascript_of`` returns needs nothing but a JavaScript engine: no library, no file
-beside it and no network.
+The text that ``javascript_of`` returns is self-contained: it needs a JavaScript engine, but no
+library, other file or network.
 """
 
 from kinolab.dynamics.javascript.module import javascript_of

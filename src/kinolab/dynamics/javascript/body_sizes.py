@@ -1,4 +1,4 @@
-"""The sizes of bodies as functions of parameters: a longer rod is drawn longer."""
+"""Shape dimensions as functions of parameters, emitted for drawing in web pages."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from kinolab.dynamics.language.shapes import Shape
 
 @dataclass(frozen=True)
 class BodySizes:
-    """What bodies look like.
+    """Shapes of all bodies and a function for their dimensions.
 
     Attributes:
-        facts: Per body and shape: its kind, its axis of symmetry if it has one, the names of its
-            dimensions, and where they and then its place begin among the results.
-        function: ``shapes(p)``: dimensions in [m], and the place in the body's frame.
+        facts: Per body and shape: kind, axis of symmetry if any, names of its dimensions, and the
+            offsets of dimensions and position among the results.
+        function: ``shapes(p)``: dimensions in [m], and position in the body's frame in [m].
     """
 
     facts: list[list[dict[str, Any]]]
@@ -29,7 +29,7 @@ class BodySizes:
 
 
 def body_sizes(system: Mechanism, binding: SymbolTable) -> BodySizes:
-    """Return the shapes of all bodies with their sizes as nodes."""
+    """Return the shapes of all bodies with their dimensions as nodes."""
     outputs = list[Node]()
     facts = [[_fact(shape, binding, outputs) for shape in body.shapes] for body in system.bodies]
     return BodySizes(facts, Function("shapes", {"p": binding.parameters}, outputs))

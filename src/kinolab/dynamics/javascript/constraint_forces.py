@@ -1,8 +1,8 @@
-"""Where the forces of constraints act, so that they can be drawn as arrows.
+"""Bodies and lines of action of constraint forces, for drawing them as arrows.
 
-A constraint w(q) nu = 0 pushes with w^T lambda, which says nothing of places. But if a body's
-twist V = J(q) nu decides w, that is w^T = J^T z, then the force of the multiplier one is the wrench
-z on that body, and its line of action is where it acts: for a wheel that rolls, the contact.
+A constraint w(q) nu = 0 exerts the generalised force w^T lambda, which has no point of application.
+But if a body's twist V = J(q) nu determines w, that is w^T = J^T z, then a unit multiplier is the
+wrench z on that body, with a line of action: for a rolling wheel, through the contact.
 
 Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, section 2.5
 (Poinsot's theorem: every wrench is a force along an axis and a torque about it).
@@ -30,21 +30,21 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.numerics.arrays import Array
 
-RESIDUAL_TOLERANCE = 1e-8  # share of a covector that may be left over
+RESIDUAL_TOLERANCE = 1e-8  # relative residual of a covector
 TWIST = 6
-MOMENT_LENGTH = 100.0  # [m]; of two wrenches that do the same the one with less force is taken, for
-# the other adds what the machine's coordinates hold by themselves, such as the ground's support
+MOMENT_LENGTH = 100.0  # [m]; of equivalent wrenches the one with less force is taken, for
+# others add reactions implicit in the coordinates, such as the ground's support
 
 
 @dataclass(frozen=True)
 class ConstraintForces:
-    """How the constraints of a machine hold it.
+    """The bodies that a machine's constraints act on.
 
     Attributes:
-        facts: Per constraint that has a force: its name, the index of the body that it holds (None
-            where no single body explains it), where that body's twist is among ``twists``, and
-            whether its force can be taken to act on the ground.
-        functions: ``covectors``, a row w per constraint, and ``twists``, six rows of J per body.
+        facts: Per constraint with a force: its name, the index of the body it acts on (None where
+            no single body explains it), the offset of that body's twist in ``twists``, and
+            whether its force can be taken to act at ground level.
+        functions: ``covectors``, one row w per constraint, and ``twists``, six rows of J per body.
     """
 
     facts: list[dict[str, Any]]
@@ -52,7 +52,7 @@ class ConstraintForces:
 
 
 def constraint_forces(system: Mechanism, derivation: Derivation) -> ConstraintForces:
-    """Find the bodies that constraints hold; no constraint is held where nothing has mass."""
+    """Find the bodies that constraints act on; none for a kinematic machine."""
     binding = derivation.binding
     rows = _rows(system, derivation)
     if not rows:
@@ -80,7 +80,7 @@ def constraint_forces(system: Mechanism, derivation: Derivation) -> ConstraintFo
 
 
 def _rows(system: Mechanism, derivation: Derivation) -> list[ConstraintRow]:
-    """Return the rows of the constraints whose forces a model gives first, in that order."""
+    """Return the rows of the constraints whose forces a model lists first, in that order."""
     if not derivation.constraint_forces:
         return []
     rows = constraint_rows(system, derivation.binding)
@@ -97,7 +97,7 @@ def _states(system: Mechanism, binding: SymbolTable) -> list[FrameState]:
 
 
 def _twist(binding: SymbolTable, state: FrameState) -> list[Node]:
-    """Return J of a body row by row: the velocity of its origin and its turn rate, in the world."""
+    """Return a body's Jacobian row by row: linear, then angular velocity, in world axes."""
     tape = binding.tape
     columns = [
         [
@@ -116,7 +116,7 @@ def _held(
     states: Sequence[FrameState],
     twists: Sequence[Sequence[Node]],
 ) -> list[tuple[int | None, bool]]:
-    """Return, per row, the body that it holds and whether the force may act on the ground."""
+    """Return, per row, the body it acts on and whether the force may act at ground level."""
     size = len(binding.tangent)
     nodes = [
         *(entry for row in rows for entry in row.covector),
@@ -146,12 +146,12 @@ def _decides(J: Array, w: Array) -> bool:
 
 
 def _may_lie_on_ground(J: Array, w: Array, position: Array) -> bool:
-    """Whether a force through the point of the plane z = 0 below or above its axis does it too."""
+    """Whether the force does the same through the point of z = 0 below or above its axis."""
     wrench = _wrench(J, w)
     force, torque = wrench[:3], wrench[3:]
     square = force @ force
     if square < RESIDUAL_TOLERANCE * (w @ w):
-        return False  # a torque has no place
+        return False  # a pure torque has no line of action
     arm = np.cross(force, torque) / square
     arm[2] = -position[2]
     lowered = np.concatenate([force, np.cross(arm, force)])

@@ -1,4 +1,4 @@
-"""What a machine's JavaScript must know besides functions: names, units, limits, the start."""
+"""Metadata of a machine for its JavaScript: names, units, limits, initial state."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.model import Model
 
-SLIDER_FACTOR = 4.0  # a slider goes from a parameter's value divided by it to the value times it
+SLIDER_FACTOR = 4.0  # ratio of a slider's ends to the parameter's value
 
 
 def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
-    """Return plain data of a machine; limits that are infinite are None."""
+    """Return a machine's metadata as plain data; infinite limits are None."""
     system = model.system
     references = system.feedback.references if system.feedback else None
     return {
@@ -39,13 +39,13 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
 
 
 def as_json(data: Mapping[str, Any]) -> str:
-    """Return data as JSON that may stand anywhere in JavaScript, in a script of a page too."""
+    """Return data as JSON that is safe anywhere in JavaScript, inline scripts included."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _units(model: Model) -> Iterator[str]:
-    """Yield the SI unit of every entry of a state, empty where it is a pure number."""
+    """Yield the SI unit of every state entry, empty if dimensionless."""
     places, rates = list[str](), list[str]()
     for coordinate in model.system.coordinates:
         own = coordinate.unit if isinstance(coordinate, Coordinate) else "rad"

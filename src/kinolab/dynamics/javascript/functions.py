@@ -1,6 +1,6 @@
-"""Functions of JavaScript from nodes of a tape: the same operations in the same order.
+"""JavaScript functions from expression graph nodes: the same operations in the same order.
 
-A node that is used once is written where it is used, the others become constants of the function.
+A node used once is inlined; the others become constants of the function.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from collections.abc import Mapping, Sequence
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 
-SINGULAR = 1  # the status of a result that a guard forbids; one that is not finite has status 2
-MAX_EXPRESSION_LENGTH = 160  # characters of an expression, above which a node becomes a constant
+SINGULAR = 1  # status where a guard fails; a non-finite result has status 2
+MAX_EXPRESSION_LENGTH = 160  # characters; a longer node becomes a constant
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-OWN = ("fmax", "sign")  # of the runtime: those of Math do other things with NaN
+OWN = ("fmax", "sign")  # defined in the runtime: Math treats NaN differently
 BUILT_IN = {"fabs": "Math.abs"}
 
 
@@ -34,7 +34,7 @@ def emit_function(function: Function, tape: ExpressionGraph) -> str:
 
 
 class _Body:
-    """The lines of one function, and what to write for each node after them."""
+    """The statements of one function, and the text of each node."""
 
     def __init__(
         self, tape: ExpressionGraph, arguments: Mapping[str, Sequence[Node]], wanted: Sequence[Node]
@@ -74,7 +74,7 @@ class _Body:
 
 
 def number(value: float) -> str:
-    """Return a number as text that is read back as the same one."""
+    """Return a number as text that round-trips exactly."""
     if not math.isfinite(value):
         return "NaN" if math.isnan(value) else f"({'-' * (value < 0)}Infinity)"
     text = repr(value).removesuffix(".0")

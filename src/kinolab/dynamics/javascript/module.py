@@ -1,4 +1,4 @@
-"""A machine's JavaScript as one expression, kept on disk beside its machine code."""
+"""A machine's JavaScript as one expression, cached on disk with its machine code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kinolab.dynamics.model import Model
 from kinolab.files import read_sealed, write_sealed
 
 MAGIC = b"kinolab javascript 1\n"
-RUNTIME = Path(__file__).parent / "runtime"  # of every machine the same
+RUNTIME = Path(__file__).parent / "runtime"  # shared by all machines
 PARTS = ("basics", "linear_algebra", "steps", "lines_of_action", "arrows", "shapes", "machine")
 EMITTED = (
     *("f", "frames", "cables", "energy", "constraint_residual", "constraint_forces"),
@@ -30,17 +30,17 @@ EMITTED = (
 
 
 def javascript_of(model: Model, *, implicit: bool = False) -> str:
-    """Return an expression of JavaScript whose value simulates a machine in float64.
+    """Return a JavaScript expression whose value simulates a machine in float64.
 
     The value mirrors ``Model``: ``f(x, u, p)``, ``step(x, u, dt, p, method, substeps)``,
-    ``frames(x, p)``, ``energy(x, u, p)``, ``constraintForces(x, u, p)``, … with ``p`` an array of
+    ``frames(x, p)``, ``energy(x, u, p)``, ``constraintForces(x, u, p)``, … with ``p`` the array of
     parameters in the order of ``parameters``; where the machine has feedback, u are references and
-    ``plant`` is the machine without it. ``runtime/machine.js`` says the rest.
+    ``plant`` is the machine without it. See ``runtime/machine.js`` for the rest.
 
     Args:
-        model: Whose equations are emitted; nothing is derived if it was asked for before.
-        implicit: Whether the method ``rosenbrock`` is among those of ``step``; the derivatives that
-            it needs double the length of the text.
+        model: Provides the equations; a cached result is returned without deriving.
+        implicit: Whether ``step`` offers the method ``rosenbrock``, whose derivatives double the
+            length of the text.
     """
     path = folder() / f"{_key(model, implicit)}.js"
     kept = read_sealed(path, MAGIC)
@@ -76,7 +76,7 @@ def _written(model: Model, implicit: bool) -> str:
 
 
 def _of_machine(derivation: Derivation, model: Model, implicit: bool) -> Iterator[Function]:
-    """Yield the machine's own functions that have a result, and its law."""
+    """Yield the machine's functions with nonempty results, and its feedback law."""
     yield from (f for f in outputs_of(derivation) if f.name in EMITTED and f.outputs)
     if implicit:
         yield tangent_of(derivation)

@@ -1,1 +1,1 @@
-"""The equations of motion a second time, as on paper, by SymPy."""
+"""Lagrange's equations by SymPy: a second, human-readable derivation."""

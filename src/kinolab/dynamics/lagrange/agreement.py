@@ -1,4 +1,4 @@
-"""A hand derivation held against kinolab's: which term differs?"""
+"""Comparison of a hand derivation with kinolab's equations of motion, term by term."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
 
-RANDOM_POINTS = 8  # random points at which a difference that SymPy cannot simplify is judged
-ROUNDING = 1e-9  # relative size below which such a difference counts as none
+RANDOM_POINTS = 8  # at which a difference that SymPy cannot simplify is evaluated
+ROUNDING = 1e-9  # relative size below which such a difference counts as zero
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """What became of each equation of a hand derivation.
+    """The verdict on each equation of a hand derivation.
 
     Attributes:
         verdicts: One sentence per equation; it names the terms that differ.
-        agreed: Whether each equation holds.
-        missing: Equations of motion that none of them covers, in words.
+        agreed: Whether each equation is correct.
+        missing: Equations of motion that the derivation lacks, in words.
     """
 
     verdicts: tuple[str, ...]
@@ -41,9 +41,9 @@ def compare(ours: Equations, theirs: Sequence[sympy.Eq | sympy.Expr]) -> Agreeme
     """Compare equations of motion, each up to a factor and in any order.
 
     Args:
-        ours: kinolab's own; a hand derivation with multipliers is held against the balance, one
-            without against the reduced equations.
-        theirs: Equations, or expressions that are zero, in the machine's own symbols.
+        ours: kinolab's own; a hand derivation with multipliers is compared with the balance, one
+            without with the reduced equations.
+        theirs: Equations, or expressions that equal zero, in the machine's symbols.
     """
     groups = [group for group in (ours.reduced, ours.balance) if group]
     best: Agreement | None = None
@@ -74,13 +74,13 @@ def _compare(targets: Sequence[sympy.Expr], theirs: Sequence[sympy.Eq | sympy.Ex
 
 
 def _residual(equation: sympy.Eq | sympy.Expr) -> sympy.Expr:
-    """Return left less right, multiplied out."""
+    """Return left minus right, expanded."""
     sides = equation.args if isinstance(equation, sympy.Equality) else (equation, 0)
     return sympy.expand(sides[0] - sides[1])
 
 
 def _difference(theirs: sympy.Expr, ours: sympy.Expr) -> sympy.Expr:
-    """Return what theirs has too much, scaled so that an acceleration has the same factor."""
+    """Return theirs minus ours, scaled so that an acceleration has the same factor."""
     for symbol in sorted(ours.free_symbols, key=str):
         if not isinstance(symbol, Acceleration | TurnAcceleration):
             continue
@@ -95,7 +95,7 @@ def _difference(theirs: sympy.Expr, ours: sympy.Expr) -> sympy.Expr:
 
 
 def _vanishes(expression: sympy.Expr) -> bool:
-    """Whether an expression is zero at random points, which no forgotten identity can hide."""
+    """Whether an expression is zero at random points, whatever identities SymPy misses."""
     symbols = sorted(expression.free_symbols, key=str)
     if not symbols:
         return bool(expression == 0)
@@ -115,7 +115,7 @@ def _verdict(difference: sympy.Expr) -> str:
 
 
 def _terms(difference: sympy.Expr) -> Iterator[str]:
-    """Name every term that is too much or missing, once per sign."""
+    """Name every extra or missing term, once per sign."""
     terms = sympy.Add.make_args(difference)
     extra = [t for t in terms if not t.could_extract_minus_sign()]
     lacking = [-t for t in terms if t.could_extract_minus_sign()]

@@ -1,4 +1,4 @@
-"""A machine's energies and loads as SymPy expressions, for reading and for a second derivation."""
+"""Energies and nonconservative loads of a machine as SymPy expressions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def kinetic_energy(system: Mechanism) -> sympy.Expr:
 
 
 def potential_energy(system: Mechanism) -> sympy.Expr:
-    """Return V in [J]: height, springs, buoyancy and whatever else has a potential."""
+    """Return V in [J]: gravity, springs, buoyancy and other potentials."""
     total = ZERO
     for body in system.bodies:
         total -= body.mass * _gravity(system).dot(pose(body.frame)[1])
@@ -48,9 +48,9 @@ def potential_energy(system: Mechanism) -> sympy.Expr:
 
 
 def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
-    """Yield (strength, velocity) of everything that is not conservative.
+    """Yield (strength, velocity) of every nonconservative load.
 
-    A load's generalised force is the strength times the velocity's slope in each rate.
+    A load's generalised force is the strength times d(velocity)/d(rate).
     """
     for effort in system.efforts:
         match effort:
@@ -90,10 +90,10 @@ def _kinetic(body: Body) -> sympy.Expr:
 
 
 def _carrier(body: Body) -> Frame:
-    """Return the frame that a body of revolution turns in, else the body's own.
+    """Return the non-spinning frame of a body of revolution, else the body's own frame.
 
-    Its spin about the axis of symmetry changes no energy, and leaving it out of the axes keeps
-    the equations short.
+    The spin angle about the axis of symmetry does not enter the energy, and leaving it out of the
+    axes keeps the equations short.
     """
     last = body.frame.motions[-1] if body.frame.motions else None
     if not isinstance(last, Rotation) or any(body.inertia[3:]):
@@ -105,7 +105,7 @@ def _carrier(body: Body) -> Frame:
 
 
 def _spin(body: Body, carrier: Frame) -> sympy.Matrix:
-    """Return a body's angular velocity in its carrier's axes."""
+    """Return a body's angular velocity in the axes of ``_carrier``."""
     spin = velocity(carrier).angular
     for motion in body.frame.motions[len(carrier.motions) :]:
         if isinstance(motion, Rotation):
@@ -114,7 +114,7 @@ def _spin(body: Body, carrier: Frame) -> sympy.Matrix:
 
 
 def _gravity(system: Mechanism) -> sympy.Matrix:
-    """Return the field in the world, in [m/s^2]."""
+    """Return gravity in world axes, in [m/s^2]."""
     return system.gravity.strength * -_up(system) if system.gravity else sympy.zeros(3, 1)
 
 
@@ -130,7 +130,7 @@ def _distance(between: tuple[Frame, Frame]) -> sympy.Expr:
 
 
 def _velocity_at(frame: Frame, place: sympy.Matrix) -> sympy.Matrix:
-    """Return the world velocity of the point of a frame that is now at a place of the world."""
+    """Return the world velocity of the frame-fixed point now at a world position."""
     R, p = pose(frame)
     V = velocity(frame)
     return R * V.linear + (R * V.angular).cross(place - p)
@@ -152,7 +152,7 @@ def _wrench(effort: Wrench) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
 
 
 def _direction(axis: Axis, frame: Frame) -> sympy.Matrix:
-    """Return a frame's axis in the axes of another, the common beginning left out."""
+    """Express a frame's axis in another frame's axes, the common part of both chains left out."""
     own, other = list(axis.frame.motions), list(frame.motions)
     while own and other and own[0] == other[0]:
         own, other = own[1:], other[1:]

@@ -1,7 +1,7 @@
-"""The equations of motion as a person writes them, by d/dt(dL/dq_dot) - dL/dq = F + w^T lambda.
+"""Human-readable equations of motion, d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, by SymPy.
 
-They are derived here a second time, by SymPy from the energies, and never compiled. On SO(3) they
-take their Euler-Poincare form, d/dt(dL/domega) + omega x dL/domega - dL/dR = F + w^T lambda.
+A second derivation from the energies, which is never compiled. On SO(3) the equations take their
+Euler-Poincare form, d/dt(dL/domega) + omega x dL/domega - dL/dR = F + w^T lambda.
 
 Source: Bloch, Nonholonomic Mechanics and Control, 2003, chapters 3 and 5.
 """
@@ -28,28 +28,28 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
 
-# [s] of computing after which no further equation is made more readable
+# [s] of CPU time after which no further equation is simplified
 SIMPLIFICATION_SECONDS = 4.0
-MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side that somebody may read
-WIDTH = 100  # characters of a line, dots over letters counted
-CONTINUED = "    "  # before what belongs to the line above
-MAX_ELIMINATED = 3  # constraints whose elimination by hand stays short enough to read
-MAX_EXPANDED_TERMS = 1_000_000  # that expanding may make on its way; a submarine makes 65 620
+MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth printing
+WIDTH = 100  # characters of a line, combining dots included
+CONTINUED = "    "  # indentation of a continuation line
+MAX_ELIMINATED = 3  # constraints whose elimination stays readable
+MAX_EXPANDED_TERMS = 1_000_000  # intermediate terms of an expansion; a submarine has 65 620
 
 
 @dataclass(frozen=True)
 class Equations(Sequence[sympy.Eq]):
-    """A machine's equations of motion; as a sequence, all of them but the reduced ones.
+    """A machine's equations of motion; as a sequence, all except the reduced ones.
 
     Attributes:
         lagrangian: L = T - V.
-        balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per velocity; for a driven
-            coordinate its acceleration.
+        balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per velocity; of a driven
+            coordinate, its imposed acceleration.
         constraints: w(q) q_dot = 0 or h(q) = 0, one per constraint, and velocities that are
-            inputs or further states.
-        further: The rates of further states.
-        reduced: The balance without multipliers, one per independent velocity; empty where there
-            is no constraint or where the elimination has no short form.
+            inputs or auxiliary states.
+        further: The rates of auxiliary states.
+        reduced: The balance without multipliers, one per independent velocity; empty without
+            constraints or where the elimination has no short form.
     """
 
     lagrangian: sympy.Expr
@@ -65,11 +65,11 @@ class Equations(Sequence[sympy.Eq]):
         return (*self.balance, *self.constraints, *self.further)[index]
 
     def text(self) -> str:
-        """Return everything in plain text with Greek letters and dots."""
+        """Return all equations as plain text with Greek letters and dots."""
         return "\n".join(_text(self))
 
     def latex(self) -> str:
-        """Return everything as LaTeX, one aligned block per group."""
+        """Return all equations as LaTeX, one aligned block per group."""
         return "\n".join(_latex(self))
 
     def _repr_latex_(self) -> str:
@@ -145,7 +145,7 @@ class _LagrangeDerivation:
         return change + spin.cross(momenta)[v.index] - self.slope(v)
 
     def slope(self, turn: TurnRate) -> sympy.Expr:
-        """Return how the Lagrangian changes when an attitude turns about one body axis."""
+        """Return the derivative of the Lagrangian by a rotation about one body axis."""
         alone = {other: 1 if other == turn else 0 for other in turn.attitude.turn_rate}
         return sum(
             (
@@ -156,7 +156,7 @@ class _LagrangeDerivation:
         )
 
     def forces(self) -> list[sympy.Expr]:
-        """Return the generalised forces of everything that is not conservative."""
+        """Return the generalised nonconservative forces."""
         total = [sympy.Integer(0)] * len(self.velocities)
         for strength, velocity in loads(self.system):
             for k, v in enumerate(self.velocities):
@@ -174,7 +174,7 @@ class _LagrangeDerivation:
         return sympy.Eq(grouped(left), grouped(right), evaluate=False)
 
     def constraint_equations(self) -> Iterator[sympy.Eq]:
-        """Yield the constraints as they were stated."""
+        """Yield the constraints as stated by the author."""
         for constraint in self.system.constraints:
             held = (
                 constraint.position
@@ -184,7 +184,7 @@ class _LagrangeDerivation:
             yield sympy.Eq(self.brief(held), 0, evaluate=False)
 
     def rate_equations(self) -> Iterator[sympy.Eq]:
-        """Yield the velocities that are inputs or further states."""
+        """Yield the velocities imposed by inputs or auxiliary states."""
         rates = [(i.velocity, i.symbol) for i in self.system.inputs if isinstance(i, Rate)]
         speeds = [(s.velocity, s.symbol) for s in self.system.states if s.velocity is not None]
         for velocity, symbol in (*rates, *speeds):
@@ -197,7 +197,7 @@ class _LagrangeDerivation:
         forces: Sequence[sympy.Expr],
         drives: dict[str, Drive],
     ) -> tuple[sympy.Eq, ...]:
-        """Project the balance onto the motions that the constraints allow, if that stays short."""
+        """Project the balance onto the allowed motions, if the result stays short."""
         from kinolab.dynamics.derivation.derivation import derive
 
         if not 0 < w.rows <= MAX_ELIMINATED or self.system.velocities == "all":
@@ -230,23 +230,23 @@ class _LagrangeDerivation:
         return known | {self.accelerations[j]: changes[k] for k, j in enumerate(dependent)}
 
     def tidy(self, expression: sympy.Expr) -> sympy.Expr:
-        """Simplify for reading, if there is time left and the result is not too long."""
+        """Simplify within the time budget, if the expression is not too long."""
         expression = exact(expression)
         if _terms(expression) > MAX_EXPANDED_TERMS:
             return expression
         return simplified(expression, self.deadline)
 
     def brief(self, expression: sympy.Expr) -> sympy.Expr:
-        """Simplify for reading, with brackets around what is multiplied by the same."""
+        """Simplify and collect terms with common factors."""
         return grouped(self.tidy(expression))
 
     def readable(self, equation: sympy.Eq) -> bool:
-        """Whether an equation is short enough to be read."""
+        """Whether an equation is short enough to read."""
         return max(map(written_length, equation.args)) <= MAX_SIMPLIFIED
 
 
 def _terms(expression: sympy.Expr) -> int:
-    """Bound how many terms there are once an expression is expanded, and everything in it."""
+    """Bound the number of terms of an expression after full expansion."""
     parts = [_terms(part) for part in expression.args]
     if expression.is_Mul:
         return math.prod(parts)
@@ -268,7 +268,7 @@ def _text(equations: Equations) -> Iterator[str]:
 
 
 def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
-    """Yield an equation in lines that are broken before a sign."""
+    """Yield the lines of an equation, broken before signs."""
     line = f"{indent}{left} = {_line(right)}"
     while len(line) > WIDTH and (place := _break(line, len(indent) + len(CONTINUED))):
         yield line[:place]
@@ -277,7 +277,7 @@ def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
 
 
 def _break(line: str, first: int) -> int:
-    """Return where a line is broken best: late, in as few brackets as possible; 0 if nowhere."""
+    """Return the best line break: late, in as few brackets as possible; 0 if none."""
     places = [found.start() for found in re.finditer(" [-+=] ", line) if found.start() > first]
     cancelled = [place for place in places if WIDTH / 2 < place <= WIDTH]
     depths = {place: line.count("(", 0, place) - line.count(")", 0, place) for place in cancelled}

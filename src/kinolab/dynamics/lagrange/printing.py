@@ -1,4 +1,4 @@
-"""Formulas on one line of plain text: ``1/4 m R² ψ̈ = steer``."""
+"""Printing of formulas as one line of plain text: ``1/4 m R² ψ̈ = steer``."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ GREEK = (
 )
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-DIGITS = 6  # of a number with more of them
+DIGITS = 6  # significant digits printed of a float
 DOT, DOUBLE_DOT = "\u0307", "\u0308"
 
 
 def one_line(expression: sympy.Expr) -> str:
-    """Print an expression on one line, as on paper."""
+    """Print an expression on one line in mathematical notation."""
     return str(_Printer().doprint(expression))
 
 
@@ -46,7 +46,7 @@ def letter(name: str) -> str:
 
 
 class _Printer(StrPrinter):  # type: ignore[misc]
-    """SymPy's printer of strings, with products as juxtaposition and letters as on paper."""
+    """SymPy's string printer, with products by juxtaposition and Greek letters."""
 
     def _print_Symbol(self, expression: sympy.Symbol) -> str:
         return letter(expression.name)
@@ -107,7 +107,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
 
 
 def _above_and_below(product: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
-    """Return what stands above and below the bar of a product, sums left as they are."""
+    """Return numerator and denominator of a product, sums not combined."""
     above, below = [], []
     for factor in sympy.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
@@ -124,7 +124,7 @@ def _dotted(name: str, dots: str) -> str:
 
 
 def _order(factor: sympy.Expr) -> tuple[int, str]:
-    """Put masses first, then other parameters, functions of coordinates, and rates last."""
+    """Order masses first, then other parameters, functions of coordinates, and rates last."""
     base = factor.as_base_exp()[0]
     if base.is_number:
         return -1, ""
@@ -138,9 +138,9 @@ def _order(factor: sympy.Expr) -> tuple[int, str]:
 
 
 def written_length(expression: sympy.Expr) -> int:
-    """Return how many symbols, numbers and operations an expression has when it is written out.
+    """Return the number of symbols, numbers and operations of an expression written out.
 
-    Subexpressions that are shared are visited once; written out they may be more than memory holds.
+    Shared subexpressions are visited once; written out they may exceed memory.
     """
     lengths: dict[sympy.Basic, int] = {}
     stack = [expression]

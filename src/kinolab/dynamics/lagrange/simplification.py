@@ -1,4 +1,4 @@
-"""Expressions made short for reading: the fewest terms, sums of angles, fractions as on paper."""
+"""Simplification for reading: fewest terms, sums of angles, short fractions."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from kinolab.dynamics.language.symbols import (
     TurnRate,
 )
 
-Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of a sine and a cosine
+Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of sine and cosine
 
-# largest denominator of a fraction that is read as one whatever it is, but for tenths
+# largest denominator of a fraction printed as such, tenths excepted
 MAX_DENOMINATOR = 12
-# the same for those that are no decimals, or halves of halves, as energies make them
+# the same for fractions that do not come from decimals, as in energies
 MAX_BINARY_DENOMINATOR = 64
 
 
 def simplified(expression: sympy.Expr, deadline: float) -> sympy.Expr:
-    """Return an expression in its shortest form, as it is where that would be long or take long.
+    """Return an expression in its shortest form; unchanged where that is too long or slow.
 
     Args:
-        expression: In symbols of a machine.
-        deadline: Of ``time.thread_time``.
+        expression: In the symbols of a machine.
+        deadline: On the clock of ``time.thread_time``, in [s].
     """
     found = []
     for apart in (False, True) if _has_sums(expression) else (False,):
@@ -44,13 +44,13 @@ def simplified(expression: sympy.Expr, deadline: float) -> sympy.Expr:
 
 
 def _has_sums(expression: sympy.Expr) -> bool:
-    """Whether there are angles that can be taken apart, or put together."""
+    """Whether there are sums of angles to expand or to combine."""
     waves = expression.atoms(sympy.sin, sympy.cos, sympy.tan)
     return any(not wave.args[0].is_Symbol for wave in waves)
 
 
 def grouped(expression: sympy.Expr) -> sympy.Expr:
-    """Put what is multiplied by the same rates, accelerations, inputs or forces in one bracket."""
+    """Collect terms by common rates, accelerations, inputs or forces."""
     return _bracketed(expression, _moves, inner=lambda e: _bracketed(e, _is_function, inner=_same))
 
 
@@ -63,7 +63,7 @@ def _bracketed(
     belongs: Callable[[sympy.Expr], bool],
     inner: Callable[[sympy.Expr], sympy.Expr],
 ) -> sympy.Expr:
-    """Sort a sum by those of its factors that belong together; the others stand in brackets."""
+    """Collect a sum by the factors that ``belongs`` selects; the others go in brackets."""
     shares: dict[sympy.Expr, list[sympy.Expr]] = defaultdict(list)
     for term in sympy.Add.make_args(expression):
         key = sympy.Mul(*(f for f in sympy.Mul.make_args(term) if belongs(f.as_base_exp()[0])))
@@ -79,7 +79,7 @@ def _bracketed(
 
 
 def _moves(base: sympy.Expr) -> bool:
-    """Whether a factor is a rate or acceleration, an input, or a constraint's force."""
+    """Whether a factor is a rate, acceleration, input or constraint force."""
     kinds = (RateSymbol, Acceleration, TurnRate, TurnAcceleration, InputSymbol)
     return isinstance(base, kinds) or type(base) is sympy.Symbol
 
@@ -89,7 +89,7 @@ def _is_function(base: sympy.Expr) -> bool:
 
 
 def _common(terms: Sequence[sympy.Expr]) -> sympy.Expr:
-    """Return the factors that all terms share, and their number where that is the same."""
+    """Return the common factors of all terms, and the coefficient where it is the same."""
     numbers, powers = [], []
     for term in terms:
         number, rest = term.as_coeff_Mul()
@@ -106,7 +106,7 @@ def _common(terms: Sequence[sympy.Expr]) -> sympy.Expr:
 
 
 def written(terms: Terms) -> sympy.Expr:
-    """Return terms as an expression, with the sines and cosines that make it short."""
+    """Return terms as an expression, with the trigonometric form that makes it short."""
     for angle in _angles(terms):
         terms = _shortened(terms, angle)
     joined = _joined(terms)
@@ -120,7 +120,7 @@ def _angles(terms: Terms) -> list[sympy.Expr]:
 
 
 def _shortened(terms: Terms, angle: sympy.Expr) -> Terms:
-    """Choose between the squares of sine, cosine and tangent, for each rest that they stand at."""
+    """Choose between squares of sine, cosine and tangent, for each cofactor."""
     sine, cosine = sympy.sin(angle), sympy.cos(angle)
     groups: dict[Monomial, Polynomial] = defaultdict(dict)
     for monomial, factor in terms.items():
@@ -138,7 +138,7 @@ def _shortened(terms: Terms, angle: sympy.Expr) -> Terms:
 def _forms(
     polynomial: Polynomial,
 ) -> Iterator[Polynomial]:
-    """Yield ways to write a polynomial of a sine and a cosine, by their powers."""
+    """Yield equivalent forms of a polynomial in a sine and a cosine."""
     yield polynomial
     if any(c >= 2 for _, c in polynomial):  # c^2 = 1 - s^2
         yield _replaced(polynomial, lambda _, c: c >= 2, ((0, -2, 1), (2, -2, -1)))
@@ -151,7 +151,7 @@ def _replaced(
     applies: Callable[[int, int], bool],
     parts: Sequence[tuple[int, int, int]],
 ) -> Polynomial:
-    """Replace squares as long as that applies: each part adds to both powers, with a factor."""
+    """Replace squares while ``applies``: each part is (sine power, cosine power, factor)."""
     made: Polynomial = {}
     stack = list(polynomial.items())
     while stack:
@@ -169,7 +169,7 @@ def _length(polynomial: Polynomial) -> tuple[int, int, int]:
 
 
 def _joined(terms: Terms) -> Terms:
-    """Put products of sines and cosines together to those of sums of angles."""
+    """Combine products of sines and cosines into sines and cosines of sums."""
     made = dict(terms)
     waiting = sorted(terms, key=_name, reverse=True)
     while waiting:
@@ -185,12 +185,12 @@ def _joined(terms: Terms) -> Terms:
 
 
 def _name(monomial: Monomial) -> list[str]:
-    """Return what gives products an order that is the same every time."""
+    """Return a deterministic sort key for products."""
     return sorted(f"{base}^{power}" for base, power in monomial)
 
 
 def _partner(terms: Terms, monomial: Monomial) -> tuple[Monomial, Monomial, int] | None:
-    """Return the other product of a sum of angles, what both make and its sign, or None."""
+    """Return the matching product of an angle sum, the combined product and its sign, or None."""
     powers = dict(monomial)
     single = [base for base in sorted(powers, key=str) if powers[base] == 1]
     for x in (base for base in single if isinstance(base, sympy.cos)):
@@ -216,7 +216,7 @@ def _partner(terms: Terms, monomial: Monomial) -> tuple[Monomial, Monomial, int]
 
 
 def _monomial(monomial: Monomial) -> sympy.Expr:
-    """Return a product, with a tangent for a sine over a cosine."""
+    """Return a product, with sine over cosine as tangent."""
     powers = dict(monomial)
     for base in [entry for entry in powers if isinstance(entry, sympy.sin)]:
         angle = base.args[0]
@@ -230,7 +230,7 @@ def _monomial(monomial: Monomial) -> sympy.Expr:
 
 
 def _number(value: Fraction) -> sympy.Expr:
-    """Return a fraction as it is read: a short one as it is, a decimal where it came from one."""
+    """Return a number for printing: a short fraction, or a decimal where it came from one."""
     bottom = value.denominator
     if (bottom <= MAX_DENOMINATOR and bottom != 10) or (
         bottom <= MAX_BINARY_DENOMINATOR and (bottom % 5 or not bottom % 3)
@@ -240,6 +240,6 @@ def _number(value: Fraction) -> sympy.Expr:
 
 
 def _rounded(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression with its numbers as they are read, and nothing else changed."""
+    """Return an expression with its numbers rounded for printing."""
     numbers = expression.atoms(sympy.Float)
     return expression.xreplace({number: _number(fraction(number)) for number in numbers})

@@ -1,8 +1,8 @@
-"""Expressions as sums of products, in which every square of a sine is replaced.
+"""Normal forms of expressions: sums of products without squares of sines.
 
-So that everything that cancels does: sin^2 + cos^2 = 1, and a unit quaternion has length 1. Two
-expressions of sines, cosines, quaternions and polynomials are equal if their terms are the same.
-This is for reading; nothing of it is on the way to code.
+Everything cancels by sin^2 + cos^2 = 1 and by unit quaternion norm. Two expressions of sines,
+cosines, quaternions and polynomials are equal if their terms are the same. Used for reading only,
+never for compiled code.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ import sympy
 from kinolab.dynamics.language.expressions import LARGEST_DENOMINATOR
 from kinolab.dynamics.language.symbols import Coordinate, QuaternionEntry
 
-Monomial: TypeAlias = frozenset[tuple[sympy.Expr, int]]  # bases and their powers, none of them 0
+Monomial: TypeAlias = frozenset[tuple[sympy.Expr, int]]  # (base, nonzero power)
 Terms: TypeAlias = dict[Monomial, Fraction]
 
 ONE: Monomial = frozenset()
-MAX_TERMS = 1200  # of a sum that somebody may want to read, or that becomes one
-MAX_PRODUCTS = 40_000  # of two sums
-MAX_ANGLE_MULTIPLE = 3  # of an angle, whose sine is worked out in those of the angle
+MAX_TERMS = 1200  # of a sum, intermediate or final
+MAX_PRODUCTS = 40_000  # terms of a product of two sums
+MAX_ANGLE_MULTIPLE = 3  # whose sine is expanded in sin and cos of the angle
 
 
 class TooLongError(Exception):
-    """There are more terms than anybody reads, or no more time."""
+    """The expression has too many terms, or the deadline has passed."""
 
 
 class Expander:
-    """Works out expressions as sums of products.
+    """Expands expressions into sums of products.
 
     Args:
-        write: Turns terms back into an expression, for what stands inside functions and roots.
-        deadline: Of ``time.thread_time``, after which nothing is worked out.
-        apart: Whether sines of sums of angles are worked out in those of the angles.
+        write: Converts terms back to an expression, for arguments of functions and roots.
+        deadline: On the clock of ``time.thread_time``, in [s]; expansion stops after it.
+        apart: Whether to expand sines and cosines of sums of angles.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Expander:
         """Return the terms of an expression.
 
         Raises:
-            TooLongError: If there are too many, or it takes too long.
+            TooLongError: If there are too many terms, or it takes too long.
         """
         if expression not in self._known:
             self._known[expression] = self._terms(expression)
@@ -103,7 +103,7 @@ class Expander:
         return generator(sympy.Pow(self._write(self.terms(base)), exponent))
 
     def _root(self, base: Terms, exponent: sympy.Rational) -> Terms:
-        """Return a negative or broken power of terms, in single ones worked out."""
+        """Return a negative or fractional power of terms; of a single term, expanded."""
         if len(base) == 1:
             ((monomial, factor),) = base.items()
             powers = [(entry, power * exponent) for entry, power in monomial]
@@ -134,12 +134,12 @@ def constant(value: Fraction) -> Terms:
 
 
 def generator(base: sympy.Expr) -> Terms:
-    """Return the terms of what is not worked out any further."""
+    """Return the terms of an expression treated as an indeterminate."""
     return {frozenset({(base, 1)}): Fraction(1)}
 
 
 def scaled(terms: Terms, factor: Fraction) -> Terms:
-    """Return terms times a number."""
+    """Return terms multiplied by a number."""
     return {monomial: factor * value for monomial, value in terms.items()}
 
 
@@ -149,7 +149,7 @@ def total(parts: Iterable[Terms]) -> Terms:
 
 
 def reduced(pairs: Iterable[tuple[Monomial, Fraction]]) -> Terms:
-    """Add up terms, with squares of sines and of quaternions' last entries replaced."""
+    """Collect terms, with squares of sines and of quaternions' last entries replaced."""
     made: Terms = {}
     stack = list(pairs)
     while stack:
@@ -165,7 +165,7 @@ def reduced(pairs: Iterable[tuple[Monomial, Fraction]]) -> Terms:
 
 
 def is_positive(expression: sympy.Expr) -> bool:
-    """Whether an expression is a coordinate that its limits keep above zero, or so by nature."""
+    """Whether an expression is nonnegative, by assumption or by a coordinate's limits."""
     if isinstance(expression, Coordinate):
         return expression.lower >= 0
     return bool(expression.is_nonnegative)
@@ -176,7 +176,7 @@ def _is_replaced(base: sympy.Expr) -> bool:
 
 
 def _others(square: sympy.Expr) -> tuple[sympy.Expr, ...]:
-    """Return what has squares that add up to 1 with that of a sine, or of a quaternion's end."""
+    """Return the bases whose squares sum to 1 with that of a sine or quaternion entry w."""
     if isinstance(square, QuaternionEntry):
         return tuple(square.attitude.quaternion[:3])
     return (sympy.cos(square.args[0]),)
@@ -192,7 +192,7 @@ def _times(one: Monomial, other: Monomial) -> Monomial:
 
 
 def _parted(angle: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
-    """Return an angle of a sum and the rest, or one of a small multiple; the rest may be 0."""
+    """Split a sum, or a small multiple, of angles into one angle and the rest, which may be 0."""
     if angle.is_Add:
         first = min(angle.args, key=str)
         return first, angle - first
@@ -213,7 +213,7 @@ def _rooted(factor: Fraction, exponent: sympy.Rational) -> Fraction:
 
 
 def _signless(base: sympy.Expr, power: sympy.Rational, exponent: sympy.Rational) -> sympy.Expr:
-    """Return the base of a root's power: sqrt(x^2) is |x|."""
+    """Return the base of a root of a power: sqrt(x^2) is |x|."""
     if exponent.is_Integer or is_positive(base) or int(power) % 2 == 0:
         return base
     return sympy.Abs(base)
@@ -224,7 +224,7 @@ def _rational(value: Fraction) -> sympy.Rational:
 
 
 def fraction(number: sympy.Expr) -> Fraction:
-    """Return a number as the fraction that was written: 0.1 is 1/10."""
+    """Return a number as the exact decimal fraction: 0.1 is 1/10."""
     if number.is_Rational:
         return Fraction(int(number.p), int(number.q))
     value = float(number)

@@ -1,1 +1,1 @@
-"""The words in which a machine is written down."""
+"""The modelling vocabulary: symbols, frames, bodies, forces, inputs, constraints."""

@@ -1,4 +1,4 @@
-"""States with a rate of their own: currents, lags, speeds of what is moved and not pushed."""
+"""Auxiliary states with differential equations of their own: currents, lags, imposed speeds."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from kinolab.dynamics.language.symbols import StateSymbol
 @checked
 @dataclass(frozen=True)
 class State:
-    """A further state with its own differential equation.
+    """An auxiliary state with its own differential equation.
 
     Attributes:
-        name: What scenarios and files call it.
-        derivative: Its rate of change, an expression in states, inputs and parameters; ``state``
-            gives the symbol that stands for the state itself.
+        name: Its name in scenarios and files.
+        derivative: Its time derivative, an expression in states, inputs and parameters; ``state``
+            returns the symbol of the state itself.
         limits: Lower and upper limit in ``unit``.
         unit: SI unit as text.
-        scale: What counts as a large difference, in ``unit``.
-        velocity: What moves at this value, an expression linear in the rates such as ``V.x``, if
-            the state is a speed of a kinematic machine.
+        scale: Characteristic magnitude in ``unit``; distances are divided by it.
+        velocity: The velocity that this state imposes, an expression linear in the rates such as
+            ``V.x``, if the state is a speed of a kinematic machine.
     """
 
     name: str
@@ -36,7 +36,7 @@ class State:
     velocity: Number | None = None
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "derivative", *(() if self.velocity is None else ("velocity",)))
 
     @property
@@ -47,17 +47,17 @@ class State:
 
 @checked
 def state(name: str) -> StateSymbol:
-    """Return the symbol of a further state, to write its own derivative with."""
+    """Return the symbol of an auxiliary state, for use in its own derivative."""
     return StateSymbol(name)
 
 
 @checked
 def lag(name: str, signal: Number, time_constant: Number, *, unit: str = "") -> State:
-    """Return a state that follows a signal with a first-order lag, as an actuator does.
+    """Return a state that follows a signal with a first-order lag, as actuators do.
 
     Args:
-        name: Of the state.
-        signal: What it follows, usually an input's symbol.
+        name: Name of the state.
+        signal: The signal, usually an input's symbol.
         time_constant: In [s].
         unit: Of the signal and the state.
     """

@@ -1,4 +1,4 @@
-"""Rigid bodies: where they are, what they weigh, and what they look like."""
+"""Rigid bodies: frame, mass properties and shapes."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ class Body:
     """A rigid body whose centre of mass is the origin of its frame.
 
     Args:
-        name: What contacts, goals and pictures call it.
+        name: Its name in contacts, goals and renderings.
         frame: Pose of the centre of mass.
         mass: In [kg].
         inertia: About the centre of mass along the frame's axes, in [kg m^2]: the principal
             moments (xx, yy, zz), or (xx, yy, zz, xy, xz, yz) with the entries of the matrix; 0
             for a point mass.
-        added_mass: What an ideal fluid adds: six numbers for (x, y, z) in [kg] and about
+        added_mass: Added mass of an ideal fluid: six numbers for (x, y, z) in [kg] and about
             (x, y, z) in [kg m^2], or the symmetric 6x6 matrix in that order, in the body's axes.
-        shape: One solid or several, in the body's frame; none for a body that is only mass.
-        touches_ground: Whether the ground carries it (wheels, feet); it may touch, not sink.
+        shape: One or several solids in the body's frame; none for a pure mass.
+        touches_ground: Whether it may contact the ground (wheels, feet), without penetration.
         color: Red, green and blue in [0, 1]; chosen from a palette when left out.
-        whirl: How fast films turn it about its z axis, in [rad/s] of film: for rotors whose spin is
-            no part of the mechanics. It collides as what is given as its shape.
+        whirl: Spin about its z axis in animations only, in [rad/s] of film: for rotors whose spin
+            is not modelled. Collision checks use the shape as given.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Body:
 
     @property
     def inertia_matrix(self) -> sympy.Matrix:
-        """The moments about the centre of mass as a 3x3 matrix, in [kg m^2]."""
+        """The inertia tensor about the centre of mass, 3x3, in [kg m^2]."""
         xx, yy, zz, xy, xz, yz = self.inertia
         return sympy.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 

@@ -1,4 +1,4 @@
-"""Ropes and strings: the straight line between two frames, with a thickness."""
+"""Cables: taut ropes and strings as capsules between the origins of two frames."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from kinolab.errors import InputError, Mistake
 class Cable:
     """A taut rope, string or chain: a capsule between the origins of two frames.
 
-    It has neither mass nor force of its own: coordinates, constraints and inputs say what it does.
-    Obstacles stop it. The ground does not, and bodies and cables of its machine only where
-    ``System(collisions=…)`` pairs them.
+    It has neither mass nor force of its own; coordinates, constraints and inputs define its effect.
+    It collides with obstacles, not with the ground, and with bodies and cables of its machine only
+    where ``System(collisions=…)`` pairs them.
 
     Attributes:
-        between: The frames of its ends, however far apart they are.
-        name: What contacts call it; numbered by the system when left out.
-        radius: In [m], an expression of parameters at most.
-        collides: Whether it can touch anything; otherwise it is only drawn.
+        between: The frames of its ends, at any distance.
+        name: Its name in contacts; numbered by the system when left out.
+        radius: In [m], a number or an expression in parameters.
+        collides: Whether it takes part in collision checks; otherwise it is only drawn.
     """
 
     between: tuple[Frame, Frame] | list[Frame]
@@ -34,7 +34,7 @@ class Cable:
     collides: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse other than two ends; a list of two is fine."""
+        """Validate that there are two ends; a list of two is accepted."""
         if len(self.between) != 2:
             what = f"it has {len(self.between)} ends."
             remedy = "Give a pair, such as (trolley.frame, load.frame)."
@@ -46,7 +46,7 @@ AnyCable: TypeAlias = Cable | tuple[Frame, Frame] | list[Frame]
 
 
 def as_cables(entries: Sequence[AnyCable]) -> tuple[Cable, ...]:
-    """Let pairs of frames stand for cables, and name those that have no name."""
+    """Convert pairs of frames to cables, and number unnamed ones."""
     return tuple(_named(entry, k, len(entries)) for k, entry in enumerate(entries))
 
 

@@ -1,4 +1,4 @@
-"""Conditions on a machine's motion: held by forces, or demanded of plans."""
+"""Constraints enforced by forces, and requirements on plans."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinolab.dynamics.language.symbols import ForceSymbol
 @checked
 @dataclass(frozen=True)
 class VelocityConstraint:
-    """A velocity that stays zero: w(q) q_dot = 0, held by a force that does no work."""
+    """A velocity constraint w(q) q_dot = 0, enforced by a force that does no work."""
 
     velocity: sympy.Expr
     name: str
@@ -25,7 +25,7 @@ class VelocityConstraint:
 @checked
 @dataclass(frozen=True)
 class PositionConstraint:
-    """A function of position that stays zero: h(q) = 0, held by a force that does no work."""
+    """A position (holonomic) constraint h(q) = 0, enforced by a force that does no work."""
 
     position: sympy.Expr
     name: str
@@ -37,7 +37,7 @@ Constraint: TypeAlias = VelocityConstraint | PositionConstraint
 @checked
 @dataclass(frozen=True)
 class Requirement:
-    """A condition g(x, u) >= 0 that plans must keep, such as a rope that only pulls."""
+    """A path constraint g(x, u) >= 0 on plans, such as a rope in tension."""
 
     margin: sympy.Expr
     name: str
@@ -45,30 +45,30 @@ class Requirement:
 
 @checked
 def zero(velocity: Number, name: str) -> VelocityConstraint:
-    """State that a velocity, linear in the rates, is zero, such as ``zero(V.y, "no sideslip")``."""
+    """Constrain a velocity, linear in the rates, to zero, such as ``zero(V.y, "no sideslip")``."""
     return VelocityConstraint(exact(velocity), name)
 
 
 @checked
 def closed(position: Number, name: str) -> PositionConstraint:
-    """State that a function of the coordinates is zero, such as a loop that closes."""
+    """Constrain a function of the coordinates to zero, such as a loop closure."""
     return PositionConstraint(exact(position), name)
 
 
 @checked
 def require(margin: Number, name: str) -> Requirement:
-    """Demand of every plan that an expression in states and inputs stays at least zero."""
+    """Require an expression in states and inputs to stay nonnegative in every plan."""
     return Requirement(exact(margin), name)
 
 
 @checked
 def force_of(constraint: Constraint) -> sympy.Symbol:
-    """Return the symbol of a constraint's force, for use in a requirement.
+    """Return the symbol of a constraint's force, for use in requirements.
 
-    It is the multiplier: in [N] where the constraint is a velocity in [m/s] or a length in [m].
-    Its force on the machine acts towards larger values of what ``zero`` or ``closed`` holds at
-    zero. So a taut rope has a positive one where its slack is held, ``closed(L - distance, name)``,
-    and a negative one where its stretch is, ``closed(distance - L, name)``: it only pulls where
+    It is the Lagrange multiplier: in [N] where the constraint is a velocity in [m/s] or a length in
+    [m]. A positive one acts towards larger values of the expression in ``zero`` or ``closed``. So a
+    taut rope has a positive multiplier if its slack is constrained, ``closed(L - distance, name)``,
+    and a negative one if its stretch is, ``closed(distance - L, name)``: it only pulls where
     ``require(force_of(rope), …)`` holds for the first, ``require(-force_of(rope), …)`` for the
     second.
 

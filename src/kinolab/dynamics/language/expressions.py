@@ -1,4 +1,4 @@
-"""Numbers and SymPy expressions as users mix them; text is never evaluated."""
+"""Conversion of numbers and SymPy expressions; text is never evaluated."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import sympy
 
 from kinolab.errors import InputError, Mistake
 
-LARGEST_DENOMINATOR = 100_000  # of a number that counts as written, such as 0.0975
+LARGEST_DENOMINATOR = 100_000  # of a number taken as an exact decimal, such as 0.0975
 
 
 def exact(value: Any) -> sympy.Expr:
-    """Return a number or an expression as SymPy's.
+    """Convert a number or an expression to SymPy.
 
     Raises:
-        InputError: If it is neither, above all if it is text, which SymPy would run as code.
+        InputError: If it is neither, in particular text, which SymPy would run as code.
     """
     if isinstance(value, sympy.Expr):
         return value
@@ -31,7 +31,7 @@ def exact(value: Any) -> sympy.Expr:
 
 
 def sympify_fields(record: Any, *names: str) -> None:
-    """Turn the numbers in some fields of a frozen dataclass into SymPy's, tuples included."""
+    """Convert the numbers in some fields of a frozen dataclass to SymPy, tuples included."""
     for name in names:
         value = getattr(record, name)
         made = tuple(map(exact, value)) if isinstance(value, tuple) else exact(value)
@@ -44,9 +44,9 @@ def is_zero(value: Any) -> bool:
 
 
 def as_written(value: float) -> sympy.Rational | sympy.Float:
-    """Return the number that a description says: 0.1 is 1/10, and 0.333… is a third.
+    """Return a number as the rational that was meant: 0.1 is 1/10, and 0.333… is a third.
 
-    A number with a long decimal part stays what it is, a float.
+    A number with a long decimal part remains a float.
     """
     near = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
     if float(near) == value:

@@ -1,9 +1,9 @@
-"""Feedback as part of a machine: a planner chooses references, and the inputs follow from them.
+"""Feedback laws as part of a machine: planners choose references, the law computes inputs.
 
-A machine that falls over cannot be planned for by sampling its torques: nearly all of them make it
-fall. Its controller is part of what is propagated instead, as it is part of the machine that is
-built. The law is evaluated at the beginning of every propagation step; what it gives is cut at the
-inputs' limits and held until the next one, as a digital controller does.
+Sampling torques hardly ever works for an unstable machine: nearly all of them make it fall. So its
+controller is part of the propagated dynamics, as it is of the real machine. The law is evaluated at
+the beginning of every propagation step; its output is saturated at the input limits and held until
+the next step (zero-order hold), as by a digital controller.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ Values: TypeAlias = Mapping[Number, Number] | Sequence[tuple[Number, Number]]
 @checked
 @dataclass(frozen=True)
 class Reference:
-    """A set point of a feedback law, which a planner chooses: a speed, a lean, an attitude.
+    """A set point of a feedback law, chosen by planners: a speed, a lean, an attitude.
 
     Attributes:
-        name: What scenarios and files call it.
+        name: Its name in scenarios and files.
         limit: Largest magnitude, or (lower, upper), in ``unit``.
-        unit: SI unit as text, empty for a pure number.
+        unit: SI unit as text, empty if dimensionless.
     """
 
     name: str
@@ -53,12 +53,12 @@ class Reference:
 @checked
 @dataclass(frozen=True, init=False)
 class Feedback:
-    """A law that gives every input of a machine, as an expression in its state and in references.
+    """A feedback law: every input as an expression in the state and in references.
 
     Args:
-        references: What is chosen instead of the inputs, in this order.
+        references: Planned instead of the inputs, in this order.
         law: An expression per input, by the input's name or its symbol. It may contain coordinates,
-            independent rates, further states, parameters and references' symbols.
+            independent rates, auxiliary states, parameters and references' symbols.
     """
 
     references: tuple[Reference, ...]
@@ -77,22 +77,22 @@ class Feedback:
 @checked
 @dataclass(frozen=True, init=False)
 class Regulator:
-    """A law that kinolab designs: linear-quadratic regulation about equilibria, one per reference.
+    """An LQR that kinolab designs about the equilibrium of each reference value.
 
-    For every value of the references there is an equilibrium, or a steady motion, in which what is
-    tracked stays as it is; about it the law is u = u0 + K (z0 - z). Where ``schedule`` says so, u0,
-    z0 and K follow the references as polynomials through the equilibria at Chebyshev's points.
+    For every value of the references there is an equilibrium, or a steady motion, with constant
+    tracked expressions; about it the law is u = u0 + K (z0 - z). With ``schedule``, u0, z0 and K
+    are polynomials in the references, interpolated at equilibria on Chebyshev points.
 
     Args:
-        references: What is chosen instead of the inputs, in this order.
-        tracked: What the law looks at, z, as expressions in coordinates, independent rates, further
-            states and parameters, each with the deviation that counts as large. It must decide its
-            own rates of change: where the machine stands on the plane does not.
-        about: The value in an equilibrium, in references' symbols and parameters, of as many
-            tracked expressions as decide it.
-        efforts: The effort that counts as large, per input; the larger of its limits if left out.
-        schedule: The degree of the polynomials in each reference that the equilibria differ with.
-            The others change only what ``about`` says.
+        references: Planned instead of the inputs, in this order.
+        tracked: The output z, as expressions in coordinates, independent rates, auxiliary states
+            and parameters, each with its large deviation. It must determine its own rates of
+            change; the machine's position in the plane does not.
+        about: Equilibrium values, in references' symbols and parameters, of as many tracked
+            expressions as determine the equilibrium.
+        efforts: Large effort per input; the larger of its limits when left out.
+        schedule: Polynomial degree in each reference on which gains and inputs depend. Other
+            references enter only through ``about``.
 
     Source: Bryson, Ho, Applied Optimal Control, 1975, section 5.2 (the weights, one over the square
     of a large deviation); Rugh, Shamma, Research on gain scheduling, Automatica 36, 2000.

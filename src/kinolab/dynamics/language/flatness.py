@@ -1,7 +1,7 @@
-"""Flat machines: all of a motion follows from a curve, without integrating anything.
+"""Differential flatness: states and inputs as functions of flat outputs, without integration.
 
-A planner draws the curve and reads off the coordinates; their rates and the inputs follow from the
-machine's own equations.
+A planner chooses a curve, which determines the coordinates; rates and inputs follow from the
+equations of motion.
 
 Source: Fliess, Levine, Martin, Rouchon, Flatness and defect of non-linear systems, Int. J. Control
 61(6), 1995.
@@ -20,7 +20,7 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
 
-MAX_ORDERS = 3  # of an output that a flat map may use: 0 to 2, which is what curves are drawn with
+MAX_ORDERS = 3  # derivative orders of an output in a flat map: 0 to 2, as curves provide
 
 
 class OutputSymbol(MachineSymbol):
@@ -36,7 +36,7 @@ class OutputSymbol(MachineSymbol):
 
 @checked
 def output(name: str, order: int = 0) -> OutputSymbol:
-    """Return the symbol of a flat output, or of its derivative by time of an order up to 2."""
+    """Return the symbol of a flat output, or of its time derivative of order up to 2."""
     return OutputSymbol(name, order)
 
 
@@ -46,13 +46,13 @@ CURVATURE = output("curvature")  # of a plane curve, in [1/m], positive to the l
 @checked
 @dataclass(frozen=True)
 class PlaneCurves:
-    """A machine that rolls along plane curves; how fast is decided apart from where.
+    """A machine that rolls along plane curves; path and timing are independent.
 
     Attributes:
-        x: Of the point that follows the curve.
-        y: Of the same point.
-        heading: Along the curve where the machine goes forward, against it where it goes back.
-        steered: Coordinates that the curve's curvature determines, as expressions of
+        x: Coordinate x of the point that follows the curve.
+        y: Coordinate y of the same point.
+        heading: Along the curve when driving forward, opposite when reversing.
+        steered: Coordinates determined by the curvature, as expressions of
             ``CURVATURE`` and parameters.
     """
 
@@ -63,20 +63,20 @@ class PlaneCurves:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """What the curve determines."""
+        """The coordinates determined by the curve."""
         return (self.x, self.y, self.heading, *(coordinate for coordinate, _ in self.steered))
 
 
 @checked
 @dataclass(frozen=True)
 class FlatOutputs:
-    """A machine whose coordinates follow from some outputs and their derivatives by time.
+    """A machine whose coordinates are functions of flat outputs and their time derivatives.
 
-    Forces that are left out here, such as a little friction, are made up for by whoever steers.
+    Forces neglected here, such as small friction, are compensated by the steering method.
 
     Attributes:
-        outputs: Names of the outputs, and the expressions of the coordinates that they are.
-        determined: The coordinates as expressions of ``output(name, order)``, of parameters, and
+        outputs: Names of the outputs, and their definitions in the coordinates.
+        determined: Coordinates as expressions of ``output(name, order)``, of parameters, and
             of coordinates listed before.
     """
 
@@ -84,14 +84,14 @@ class FlatOutputs:
     determined: tuple[tuple[Coordinate, Number], ...]
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         for name in ("outputs", "determined"):
             pairs = tuple((key, exact(value)) for key, value in getattr(self, name))
             object.__setattr__(self, name, pairs)
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """What the outputs determine."""
+        """The coordinates determined by the outputs."""
         return tuple(coordinate for coordinate, _ in self.determined)
 
 
@@ -99,7 +99,7 @@ Flat: TypeAlias = PlaneCurves | FlatOutputs
 
 
 def output_symbols(outputs: Iterable[str]) -> Iterator[OutputSymbol]:
-    """Yield every symbol that expressions may use beyond the machine's own."""
+    """Yield the output symbols that expressions may use besides the machine's own."""
     yield CURVATURE
     for name in outputs:
         yield from (output(name, order) for order in range(MAX_ORDERS))

@@ -1,4 +1,4 @@
-"""What acts on a machine besides its inputs: gravity, springs, buoyancy, friction and wrenches."""
+"""Force elements: gravity, potentials, springs, buoyancy, friction and wrenches."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinolab.errors import InputError, Mistake
 @checked
 @dataclass(frozen=True)
 class Gravity:
-    """A uniform field: ``strength`` in [m/s^2] along the world direction ``down`` (unit vector)."""
+    """Uniform gravity: ``strength`` in [m/s^2] along the world direction ``down`` (unit vector)."""
 
     down: tuple[float, float, float]
     strength: sympy.Expr
@@ -26,7 +26,7 @@ class Gravity:
 
 @checked
 def toward(direction: str, strength: Number = 9.81) -> Gravity:
-    """Say which way is down, such as ``toward("-z", 9.81)``; the pictures follow.
+    """Return gravity along an axis, such as ``toward("-z", 9.81)``; renderings follow.
 
     Args:
         direction: A world axis with an optional sign: ``"-z"``, ``"+x"``, ``"y"``.
@@ -45,12 +45,12 @@ def toward(direction: str, strength: Number = 9.81) -> Gravity:
 @checked
 @dataclass(frozen=True)
 class Potential:
-    """Any energy of position in [J], such as k theta^2 / 2; its negative gradient is the force."""
+    """A potential energy V(q) in [J], such as k theta^2 / 2; the force is -dV/dq."""
 
     energy: Number
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "energy")
 
 
@@ -62,7 +62,7 @@ class Spring:
     Attributes:
         between: The two frames.
         stiffness: In [N/m].
-        length: At rest, in [m]; where it is not 0 the origins must stay apart.
+        length: Rest length in [m]; where it is not 0 the origins must not coincide.
     """
 
     _: KW_ONLY
@@ -71,7 +71,7 @@ class Spring:
     length: Number = 0
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "stiffness", "length")
 
 
@@ -82,7 +82,7 @@ class Buoyancy:
 
     Attributes:
         on: The body.
-        lift: In [N]; a neutrally buoyant body has its weight here.
+        lift: In [N]; equal to the weight for neutral buoyancy.
         at: The centre of buoyancy in the body's frame, in [m].
     """
 
@@ -92,14 +92,14 @@ class Buoyancy:
     at: Point = ORIGIN
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "lift", "at")
 
 
 @checked
 @dataclass(frozen=True)
 class Viscous:
-    """Friction that grows with a velocity: the force -coefficient * velocity along it.
+    """Viscous friction: the force -coefficient * velocity along a velocity.
 
     Attributes:
         velocity: An expression linear in the rates, such as ``rate(phi)`` or ``V.x``.
@@ -110,20 +110,20 @@ class Viscous:
     coefficient: Number
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "velocity", "coefficient")
 
 
 @checked
 @dataclass(frozen=True)
 class Coulomb:
-    """Dry friction, regularised: the force -strength * tanh(velocity / smoothing) along it.
+    """Regularised Coulomb friction: the force -strength * tanh(velocity / smoothing).
 
     Attributes:
         velocity: An expression linear in the rates.
         strength: Friction coefficient times normal force, in [N] or [N m]; may be an expression.
-        smoothing: Velocity at which three quarters of the force are reached, in [m/s] or [rad/s];
-            the smaller, the stiffer.
+        smoothing: Velocity at 76 % of the full force, in [m/s] or [rad/s]; smaller values are
+            stiffer.
     """
 
     velocity: Number
@@ -131,21 +131,21 @@ class Coulomb:
     smoothing: Number = 0.01
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "velocity", "strength", "smoothing")
 
 
 @checked
 @dataclass(frozen=True)
 class Wrench:
-    """Any force and torque on a body, as expressions in states, inputs and parameters.
+    """A force and torque on a body, as expressions in states, inputs and parameters.
 
     Attributes:
         on: The body.
         force: Components in the body's axes, in [N].
         torque: Components in the body's axes, in [N m].
-        at: Where the force acts, in the body's frame, in [m].
-        reacts_on: The body that feels the opposite, on the same line; the world when left out.
+        at: Point of application in the body's frame, in [m].
+        reacts_on: The body that takes the reaction, on the same line; the world when left out.
     """
 
     _: KW_ONLY
@@ -156,7 +156,7 @@ class Wrench:
     reacts_on: Body | None = None
 
     def __post_init__(self) -> None:
-        """Let numbers stand for expressions."""
+        """Convert numbers to expressions."""
         sympify_fields(self, "force", "torque", "at")
 
 

@@ -1,7 +1,7 @@
-"""Rigid frames g(q) in SE(3) as products of elementary motions, and their body velocity.
+"""Frames g(q) in SE(3) as products of elementary motions, and their body velocities.
 
-A frame remembers how it was built, so that frames with a common beginning share its kinematics and
-an axis keeps its identity: the coin's axle is the fork's y axis, whatever the coin's roll.
+A frame stores its chain of motions, so that frames with a common prefix share its kinematics and an
+axis keeps its identity: the coin's axle is the fork's y axis, whatever the coin's roll.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ AXES: dict[AxisName, int] = {"x": 0, "y": 1, "z": 2}
 
 
 def check_axis(name: str) -> None:
-    """Refuse what is not the name of an axis.
+    """Raise unless the name is that of an axis.
 
     Raises:
         UnknownNameError: If it is not x, y or z.
@@ -38,7 +38,7 @@ def check_axis(name: str) -> None:
 @checked
 @dataclass(frozen=True)
 class Translation:
-    """A motion along the axes of the frame it starts from, in [m]."""
+    """A translation along the axes of the previous frame, in [m]."""
 
     by: Vector
 
@@ -46,20 +46,20 @@ class Translation:
 @checked
 @dataclass(frozen=True)
 class Rotation:
-    """A right-handed turn about one axis of the frame it starts from, in [rad]."""
+    """A right-handed rotation about one axis of the previous frame, in [rad]."""
 
     axis: AxisName
     angle: sympy.Expr
 
     def __post_init__(self) -> None:
-        """Refuse an axis that is none."""
+        """Validate the axis."""
         check_axis(self.axis)
 
 
 @checked
 @dataclass(frozen=True)
 class Orientation:
-    """A turn by an attitude, any rotation at all."""
+    """A rotation by an attitude coordinate."""
 
     attitude: Attitude
 
@@ -97,7 +97,7 @@ class Frame:
 
 
 def _frame(factor: object) -> Frame:
-    """Return a factor of a product of frames, if it is one."""
+    """Return a factor of a product of frames; raise if it is no frame."""
     if not isinstance(factor, Frame):
         remedy = "Give a frame, such as move(x, y) @ rot_z(psi)."
         raise InputError([Mistake("Frame @", f"it is {factor!r}.", remedy)])
@@ -107,20 +107,20 @@ def _frame(factor: object) -> Frame:
 @checked
 @dataclass(frozen=True)
 class Axis:
-    """A unit direction that is fixed in a frame and moves with it."""
+    """A unit vector along an axis of a frame, with which it moves."""
 
     frame: Frame
     name: AxisName
 
     def __post_init__(self) -> None:
-        """Refuse an axis that is none."""
+        """Validate the axis."""
         check_axis(self.name)
 
 
 @checked
 @dataclass(frozen=True)
 class BodyVelocity:
-    """unhat(g^-1 g_dot): the velocity of a frame's origin and its turn rate, in its own axes.
+    """Body velocity unhat(g^-1 g_dot): linear (of the origin) and angular, in the frame's axes.
 
     ``x``, ``y``, ``z`` are linear in [m/s]; ``wx``, ``wy``, ``wz`` are angular in [rad/s].
 
@@ -150,7 +150,7 @@ def hat(twist: Sequence[Number]) -> sympy.Matrix:
     """Return a twist (vx, vy, vz, wx, wy, wz) as the 4x4 matrix of se(3).
 
     Raises:
-        InputError: If it has not six numbers.
+        InputError: If it does not have six entries.
 
     Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 2.3.
     """
@@ -172,7 +172,7 @@ def unhat(matrix: sympy.Matrix) -> BodyVelocity:
 
 @checked
 def homogeneous(frame: Frame) -> sympy.Matrix:
-    """Return a frame as a 4x4 matrix; one of move(x, y) and rot_z alone is in SE(2)."""
+    """Return a frame as a 4x4 matrix; one of only move(x, y) and rot_z is in SE(2)."""
     R, p = pose(frame)
     return sympy.Matrix.vstack(sympy.Matrix.hstack(R, p), sympy.Matrix([[0, 0, 0, 1]]))
 
@@ -182,31 +182,31 @@ WORLD = Frame()
 
 @checked
 def move(x: Number = 0, y: Number = 0, z: Number = 0) -> Frame:
-    """Return a frame displaced by (x, y, z) in [m] along the axes it is multiplied to."""
+    """Return a frame translated by (x, y, z) in [m] along the axes of its left factor."""
     return Frame((Translation((exact(x), exact(y), exact(z))),))
 
 
 @checked
 def rot_x(angle: Number) -> Frame:
-    """Return a frame turned about the x axis by ``angle`` in [rad], right-handed."""
+    """Return a frame rotated about the x axis by ``angle`` in [rad], right-handed."""
     return Frame((Rotation("x", exact(angle)),))
 
 
 @checked
 def rot_y(angle: Number) -> Frame:
-    """Return a frame turned about the y axis by ``angle`` in [rad], right-handed."""
+    """Return a frame rotated about the y axis by ``angle`` in [rad], right-handed."""
     return Frame((Rotation("y", exact(angle)),))
 
 
 @checked
 def rot_z(angle: Number) -> Frame:
-    """Return a frame turned about the z axis by ``angle`` in [rad], right-handed."""
+    """Return a frame rotated about the z axis by ``angle`` in [rad], right-handed."""
     return Frame((Rotation("z", exact(angle)),))
 
 
 @checked
 def orient(attitude: Attitude) -> Frame:
-    """Return a frame turned by an attitude of ``rotation``."""
+    """Return a frame rotated by an attitude from ``rotation``."""
     return Frame((Orientation(attitude),))
 
 
@@ -221,7 +221,7 @@ def time_derivative(expression: sympy.Expr) -> sympy.Expr:
 
 
 def motion_of(symbol: Coordinate | QuaternionEntry) -> sympy.Expr:
-    """Return how fast a number of the configuration changes.
+    """Return the time derivative of an entry of the configuration.
 
     A quaternion q changes by q_dot = 1/2 q * (omega, 0), omega in body axes.
 
@@ -248,7 +248,7 @@ def velocity(frame: Frame) -> BodyVelocity:
 
 
 def rotation_matrix(axis: AxisName, angle: sympy.Expr) -> sympy.Matrix:
-    """Return the 3x3 matrix of a right-handed turn about one axis."""
+    """Return the 3x3 matrix of a right-handed rotation about one axis."""
     i = AXES[axis]
     j, k = (i + 1) % 3, (i + 2) % 3
     matrix = sympy.eye(3)
@@ -258,7 +258,7 @@ def rotation_matrix(axis: AxisName, angle: sympy.Expr) -> sympy.Matrix:
 
 
 def attitude_matrix(attitude: Attitude) -> sympy.Matrix:
-    """Return the 3x3 matrix of an attitude, a rotation even where rounding made |q| not 1."""
+    """Return the 3x3 rotation matrix of an attitude, orthogonal even where |q| is not 1."""
     x, y, z, w = attitude.quaternion
     square = x**2 + y**2 + z**2 + w**2
     rows = [
@@ -270,7 +270,7 @@ def attitude_matrix(attitude: Attitude) -> sympy.Matrix:
 
 
 def turn_matrix(motion: Rotation | Orientation) -> sympy.Matrix:
-    """Return the 3x3 matrix of a motion that turns."""
+    """Return the 3x3 rotation matrix of a motion."""
     if isinstance(motion, Rotation):
         return rotation_matrix(motion.axis, motion.angle)
     return attitude_matrix(motion.attitude)

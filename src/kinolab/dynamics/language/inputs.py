@@ -1,4 +1,4 @@
-"""What the planner decides: forces, torques, velocities and accelerations, with limits."""
+"""Control inputs: forces, torques, tensions, velocities and accelerations, with limits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Limit: TypeAlias = float | tuple[float, float]
 
 @dataclass(frozen=True)
 class AbstractInput:
-    """What all inputs share; ``name`` is what scenarios and files call one."""
+    """Base class of inputs; ``name`` is used in scenarios and files."""
 
     name: str
 
@@ -33,10 +33,10 @@ class Torque(AbstractInput):
     """An input torque in [N m] on a body about an axis.
 
     Attributes:
-        on: The body it turns.
-        about: The axis; *whose* axis it is matters, for it moves with its frame.
+        on: The body it acts on.
+        about: The axis, fixed in its frame, with which it moves.
         limit: Largest magnitude, or (lower, upper), in [N m].
-        reacts_on: The body that feels the opposite torque; the world when left out.
+        reacts_on: The body that takes the reaction torque; the world when left out.
     """
 
     _: KW_ONLY
@@ -57,11 +57,10 @@ class Force(AbstractInput):
     """An input force in [N] on a body's centre of mass along an axis.
 
     Attributes:
-        on: The body it pushes.
-        along: The direction, which moves with the axis' frame.
+        on: The body it acts on.
+        along: The axis, fixed in its frame, with which it moves.
         limit: Largest magnitude, or (lower, upper), in [N].
-        reacts_on: The body that feels the opposite force, on the same line; the world when left
-            out.
+        reacts_on: The body that takes the reaction, on the same line; the world when left out.
     """
 
     _: KW_ONLY
@@ -79,11 +78,11 @@ class Force(AbstractInput):
 @checked
 @dataclass(frozen=True)
 class Pull(AbstractInput):
-    """An input tension in [N] that pulls two frames' origins together, as a rope or muscle does.
+    """An input tension in [N] between two frames' origins, as of a rope or muscle.
 
     Attributes:
-        between: The two frames; their origins must stay apart.
-        limit: Largest tension, or (lower, upper), in [N]; a single number means 0 to that.
+        between: The two frames; their origins must not coincide.
+        limit: Largest tension, or (lower, upper), in [N]; a single number means from 0 to it.
     """
 
     _: KW_ONLY
@@ -91,7 +90,7 @@ class Pull(AbstractInput):
     limit: Limit
 
     def __post_init__(self) -> None:
-        """Let a rope only pull."""
+        """Expand a single limit to (0, limit): a rope only pulls."""
         if not isinstance(self.limit, tuple):
             object.__setattr__(self, "limit", (0.0, float(self.limit)))
 
@@ -104,7 +103,7 @@ class Pull(AbstractInput):
 @checked
 @dataclass(frozen=True)
 class Rate(AbstractInput):
-    """An input that is a velocity: a kinematic machine is moved, not pushed.
+    """An input that imposes a velocity, for kinematic machines.
 
     Attributes:
         on: A coordinate whose rate it is, or any expression linear in the rates, such as ``V.x``.
@@ -117,7 +116,7 @@ class Rate(AbstractInput):
 
     @property
     def velocity(self) -> Number:
-        """What the input is equal to, an expression linear in the rates."""
+        """The imposed velocity, an expression linear in the rates."""
         return rate(self.on) if isinstance(self.on, Coordinate) else self.on
 
     @property
@@ -129,7 +128,7 @@ class Rate(AbstractInput):
 @checked
 @dataclass(frozen=True)
 class Drive(AbstractInput):
-    """An input that is the acceleration of a coordinate, whatever force that takes.
+    """An input that imposes the acceleration of a coordinate, whatever force that takes.
 
     Attributes:
         on: The coordinate.
@@ -149,11 +148,11 @@ class Drive(AbstractInput):
 @checked
 @dataclass(frozen=True)
 class Control(AbstractInput):
-    """An input that acts through expressions: ``throttle.symbol`` in a wrench or a motor.
+    """An input used in expressions: ``throttle.symbol`` in a wrench or a motor.
 
     Attributes:
         limit: Largest magnitude, or (lower, upper), in ``unit``.
-        unit: SI unit as text, empty for a pure number.
+        unit: SI unit as text, empty if dimensionless.
     """
 
     _: KW_ONLY
@@ -165,11 +164,11 @@ Input: TypeAlias = Torque | Force | Pull | Rate | Drive | Control
 
 
 class Limited(Protocol):
-    """What has limits: an input, or a reference of a feedback law."""
+    """Anything with limits: an input, or a reference of a feedback law."""
 
     @property
     def name(self) -> str:
-        """What scenarios and files call it."""
+        """Its name in scenarios and files."""
 
     @property
     def limit(self) -> Limit:
@@ -177,10 +176,10 @@ class Limited(Protocol):
 
 
 def bounds_of(entry: Limited, kind: str = "input") -> tuple[float, float]:
-    """Return the limits of an input, or of what else has some, as (lower, upper).
+    """Return the limits of an input or reference as (lower, upper).
 
     Raises:
-        InputError: If they are not finite, or the lower one is not below the upper one.
+        InputError: If they are not finite, or lower is not below upper.
     """
     limit = entry.limit
     lower, upper = limit if isinstance(limit, tuple) else (-limit, limit)

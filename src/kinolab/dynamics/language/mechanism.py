@@ -1,4 +1,4 @@
-"""A machine as data: bodies, what constrains them and what acts on them."""
+"""``Mechanism``: a machine as data, with bodies, constraints, forces and inputs."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ from kinolab.errors import InputError
 @checked
 @dataclass(frozen=True, init=False)
 class Mechanism(MechanismParts):
-    """A mechanical system, frozen; several separate mechanisms may be in one.
+    """A mechanical system, immutable; it may consist of several separate mechanisms.
 
     Args:
-        name: What scenarios call it.
-        bodies: Everything that has mass or shape.
-        constraints: What stays zero, held by forces: ``zero(velocity)``, ``closed(position)``.
-        inputs: What the planner decides, in this order.
-        efforts: What else acts: springs, friction, buoyancy, wrenches.
-        gravity: The uniform field, if any; it also tells pictures which way is up.
-        states: Further states with differential equations of their own.
-        requirements: What plans must keep: ``require(margin, name)``.
+        name: Its name in scenarios.
+        bodies: Everything with mass or shape.
+        constraints: Enforced by forces: ``zero(velocity)``, ``closed(position)``.
+        inputs: Control inputs, in this order.
+        efforts: Other forces: springs, friction, buoyancy, wrenches.
+        gravity: Uniform gravity, if any; it also defines up in renderings.
+        states: Auxiliary states with differential equations of their own.
+        requirements: Path constraints on plans: ``require(margin, name)``.
         collisions: Pairs of bodies or cables that may not touch each other, by name.
         cables: Ropes and strings; a pair of frames stands for a ``Cable`` between them.
-        velocities: The coordinates whose rates describe the motion. Left out, kinolab chooses
-            them where constraints leave a choice. ``"all"`` keeps every rate as a state and finds
-            the constraints' forces as multipliers, where no fixed choice serves everywhere.
-        coordinates: Their order; by default the order in which they were made.
+        velocities: Coordinates whose rates are the independent velocities; chosen by kinolab when
+            left out. ``"all"`` keeps every rate as a state and solves for the constraint forces
+            as multipliers, for machines where no fixed choice is valid everywhere.
+        coordinates: Order of the coordinates; by default that of their creation.
         values: Parameter values other than the defaults, by name.
-        flat: How its motions follow from curves, where they do; planners steer by it.
-        feedback: The controller that is part of the machine, if it has one: planners then choose
-            its references, and the inputs follow.
+        flat: Flatness description, if the machine is flat; used by steering.
+        feedback: Controller that is part of the machine, if any: planners then choose its
+            references, which determine the inputs.
 
     Raises:
         InputError: With every mistake in the description.
@@ -70,7 +70,7 @@ class Mechanism(MechanismParts):
         cables: Sequence[AnyCable] = (),
         velocities: Sequence[AnyCoordinate] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
-        values: Mapping[str, Any] | None = None,  # each is judged with its parameter
+        values: Mapping[str, Any] | None = None,  # validated with their parameters
         flat: Flat | None = None,
         feedback: Feedback | Regulator | None = None,
     ) -> None:
@@ -113,7 +113,7 @@ class Mechanism(MechanismParts):
         return cls(**other._content())
 
     def with_parameters(self, **values: float) -> Self:
-        """Return the same machine with other parameter values; nothing is derived anew.
+        """Return the same machine with other parameter values, without deriving again.
 
         Raises:
             InputError: If a parameter does not exist or a value is not a number.
@@ -137,7 +137,7 @@ class Mechanism(MechanismParts):
         return type(self)(**self._content() | content)
 
     def _content(self) -> dict[str, Any]:
-        """Return the constructor's arguments; the parameters follow from the rest."""
+        """Return the constructor's arguments; parameters are collected from the rest."""
         own = {field.name: getattr(self, field.name) for field in fields(self)}
         del own["parameters"]
         return own | {"values": dict(self.values)}

@@ -1,4 +1,4 @@
-"""What a machine is made of, its symbols and its numbers, before anything of it is judged."""
+"""The fields of a mechanism, its symbols and parameter values, before validation."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ AnyCoordinate: TypeAlias = Coordinate | Attitude
 
 @dataclass(frozen=True)
 class MechanismParts:
-    """The fields of a machine; ``System`` says what they mean."""
+    """The fields of a machine, documented in ``Mechanism``."""
 
     name: str
     bodies: tuple[Body, ...]
@@ -57,14 +57,14 @@ class MechanismParts:
         return {p.name: p.default for p in self.parameters} | dict(self.values)
 
     def number(self, expression: Any) -> float:
-        """Evaluate an expression in parameters alone."""
+        """Evaluate an expression in parameters only."""
         stated, values = exact(expression), self.parameter_values
         known = (entry for entry in stated.atoms(Parameter) if entry.name in values)
         named = [(entry, values[entry.name]) for entry in known]
         return float(stated.subs(named) if named else stated)
 
     def resolved_shapes(self, body: Body) -> tuple[Any, ...]:
-        """Return a body's shapes with their dimensions as numbers."""
+        """Return a body's shapes with numeric dimensions."""
 
         def number(value: Any) -> Any:
             if isinstance(value, tuple):

@@ -1,8 +1,8 @@
-"""The solids that a body is drawn and collision-checked as.
+"""Convex shapes of bodies, for rendering and collision checking.
 
-A shape is data. Its dimensions may contain parameters of the machine until ``System`` resolves
-them into numbers. Every shape is convex, sits at ``at`` in its body's frame, and has its axis of
-symmetry (where it has one) along a named axis of that frame.
+A shape is plain data. Its dimensions may contain parameters of the machine until ``System``
+resolves them to numbers. Every shape is convex, is centred at ``at`` in its body's frame, and has
+its axis of symmetry, if any, along a named axis of that frame.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Box:
 @checked
 @dataclass(frozen=True)
 class Sphere:
-    """A ball of the given radius in [m]."""
+    """A sphere of the given radius in [m]."""
 
     radius: Scalar
     at: Point = ORIGIN
@@ -55,7 +55,7 @@ class Cylinder:
 @checked
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder of ``length`` in [m] with a half ball of the same radius on both ends."""
+    """A cylinder of ``length`` in [m] with a hemisphere of the same radius on both ends."""
 
     radius: Scalar
     length: Scalar
@@ -66,7 +66,7 @@ class Capsule:
 @checked
 @dataclass(frozen=True)
 class Disk:
-    """A flat cylinder that is drawn with sectors, so that one sees it turn."""
+    """A flat cylinder drawn with sectors, so that its rotation is visible."""
 
     radius: Scalar
     thickness: Scalar

@@ -1,7 +1,7 @@
-"""The symbols of a machine: coordinates, their rates, inputs, further states and parameters.
+"""The symbols of a machine: coordinates, rates, inputs, auxiliary states and parameters.
 
-They are SymPy symbols, so that a user calculates with them as on paper, and they carry what a
-planner must know: topology, unit, limits and scale.
+SymPy symbols, for symbolic expressions, with the attributes that planners need: topology, unit,
+limits and scale.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _serial = itertools.count()
 
 
 class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
-    """A symbol that carries facts; symbols of equal name and facts are equal, pickled ones too."""
+    """A symbol with attributes; equal name and attributes mean equality, also after pickling."""
 
     __slots__ = ("facts",)
 
@@ -46,7 +46,7 @@ class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
 
 @checked
 class Coordinate(MachineSymbol):
-    """A generalised coordinate; two calls of ``length`` or ``angle`` never give the same one."""
+    """A generalised coordinate; every call of ``length`` or ``angle`` returns a distinct one."""
 
     __slots__ = ()
 
@@ -59,7 +59,7 @@ class Coordinate(MachineSymbol):
         speed: float,
         scale: float,
     ) -> Coordinate:
-        """Check and collect the facts of a coordinate; users call ``length`` or ``angle``."""
+        """Validate and store a coordinate's attributes; users call ``length`` or ``angle``."""
         _check_coordinate(name, limits, speed, scale)
         facts = (next(_serial), topology, unit, *limits, speed, scale)
         made: Coordinate = cls._build(name, facts)
@@ -67,7 +67,7 @@ class Coordinate(MachineSymbol):
 
     @property
     def serial(self) -> int:
-        """The order in which coordinates were made."""
+        """Creation order of coordinates."""
         return int(self.facts[0])
 
     @property
@@ -98,12 +98,12 @@ class Coordinate(MachineSymbol):
 
     @property
     def scale(self) -> float:
-        """What counts as a large difference, in that unit; distances are divided by it."""
+        """Characteristic magnitude in that unit; distances are divided by it."""
         return float(self.facts[6])
 
 
 class QuaternionEntry(MachineSymbol):
-    """One of the four numbers of an attitude's unit quaternion, in the order x, y, z, w."""
+    """An entry of an attitude's unit quaternion, in the order x, y, z, w."""
 
     __slots__ = ()
 
@@ -114,18 +114,18 @@ class QuaternionEntry(MachineSymbol):
 
     @property
     def attitude(self) -> Attitude:
-        """What the quaternion describes."""
+        """The attitude of the quaternion."""
         attitude: Attitude = self.facts[0]
         return attitude
 
     @property
     def index(self) -> int:
-        """Which entry: 0, 1, 2 of the vector part, 3 of the scalar part."""
+        """Index of the entry: 0, 1, 2 for the vector part, 3 for the scalar part."""
         return int(self.facts[1])
 
 
 class TurnRate(MachineSymbol):
-    """A component of an attitude's angular velocity, in the axes of the frame it turns."""
+    """A component of an attitude's angular velocity, in body axes."""
 
     __slots__ = ()
 
@@ -136,13 +136,13 @@ class TurnRate(MachineSymbol):
 
     @property
     def attitude(self) -> Attitude:
-        """What turns."""
+        """The attitude that rotates."""
         attitude: Attitude = self.facts[0]
         return attitude
 
     @property
     def index(self) -> int:
-        """Which component: 0, 1 or 2."""
+        """Index of the component: 0, 1 or 2."""
         return int(self.facts[1])
 
     def _latex(self, _: Any) -> str:
@@ -150,7 +150,7 @@ class TurnRate(MachineSymbol):
 
 
 class TurnAcceleration(MachineSymbol):
-    """The derivative of a turn rate; it occurs in equations only."""
+    """The derivative of an angular velocity component; it occurs in equations only."""
 
     __slots__ = ()
 
@@ -161,7 +161,7 @@ class TurnAcceleration(MachineSymbol):
 
     @property
     def turn(self) -> TurnRate:
-        """What is differentiated."""
+        """The symbol that is differentiated."""
         turn: TurnRate = self.facts[0]
         return turn
 
@@ -172,16 +172,16 @@ class TurnAcceleration(MachineSymbol):
 @checked
 @dataclass(frozen=True, order=True)
 class Attitude:
-    """A coordinate on SO(3): any rotation, without a singular one.
+    """A coordinate on SO(3), free of singularities.
 
-    Its state is a unit quaternion x, y, z, w and the angular velocity in body axes. Attitudes have
-    an order because SymPy sorts symbols by what they carry.
+    Its state is a unit quaternion x, y, z, w and the angular velocity in body axes. Attitudes are
+    ordered because SymPy sorts symbols by their attributes.
 
     Attributes:
-        name: What scenarios, files and equations call it.
+        name: Its name in scenarios, files and equations.
         speed: Largest magnitude of each component of the angular velocity, in [rad/s].
-        scale: What counts as a large turn, in [rad].
-        serial: The order in which coordinates were made.
+        scale: Characteristic rotation angle in [rad].
+        serial: Creation order of coordinates.
     """
 
     name: str
@@ -207,7 +207,7 @@ class Attitude:
 
 
 class TimeDerivative(MachineSymbol):
-    """A derivative of a coordinate, named after it and printed with dots."""
+    """A time derivative of a coordinate, named after it and printed with dots."""
 
     __slots__ = ()
 
@@ -220,7 +220,7 @@ class TimeDerivative(MachineSymbol):
 
     @property
     def coordinate(self) -> Coordinate:
-        """What is differentiated."""
+        """The symbol that is differentiated."""
         coordinate: Coordinate = self.facts[0]
         return coordinate
 
@@ -253,12 +253,12 @@ class Acceleration(TimeDerivative):
 
 @checked
 class Parameter(MachineSymbol):
-    """A constant of the machine with a default; a new value never recompiles anything."""
+    """A constant of the machine with a default; changing its value needs no recompilation."""
 
     __slots__ = ()
 
     def __new__(cls, name: str, default: float, unit: str = "") -> Parameter:
-        """Check and collect the facts of a parameter."""
+        """Validate and store a parameter's attributes."""
         _check_name("parameter", name)
         if not math.isfinite(default):
             raise InputError([Mistake(f"parameter {name!r}", f"its value is {default}.")])
@@ -272,12 +272,12 @@ class Parameter(MachineSymbol):
 
     @property
     def unit(self) -> str:
-        """SI unit as text, empty for a pure number."""
+        """SI unit as text, empty if dimensionless."""
         return str(self.facts[1])
 
 
 class StateSymbol(MachineSymbol):
-    """A state beyond positions and velocities, such as a motor's current."""
+    """The value of an auxiliary state, such as a motor's current."""
 
     __slots__ = ()
 
@@ -289,7 +289,7 @@ class StateSymbol(MachineSymbol):
 
 
 class ForceSymbol(MachineSymbol):
-    """The force that holds a constraint, named after it; it occurs in requirements only."""
+    """The multiplier of a constraint, named after it; it occurs in requirements only."""
 
     __slots__ = ()
 
@@ -338,11 +338,11 @@ def length(
     """Declare a coordinate on the line, in [m].
 
     Args:
-        name: What scenarios, files and equations call it.
+        name: Its name in scenarios, files and equations.
         lower: Lower limit in [m].
         upper: Upper limit in [m].
-        speed: Largest magnitude of its rate in [m/s].
-        scale: What counts as a large difference, in [m]; distances are divided by it.
+        speed: Largest magnitude of its rate, in [m/s].
+        scale: Characteristic magnitude in [m]; distances are divided by it.
     """
     return Coordinate(name, "line", "m", (float(lower), float(upper)), float(speed), float(scale))
 
@@ -359,11 +359,11 @@ def angle(
     """Declare an angle in [rad]: on the circle, or on the line where it has limits.
 
     Args:
-        name: What scenarios, files and equations call it.
+        name: Its name in scenarios, files and equations.
         lower: Lower limit in [rad]; an angle with a limit does not wrap.
         upper: Upper limit in [rad].
         speed: Largest magnitude of its rate in [rad/s].
-        scale: What counts as a large difference, in [rad]; distances are divided by it.
+        scale: Characteristic magnitude in [rad]; distances are divided by it.
     """
     limits = (float(lower), float(upper))
     topology: Topology = "circle" if all(map(math.isinf, limits)) else "line"
@@ -375,9 +375,9 @@ def rotation(name: str, *, speed: float = math.inf, scale: float = 1.0) -> Attit
     """Declare a coordinate on SO(3), to be used as a frame by ``orient``.
 
     Args:
-        name: What scenarios, files and equations call it.
+        name: Its name in scenarios, files and equations.
         speed: Largest magnitude of each component of its angular velocity, in [rad/s].
-        scale: What counts as a large turn, in [rad]; distances are divided by it.
+        scale: Characteristic rotation angle in [rad]; distances are divided by it.
     """
     _check_coordinate(name, (-math.inf, math.inf), speed, scale)
     return Attitude(name, float(speed), float(scale), next(_serial))
@@ -403,7 +403,7 @@ def rate(coordinate: Coordinate) -> RateSymbol:
 
 @checked
 def acceleration(coordinate: Coordinate) -> Acceleration:
-    """Return the symbol of the coordinate's second time derivative, for equations by hand."""
+    """Return the symbol of the coordinate's second time derivative, for hand derivations."""
     return Acceleration(coordinate)
 
 

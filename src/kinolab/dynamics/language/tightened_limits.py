@@ -1,4 +1,4 @@
-"""A machine held to less than its inputs can do, so that something is left to correct with."""
+"""Tightened input limits, which leave control authority for feedback."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from kinolab.errors import InputError, Mistake
 def with_tightened_limits(
     system: Mechanism, limits: Mapping[str, tuple[float, float]]
 ) -> Mechanism:
-    """Return a machine with narrower limits of inputs, or of references of its law.
+    """Return a machine with narrower limits of inputs or references.
 
     Args:
-        system: The machine; a regulator's gains are designed for the limits that it states.
-        limits: (lower, upper) by the name of the input or reference; others are ignored.
+        system: The machine; a regulator's gains are designed for its original limits.
+        limits: (lower, upper) by name of the input or reference; others are ignored.
 
     Raises:
-        InputError: Where limits exclude those of the machine.
+        InputError: Where limits do not intersect those of the machine.
     """
     mistakes: list[Mistake] = []
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a machine before anything is derived, in sentences."""
+"""Validation of a machine description before derivation."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake, is_broken, printable, unknown_name
 
-MAX_DEGREE = 8  # of polynomials through equilibria
-TRIANGLE_TOLERANCE = 1e-9  # relative rounding that an inertia may show
+MAX_DEGREE = 8  # of gain-scheduling polynomials
+TRIANGLE_TOLERANCE = 1e-9  # relative rounding allowed in eigenvalues of inertias
 
 
 def mistakes_of(
     system: MechanismParts, atoms: set[sympy.Symbol | Attitude], used: set[AnyCoordinate]
 ) -> Iterator[Mistake]:
-    """Yield everything that is wrong with a description.
+    """Yield every mistake in a description.
 
     Args:
         system: The machine.
@@ -55,7 +55,7 @@ def mistakes_of(
     yield from _naming(system)
     yield from _values(system)
     if not all(_is_number(value) for _, value in system.values):
-        return  # nothing that rests on parameters can be judged
+        return  # nothing that depends on parameters can be validated
     yield from _symbols(system, atoms)
     yield from _coordinates(system, used)
     yield from _references(system)
@@ -119,7 +119,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _symbols(system: MechanismParts, atoms: set[sympy.Symbol | Attitude]) -> Iterator[Mistake]:
-    """Name symbols that are no part of the machine's vocabulary, or not of this machine."""
+    """Report symbols that are no machine symbols, or not of this machine."""
     known: dict[type, set[str]] = {
         InputSymbol: {entry.name for entry in system.inputs},
         StateSymbol: {entry.name for entry in system.states},
@@ -167,7 +167,7 @@ def _coordinates(system: MechanismParts, used: set[AnyCoordinate]) -> Iterator[M
 
 
 def _references(system: MechanismParts) -> Iterator[Mistake]:
-    """Name bodies that are acted on but are not part of the machine."""
+    """Report bodies that are acted on but are not part of the machine."""
     names = [body.name for body in system.bodies]
     for part in (*system.inputs, *system.efforts):
         for role in ("on", "reacts_on"):
@@ -185,7 +185,7 @@ def _references(system: MechanismParts) -> Iterator[Mistake]:
 
 
 def _places(system: MechanismParts) -> Iterator[Mistake]:
-    """Frames are functions of position, and gravity is the same everywhere."""
+    """Check that frames depend on coordinates and parameters, gravity on parameters only."""
     for body in system.bodies:
         for symbol in sorted(set(atoms_of(body.frame)), key=str):
             if not isinstance(symbol, Attitude | Coordinate | QuaternionEntry | Parameter):
@@ -201,7 +201,7 @@ def _places(system: MechanismParts) -> Iterator[Mistake]:
 
 
 def _flatness(system: MechanismParts) -> Iterator[Mistake]:
-    """A flat map speaks of the machine's own coordinates and parameters."""
+    """Check that a flat map uses the machine's coordinates and parameters."""
     if system.flat is None:
         return
     where = f"{_where(system)} flat"
@@ -216,7 +216,7 @@ def _flatness(system: MechanismParts) -> Iterator[Mistake]:
 
 
 def _feedback(system: MechanismParts) -> Iterator[Mistake]:
-    """A controller gives every input of the machine, and nothing else."""
+    """Check that a controller determines every input of the machine, and nothing else."""
     feedback, where = system.feedback, f"{_where(system)} feedback"
     if feedback is None:
         return
@@ -241,7 +241,7 @@ def _feedback(system: MechanismParts) -> Iterator[Mistake]:
 
 
 def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iterator[Mistake]:
-    """What is to be designed must be a question that has an answer."""
+    """Check that a regulator's design problem is well posed."""
     inputs, tracked = [entry.name for entry in system.inputs], [z for z, _ in regulator.tracked]
     for z, _ in regulator.about:
         if z not in tracked:
@@ -265,7 +265,7 @@ def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iter
 
 
 def _shape(system: MechanismParts, body: Body, shape: Any) -> Iterator[Mistake]:
-    """The dimensions of a shape are positive numbers."""
+    """Check that a shape's dimensions are positive numbers."""
     where = f"body {body.name!r} {type(shape).__name__.lower()}"
     for name, value in vars(shape).items():
         if name == "axis":
@@ -285,7 +285,7 @@ def _shape(system: MechanismParts, body: Body, shape: Any) -> Iterator[Mistake]:
 
 
 def _cable(system: MechanismParts, cable: Cable) -> Iterator[Mistake]:
-    """The radius of a cable is a positive number."""
+    """Check that a cable's radius is a positive number."""
     where = f"cable {cable.name!r}"
     try:
         radius = system.number(exact(cable.radius))

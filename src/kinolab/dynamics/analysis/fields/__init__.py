@@ -1,4 +1,4 @@
-"""Vector fields of machines: brackets, what they span, and what can be controlled."""
+"""Vector fields of machines: Lie brackets, distributions and controllability."""
 
 from kinolab.dynamics.analysis.fields.brackets import VectorField, lie_bracket
 from kinolab.dynamics.analysis.fields.growth_vectors import (

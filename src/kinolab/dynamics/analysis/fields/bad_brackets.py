@@ -1,4 +1,4 @@
-"""Bad brackets: those that push one way whatever the inputs do.
+"""Bad brackets of Sussmann's test: those whose sign no choice of inputs can change.
 
 Source: Sussmann, A general theorem on local controllability, SIAM J. Control and Optimization
 25(1), 1987, section 7.
@@ -15,24 +15,24 @@ import numpy as np
 from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Word
 from kinolab.dynamics.analysis.fields.vector_fields import DRIFT
 
-MAX_INPUTS = 5  # whose exchanges are tried; 120 of them
+MAX_INPUTS = 5  # whose permutations are tried; 120 of them
 
 
 def is_bad(word: Word) -> bool:
-    """Say whether a bracket has an odd number of drifts and an even number of each input."""
+    """Return whether a bracket has an odd number of drifts and an even number of each input."""
     counts = Counter(word)
     drifts = counts.pop(DRIFT, 0)
     return drifts % 2 == 1 and all(count % 2 == 0 for count in counts.values())
 
 
 def symmetrised(layer: Sequence[Bracket], inputs: Sequence[str]) -> list[Bracket]:
-    """Return the bad brackets of a layer, each summed over all exchanges of inputs.
+    """Return the bad brackets of a layer, each summed over all permutations of inputs.
 
-    One of each set of brackets that exchanges lead to stands for all; with many inputs every bad
-    bracket stands for itself, which asks for more.
+    One of each orbit stands for all; with many inputs every bad bracket stands for itself, which is
+    a stronger condition.
 
     Args:
-        layer: Brackets of equally many fields; those that are left out vanish.
+        layer: Brackets of equally many fields; missing ones vanish.
         inputs: Their names, in the order of the layers.
     """
     bad = {bracket.word: bracket for bracket in layer if is_bad(bracket.word)}
@@ -48,7 +48,7 @@ def symmetrised(layer: Sequence[Bracket], inputs: Sequence[str]) -> list[Bracket
 
 
 def _exchanged(word: Word, inputs: Sequence[str]) -> Iterator[tuple[Word, int]]:
-    """Yield a bracket under all exchanges of inputs as one that layers hold, with its sign."""
+    """Yield a bracket under all permutations of inputs, in the layers' form, with its sign."""
     for others in permutations(inputs):
         names = dict(zip(inputs, others, strict=True))
         other = tuple(names.get(name, name) for name in word)

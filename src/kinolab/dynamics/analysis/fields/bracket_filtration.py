@@ -1,8 +1,8 @@
-"""Brackets of vector fields at a point, layer by layer, without any expression for them.
+"""Filtration of Lie brackets at a point by jets, layer by layer, without symbolic expressions.
 
 Layer k holds brackets [X_1, [X_2, … X_k]] of k fields, the innermost an input's: together with the
-drift they span all there is (Dynkin). What rounding alone makes of a component counts as 0: beside
-each bracket goes what it would be if nothing cancelled.
+drift they span the Lie algebra (Dynkin). Components at rounding level count as 0, judged by the
+bracket's magnitude without cancellation, which is computed along with it.
 
 Source: Jean, Control of Nonholonomic Systems: from Sub-Riemannian Geometry to Motion Planning,
 2014, section 1.3.
@@ -23,20 +23,20 @@ from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers, Floats, Rati
 
 Word: TypeAlias = tuple[str, ...]  # (X_1, …, X_k) stands for [X_1, [X_2, … X_k]]
 
-ROUNDING = 1e-14  # of a component before cancellation: what is below counts as 0
-# likewise: what is below is known to few digits, and is not scaled up to decide ranks
+ROUNDING = 1e-14  # of a component before cancellation; smaller ones count as 0
+# likewise; smaller components have few digits, and are not scaled up in rank decisions
 RANK_DIGITS = 1e-6
-FLOOR = 1e-2  # of a field's largest coefficient: no other one is taken for more exact than that
+FLOOR = 1e-2  # of a field's largest coefficient; lower bound on every coefficient's spread
 
 
 @dataclass(frozen=True, eq=False)
 class Bracket:
-    """A bracket about a point.
+    """A Lie bracket's jet about a point.
 
     Attributes:
-        word: The fields in it, outermost first.
+        word: Names of its fields, outermost first.
         jet: Its components' jets, shape (n, size).
-        spread: What they were if nothing had cancelled, same shape; nothing where exact.
+        spread: Their magnitudes without cancellation, same shape; None where exact.
     """
 
     word: Word
@@ -50,7 +50,7 @@ class Bracket:
 
     @property
     def size(self) -> Jet:
-        """How large its components count, shape (n,): those that mostly cancelled as larger."""
+        """Effective magnitude of its components, shape (n,): larger where they mostly cancelled."""
         own = np.abs(self.vector)
         return own if self.spread is None else np.maximum(own, RANK_DIGITS * self.spread[:, 0])
 
@@ -60,9 +60,9 @@ class BracketFiltration:
     """The brackets of some fields about one point.
 
     Attributes:
-        drift: The field without inputs, or with held ones; nothing where there is none.
-        inputs: The inputs' fields.
-        degree: The most fields in a bracket.
+        drift: The drift, with constant inputs included; None if there is none.
+        inputs: The input fields.
+        degree: Largest number of fields in a bracket.
     """
 
     drift: Bracket | None
@@ -79,14 +79,14 @@ class BracketFiltration:
         held: Mapping[str, float] | None = None,
         exact: bool = False,
     ) -> BracketFiltration:
-        """Expand fields about a point, far enough for brackets of so many fields.
+        """Expand fields about a point, to the order that brackets of ``degree`` fields need.
 
         Args:
-            fields: Whose brackets are wanted.
-            point: Value of every entry of the state, by name.
-            degree: The most fields in a bracket.
-            held: Inputs that act all the time and so belong to the drift.
-            exact: Whether to calculate with rational numbers.
+            fields: The generators.
+            point: Value of every state entry, by name.
+            degree: Largest number of fields in a bracket.
+            held: Constant inputs, by name, which become part of the drift.
+            exact: Whether to use rational arithmetic.
         """
         values = dict(fields.values) | dict(point)
         convert = rational if exact else _rounded
@@ -103,7 +103,7 @@ class BracketFiltration:
         *,
         held: Mapping[str, float] | None = None,
     ) -> BracketFiltration:
-        """Expand fields in any kind of numbers; ``values`` are of all variables, by name."""
+        """Expand fields in any number type; ``values`` are of all variables, by name."""
         outputs = [node for parts in fields.components.values() for node in parts]
         jets = jets_of(fields.tape, outputs, fields.state, values, degree - 1, numbers)
         blocks = jets.reshape(len(fields.components), len(fields.state), -1)
@@ -116,11 +116,11 @@ class BracketFiltration:
 
     @property
     def generators(self) -> tuple[Bracket, ...]:
-        """The fields themselves, the drift first."""
+        """The generating fields, the drift first."""
         return (*([self.drift] if self.drift else []), *self.inputs)
 
     def __iter__(self) -> Iterator[tuple[Bracket, ...]]:
-        """Yield the layers; brackets that vanish about the point are left out."""
+        """Yield the layers, without brackets that vanish about the point."""
         layer = self.inputs
         yield layer
         for k in range(2, self.degree + 1):
@@ -142,7 +142,7 @@ class BracketFiltration:
 
 
 def work_for(fields: VectorFields, degree: int) -> int:
-    """Estimate the multiplications that all brackets of so many fields take at one point."""
+    """Estimate the multiplications for all brackets of up to ``degree`` fields at a point."""
     n, generators = len(fields.state), len(fields.components)
     outputs = [node for parts in fields.components.values() for node in parts]
     total = 2 * len(fields.tape.needed(outputs)) * work_of(n, degree - 1)

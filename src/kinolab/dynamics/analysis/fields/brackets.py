@@ -15,20 +15,20 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.errors import InputError, Mistake
 
-SIMPLIFICATION_SECONDS = 2.0  # [s] after which no further component is made more readable
-MAX_SIMPLIFIED = 400  # symbols and operations of a component that SymPy can simplify in a moment
-MAX_PRINTED = 20_000  # of a component that is written out
+SIMPLIFICATION_SECONDS = 2.0  # [s] after which no further component is simplified
+MAX_SIMPLIFIED = 400  # symbols and operations of a component that SymPy simplifies quickly
+MAX_PRINTED = 20_000  # symbols and operations of a component that is printed
 
 
 @checked
 @final
 @dataclass(frozen=True, init=False)
 class VectorField:
-    """A vector field in coordinates: a component per variable.
+    """A vector field in coordinates.
 
     Attributes:
         variables: The coordinates x, shape (n,).
-        components: How each of them changes, shape (n,).
+        components: Components of the field, shape (n,).
     """
 
     variables: tuple[sympy.Symbol, ...]
@@ -42,16 +42,16 @@ class VectorField:
             raise InputError([Mistake("vector field", what)])
 
     def along(self, function: sympy.Expr) -> sympy.Expr:
-        """Return the derivative of a function along the field (its Lie derivative)."""
+        """Return the Lie derivative of a function along the field."""
         slopes = (sympy.diff(function, x) for x in self.variables)
         return sympy.Add(*(f * slope for f, slope in zip(self.components, slopes, strict=True)))
 
     def at(self, values: Mapping[sympy.Symbol, object]) -> sympy.Matrix:
-        """Return the field's vector at a point, shape (n, 1)."""
+        """Evaluate the field at a point, shape (n, 1)."""
         return sympy.Matrix(self.components).subs(values)
 
     def tidy(self, budget: float = SIMPLIFICATION_SECONDS) -> VectorField:
-        """Simplify for reading, for so many seconds at most between components."""
+        """Simplify for reading; the budget in [s] is checked between components."""
         deadline = time.monotonic() + budget
         return VectorField(self.variables, [_tidied(c, deadline) for c in self.components])
 
@@ -61,7 +61,7 @@ class VectorField:
 
 @checked
 def lie_bracket(f: VectorField, g: VectorField) -> VectorField:
-    """Return [f, g] = Dg f - Df g: where f, g, then -f, -g lead, to second order.
+    """Return [f, g] = Dg f - Df g: the net motion of f, g, -f, -g to second order.
 
     Nothing is simplified; ``.tidy()`` does, for reading.
 

@@ -1,4 +1,4 @@
-"""Which directions vector fields and their brackets span: accessibility and growth vectors."""
+"""Growth vectors and accessibility ranks of vector fields and their Lie brackets."""
 
 from __future__ import annotations
 
@@ -24,21 +24,20 @@ from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, Rank, Vectors, 
 from kinolab.dynamics.language.symbols import Parameter
 from kinolab.errors import InputError, Mistake
 
-MAX_DEGREE = 12  # of a bracket; growth vectors of the course's machines end long before
-MAX_WORK = 400_000_000  # multiplications that one point may take, a few seconds
+MAX_DEGREE = 12  # of a bracket; growth vectors of the course's machines end much earlier
+MAX_WORK = 400_000_000  # multiplications per point, a few seconds
 
 
 @checked
 @dataclass(frozen=True)
 class Filtration:
-    """What brackets of up to 1, 2, … fields span at a point.
+    """The spans of brackets of up to 1, 2, … fields at a point.
 
     Attributes:
-        growth: Dimensions of what they span, by the number of fields; it ends where no more is
-            gained.
+        growth: Dimensions of the spans, by the number of fields, up to the last increase.
         dimension: Of the state space.
-        complete: Whether longer brackets add nothing for sure; else there was no time for them.
-        margins: By the number of fields, the last rank with its singular values.
+        complete: Whether longer brackets provably add nothing; else the work limit was reached.
+        margins: By the number of fields, the rank with its singular values.
     """
 
     growth: tuple[int, ...]
@@ -48,17 +47,17 @@ class Filtration:
 
     @property
     def rank(self) -> int:
-        """Dimension of what all of them span."""
+        """Dimension of the span of all brackets."""
         return self.growth[-1] if self.growth else 0
 
     @property
     def full(self) -> bool:
-        """Whether they span every direction."""
+        """Whether they span the tangent space."""
         return self.rank == self.dimension
 
     @property
     def full_or_unknown(self) -> bool:
-        """Whether they span every direction, or might with longer brackets."""
+        """Whether they span the tangent space, or might with longer brackets."""
         return self.full or not self.complete
 
 
@@ -70,20 +69,20 @@ def growth_vector(
     exact: bool = False,
     tolerance: float = RANK_TOLERANCE,
 ) -> tuple[int, ...]:
-    """Return how many directions brackets of up to 1, 2, … fields span.
+    """Return the growth vector: dimensions spanned by brackets of up to 1, 2, … fields.
 
-    A drift counts as a field. Without inputs there is nothing to span.
+    The drift counts as a field. Empty without inputs.
 
     Args:
         fields: Of a machine, by ``vector_fields`` or ``allowed_motions``, or as expressions.
-        at: The point, by name; what is left out is 0. At random regular points when left out.
-        exact: Calculate with rational numbers, at a rational point: numbers count as the decimals
-            that are written, angles as ``pi / 2`` or ``atan(Rational(3, 4))``.
-        tolerance: Share of the largest singular value below which one counts as 0.
+        at: The point, by name; missing entries are 0. Random regular points when left out.
+        exact: Use rational arithmetic at a rational point: numbers are read as exact decimals,
+            angles as ``pi / 2`` or ``atan(Rational(3, 4))``.
+        tolerance: Fraction of the largest singular value below which one counts as 0.
 
     Raises:
-        InputError: If the state has no such variable, is a kink of the fields, or is not rational
-            where it must be.
+        InputError: If the state has no such variable, is at a kink of the fields, or is not
+            rational where it must be.
 
     Source: Murray, Sastry, Nonholonomic motion planning: steering using sinusoids, IEEE Trans.
     Automatic Control 38(5), 1993.
@@ -101,16 +100,16 @@ def filtration(
     tolerance: float = RANK_TOLERANCE,
     work: int = MAX_WORK,
 ) -> Filtration:
-    """Return what the brackets of vector fields span; see ``growth_vector``.
+    """Return the filtration by brackets of vector fields; see ``growth_vector``.
 
     Args:
-        fields: Whose brackets.
-        at: The point, by name; at random regular points when left out.
-        strong: Leave the drift itself out, but not its brackets: what can be reached at one and
-            the same time (strong accessibility).
-        exact: Calculate with rational numbers.
-        tolerance: Of the rank.
-        work: Multiplications that one point may take.
+        fields: The generators.
+        at: The point, by name; random regular points when left out.
+        strong: Leave out the drift itself, but not its brackets (strong accessibility: states
+            reached at one and the same time).
+        exact: Use rational arithmetic.
+        tolerance: Relative tolerance of ranks.
+        work: Limit of multiplications per point.
     """
 
     def spans(point: Mapping[str, Any], degree: int, *, exact: bool) -> list[Rank]:
@@ -146,7 +145,7 @@ def _regular(
     spans: Callable[[Mapping[str, Any], int], list[Rank]],
     work: int,
 ) -> Filtration:
-    """Return what is spanned at regular points, where a layer that adds nothing is the last."""
+    """Return the filtration at regular points, where it ends with a layer that adds nothing."""
     for degree in range(1, MAX_DEGREE + 1):
         ranks = spans(points[0], degree)
         full = ranks[-1].value == fields.dimension
@@ -173,7 +172,7 @@ def _ranks(layers: BracketFiltration, *, strong: bool, tolerance: float) -> Iter
 
 
 def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = RANK_TOLERANCE) -> Rank:
-    """Return how many directions brackets span at their point."""
+    """Return the rank of brackets at their point."""
     if not brackets:
         return Rank(0)
     sizes = np.array([bracket.size for bracket in brackets])
@@ -181,12 +180,12 @@ def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = RANK_TOLERA
 
 
 def stacked(brackets: Sequence[Bracket]) -> Vectors:
-    """Return brackets at their point, one per row."""
+    """Return the vectors of brackets at their point, one per row."""
     return np.array([bracket.vector for bracket in brackets])
 
 
 def word_text(word: Word) -> str:
-    """Write a bracket as on paper: ``[drive, [drift, steer]]``."""
+    """Print a nested bracket: ``[drive, [drift, steer]]``."""
     return word[0] if len(word) == 1 else f"[{word[0]}, {word_text(word[1:])}]"
 
 

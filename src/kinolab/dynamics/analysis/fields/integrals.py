@@ -1,4 +1,4 @@
-"""Functions of the configuration that never change, found from constraints on velocities."""
+"""First integrals in the configuration of integrable velocity constraints."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import Coordinate, TurnRate
 
-Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # of a function, by coordinate
+Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # partial derivatives, by coordinate
 
-FACTOR_DIGITS = 9  # of a factor, beyond which there is rounding
-MAX_OPERATIONS = 200  # operations of a slope that SymPy integrates in a moment
+FACTOR_DIGITS = 9  # of a factor; further ones are rounding
+MAX_OPERATIONS = 200  # operations of a partial derivative that SymPy integrates quickly
 
 
 def integral_of(system: Mechanism, factors: Mapping[str, float]) -> sympy.Expr | None:
-    """Return h(q) whose rate is a constant combination of constraints, if it is easily found.
+    """Return h(q) whose rate is a constant combination of constraints, if easily found.
 
     Args:
         system: The machine.
-        factors: Of the constraints, by name; those that are left out have none.
+        factors: Coefficients of the constraints, by name; missing ones are 0.
 
     Returns:
         An expression in the author's symbols, up to a constant; None where the combination is no
-        exact differential, or where SymPy finds no integral by the rules of school.
+        exact differential, or where SymPy finds no elementary antiderivative.
 
     Source: Flanders, Differential Forms, 1963, section 3.6 (Poincare's lemma).
     """
@@ -45,7 +45,7 @@ def integral_of(system: Mechanism, factors: Mapping[str, float]) -> sympy.Expr |
 
 
 def _slopes(system: Mechanism, velocity: sympy.Expr) -> Slopes | None:
-    """Return the factor of each rate; None where an attitude turns, or where one is too long."""
+    """Return the coefficient of each rate; None where an attitude rotates or one is too long."""
     found = {}
     for symbol in tangent_symbols(system):
         factor = sympy.diff(velocity, symbol)
@@ -60,7 +60,7 @@ def _slopes(system: Mechanism, velocity: sympy.Expr) -> Slopes | None:
 
 
 def _closed(slopes: Slopes) -> bool:
-    """Say whether slopes are those of one function: their cross derivatives agree."""
+    """Return whether partial derivatives form an exact differential: mixed ones agree."""
     pairs = combinations(slopes.items(), 2)
     gaps = (sympy.diff(a, y) - sympy.diff(b, x) for (x, a), (y, b) in pairs)
     others = (

@@ -1,7 +1,8 @@
-"""Which constraints are holonomic in disguise: the involutive closure of the allowed motions.
+"""Integrability of velocity constraints, by the involutive closure of the allowed velocities.
 
-Brackets of allowed motions span the leaf of configurations that can be reached. What is missing to
-all directions is held by constraints that can be integrated to ones of position (Frobenius).
+Brackets of allowed motions span the tangent space of the leaf of reachable configurations. The
+remaining directions are annihilated by constraints that integrate to position constraints
+(Frobenius).
 
 Source: Bloch, Nonholonomic Mechanics and Control, 2003, section 2.9 (Frobenius' theorem).
 """
@@ -36,25 +37,25 @@ from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.symbols import TurnRate
 from kinolab.numerics.arrays import Array
 
-COEFFICIENT_TOLERANCE = 1e-6  # what constant coefficients may differ by between configurations
+COEFFICIENT_TOLERANCE = 1e-6  # on variation of constant coefficients between configurations
 
 
 @checked
 @dataclass(frozen=True)
 class InvolutiveClosure:
-    """What brackets of the allowed motions reach.
+    """The involutive closure of the allowed velocities.
 
     Attributes:
-        growth: Of the allowed motions, at regular configurations.
-        dimension: Of the configuration space, its constraints apart.
-        integrable: Names of the velocity constraints that are holonomic in disguise.
-        combinations: Constant combinations of constraints that are, in names, where no single one
-            is; empty where their coefficients vary.
-        integrals: Functions of the coordinates that never change, where they are found: in the
-            author's symbols, or linear ones with numbers.
-        redundant: Names of constraints that follow from others.
-        disguised: How many independent constraints on velocities can be integrated.
-        complete: Whether longer brackets add nothing for sure.
+        growth: Growth vector of the allowed motions at regular configurations.
+        dimension: Of the configuration space, position constraints deducted.
+        integrable: Names of the integrable velocity constraints.
+        combinations: Integrable constant combinations of constraints, in names, where no single one
+            is integrable; empty where their coefficients vary.
+        integrals: Conserved functions of the coordinates, where found: in the author's symbols, or
+            linear with numeric coefficients.
+        redundant: Names of redundant constraints.
+        disguised: Number of independent velocity constraints that are integrable.
+        complete: Whether longer brackets provably add nothing.
     """
 
     growth: tuple[int, ...]
@@ -68,18 +69,18 @@ class InvolutiveClosure:
 
     @property
     def leaf(self) -> int:
-        """Dimension of the configurations that can be reached from one."""
+        """Dimension of the leaf: the configurations reachable from one."""
         return self.growth[-1] if self.growth else 0
 
     @property
     def nonholonomic(self) -> int:
-        """How many constraints forbid velocities but no configuration."""
+        """Number of nonholonomic constraints: they restrict velocities but no configuration."""
         return self.leaf - (self.growth[0] if self.growth else 0)
 
 
 @checked
 def involutive_closure(system: Mechanism) -> InvolutiveClosure:
-    """Find out which constraints of a machine are holonomic in disguise.
+    """Compute the involutive closure and find a machine's integrable constraints.
 
     Raises:
         InputError: If its constraints depend on inputs.
@@ -111,14 +112,14 @@ def involutive_closure(system: Mechanism) -> InvolutiveClosure:
 
 
 class _Place:
-    """The closure at one configuration, in velocities scaled to the same size.
+    """The closure at one configuration, in scaled velocities.
 
     Attributes:
         scale: Of each velocity, shape (nt,).
         reached: Orthonormal basis of the closure, shape (r, nt).
-        missing: Orthonormal basis of what annihilates it, shape (nt - r, nt).
-        w: The constraints' covectors, of length 1, shape (m, nt).
-        lengths: What they were divided by, shape (m,).
+        missing: Orthonormal basis of its annihilator, shape (nt - r, nt).
+        w: Unit covectors of the constraints, shape (m, nt).
+        lengths: Their norms before scaling, shape (m,).
     """
 
     def __init__(
@@ -148,26 +149,26 @@ class _Place:
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Which constraints no bracket escapes, shape (m,)."""
+        """Which constraints annihilate the closure, shape (m,)."""
         return np.asarray(
             np.abs(self.w @ self.reached.T).max(axis=1, initial=0.0) < COEFFICIENT_TOLERANCE
         )
 
     @property
     def shares(self) -> Array:
-        """The combinations of constraints that no bracket escapes, in echelon form."""
+        """The combinations of constraints that annihilate the closure, in echelon form."""
         left, values, _ = np.linalg.svd(self.w @ self.reached.T, full_matrices=True)
         free = left[:, int((values > COEFFICIENT_TOLERANCE).sum()) :]
         return reduced_rows(free.T / self.lengths, COEFFICIENT_TOLERANCE)
 
     @property
     def covectors(self) -> Array:
-        """What annihilates the closure, in echelon form and unscaled."""
+        """The annihilator of the closure, in echelon form and unscaled."""
         return reduced_rows(self.missing / self.scale, COEFFICIENT_TOLERANCE)
 
 
 def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
-    """Yield combinations of several constraints that can be integrated."""
+    """Yield integrable combinations of several constraints."""
     for row in shares:
         if (row != 0).sum() > 1:
             yield combination_text(row, [f"'{name}'" for name in names])
@@ -176,13 +177,13 @@ def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
 def _integrals(
     system: Mechanism, places: Sequence[_Place], names: Sequence[str], shares: Array
 ) -> tuple[sympy.Expr, ...]:
-    """Return functions of the coordinates that never change, linear ones if others are not found.
+    """Return conserved functions of the coordinates, linear ones if no others are found.
 
     Args:
         system: The machine.
-        places: Configurations.
-        names: Of the constraints.
-        shares: Constant combinations of constraints that can be integrated, one per row.
+        places: Closures at several configurations.
+        names: Names of the constraints.
+        shares: Integrable constant combinations of constraints, one per row.
     """
     found = [integral_of(system, dict(zip(names, map(float, row), strict=True))) for row in shares]
     known = tuple(integral for integral in found if integral is not None)
@@ -202,7 +203,7 @@ def _linear_integrals(system: Mechanism, places: Sequence[_Place]) -> Iterator[s
 
 
 def _common(tables: Sequence[Array]) -> Array:
-    """Return the rows that all tables share; their number of rows may differ."""
+    """Return the rows common to all tables, whose numbers of rows may differ."""
     first = tables[0]
     if any(table.shape != first.shape for table in tables):
         return first[:0]

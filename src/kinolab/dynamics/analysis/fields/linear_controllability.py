@@ -1,4 +1,4 @@
-"""Whether the linearisation about an equilibrium is controllable, and what in it is not."""
+"""Controllability and stabilisability of the linearisation about an equilibrium."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from kinolab.numerics.arrays import Array
 def reachable_subspace(A: Array, B: Array, tolerance: float = RANK_TOLERANCE) -> Array:
     """Return an orthonormal basis of the span of B, A B, A^2 B, …
 
-    One block at a time is made orthogonal to those before it, so that no power of A is formed
-    (Kalman's matrix itself loses its digits for ten states).
+    Blocks are orthogonalised one by one, so that no power of A is formed (Kalman's matrix loses
+    all precision for ten states).
 
     Args:
         A: Shape (n, n).
         B: Shape (n, m).
-        tolerance: Share of the size of A, or of B, below which a direction counts as none.
+        tolerance: Fraction of the norm of A, or of B, below which a direction counts as zero.
 
     Returns:
         Shape (n, rank).
@@ -44,7 +44,7 @@ def reachable_subspace(A: Array, B: Array, tolerance: float = RANK_TOLERANCE) ->
     largest = 1.0
     while block.size:
         block = block - basis @ (basis.T @ block)
-        block = block - basis @ (basis.T @ block)  # once more, for what rounding left
+        block = block - basis @ (basis.T @ block)  # reorthogonalise against rounding
         left, values, _ = np.linalg.svd(block, full_matrices=False)
         fresh = left[:, values > tolerance * largest]
         basis = np.hstack([basis, fresh])
@@ -52,20 +52,20 @@ def reachable_subspace(A: Array, B: Array, tolerance: float = RANK_TOLERANCE) ->
     return basis
 
 
-EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: what counts as an equilibrium
-DECAY_RATE = 1e-6  # [1/s] real part below which, negated, a mode counts as decaying
+EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second
+DECAY_RATE = 1e-6  # [1/s]; modes with real part below its negative count as decaying
 
 
 @checked
 @dataclass(frozen=True)
 class LinearControllability:
-    """What inputs do to the linearisation about an equilibrium.
+    """Controllability of the linearisation about an equilibrium.
 
     Attributes:
-        rank: Dimension of what can be reached, by Kalman's condition.
+        rank: Dimension of the controllable subspace, by Kalman's condition.
         dimension: Of the state space.
-        directions: Combinations of states that no input moves, as text in state names.
-        modes: Their eigenvalues in [1/s].
+        directions: Uncontrollable combinations of states, as text in state names.
+        modes: Eigenvalues of the uncontrollable modes in [1/s].
     """
 
     rank: int
@@ -75,12 +75,12 @@ class LinearControllability:
 
     @property
     def controllable(self) -> bool:
-        """Whether every state can be reached."""
+        """Whether the linearisation is controllable."""
         return self.rank == self.dimension
 
     @property
     def stabilisable(self) -> bool:
-        """Whether everything that no input moves decays by itself (Hautus)."""
+        """Whether all uncontrollable modes decay (Hautus)."""
         return all(mode.real < -DECAY_RATE for mode in self.modes)
 
 
@@ -93,7 +93,7 @@ def linear_controllability(
     without: Collection[str] = (),
     tolerance: float = RANK_TOLERANCE,
 ) -> LinearControllability:
-    """Examine the linearisation about an equilibrium, from the exact Jacobians of a model.
+    """Analyse the linearisation about an equilibrium, by a model's exact Jacobians.
 
     States and inputs are scaled by ``state_scales`` and by the inputs' ranges first.
 
@@ -101,12 +101,12 @@ def linear_controllability(
         model: The machine.
         x: The equilibrium, shape (nx,).
         u: Inputs that hold it, shape (nu,); zero when left out.
-        without: Names of states that may change all the time and on which no other one depends,
-            such as how far a wheel has rolled in a steady motion. They are left out.
-        tolerance: Share of the size of A below which a direction counts as not reached.
+        without: Names of states to leave out: cyclic ones, on which no other depends and which
+            may change steadily, such as a wheel's angle in a steady motion.
+        tolerance: Fraction of the norm of A below which a direction counts as uncontrollable.
 
     Raises:
-        InputError: If the machine does not stay there, or a state depends on one left out.
+        InputError: If x is no equilibrium, or a state depends on one left out.
 
     Source: Kalman, Ho, Narendra, Contributions to Differential Equations 1, 1963; Hautus, Indag.
     Math. 31, 1969.
@@ -132,8 +132,8 @@ def linear_controllability(
 
 
 def normals_at(model: Model, x: Array) -> Iterator[Array]:
-    """Yield the gradients of what states satisfy: unit quaternions, loops, and velocities where
-    all of them are states; each of shape (nx,)."""
+    """Yield the gradients, each of shape (nx,), of equations that states satisfy: unit quaternions,
+    position constraints, and velocity constraints where all rates are states."""
     for own in model.space.quaternions:
         normal = np.zeros(model.nx)
         normal[own] = x[own]
@@ -157,7 +157,7 @@ def normals_at(model: Model, x: Array) -> Iterator[Array]:
 def _on_configuration(
     model: Model, binding: SymbolTable, covector: Array, values: dict[str, float]
 ) -> Array:
-    """Return a covector on velocities as one on the numbers of the state."""
+    """Convert a covector on velocities to one on state entries."""
     row = np.zeros(model.nx)
     row[: model.nq] = covector @ np.linalg.pinv(flow_matrix(binding, values))
     return row
@@ -172,7 +172,7 @@ def flow_matrix(binding: SymbolTable, values: dict[str, float]) -> Array:
 
 
 def _complement(reached: Array, normals: Array) -> Array:
-    """Return an orthonormal basis of what is perpendicular to both, shape (n, rest)."""
+    """Return an orthonormal basis of the complement of both, shape (n, rest)."""
     both = np.hstack([reached, normals.T])
     left, values, _ = np.linalg.svd(both, full_matrices=True)
     return np.asarray(left[:, int((values > RANK_TOLERANCE).sum()) :])
@@ -191,7 +191,7 @@ def _kept(model: Model, without: Collection[str]) -> list[int]:
 
 
 def _check_apart(model: Model, names: Sequence[str], slopes: Array) -> None:
-    """Refuse to leave out what others depend on."""
+    """Reject leaving out states that others depend on."""
     if slopes.size and np.abs(slopes).max() > EQUILIBRIUM_TOLERANCE:
         worst = names[int(np.abs(slopes).max(axis=1).argmax())]
         what = f"{worst} depends on a state that is left out."

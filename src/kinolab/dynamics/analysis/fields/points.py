@@ -1,4 +1,4 @@
-"""States at which ranks are decided: chosen ones, and rational ones near sampled ones."""
+"""Evaluation points of rank tests: user-given states, and rational ones near samples."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from kinolab.dynamics.analysis.jets.scalars import Turn
 from kinolab.dynamics.language.symbols import QuaternionEntry
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
-# rational points are multiples of 1 / GRAIN, so that their powers stay short
+# rational points are multiples of 1 / RATIONAL_DENOMINATOR, so that their powers stay small
 RATIONAL_DENOMINATOR = 16
 
 
 def complete_point(fields: VectorFields, at: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return a value for every entry of the state: 0 where nothing is said, attitudes not turned.
+    """Complete a point: missing state entries are 0, attitudes the identity.
 
     Raises:
-        UnknownNameError: If the state has no entry of a name.
+        UnknownNameError: If the state has no entry of that name.
     """
     given = {getattr(key, "name", key): value for key, value in at.items()}
     for name in given:
@@ -38,7 +38,7 @@ def rational_point(fields: VectorFields, point: Mapping[str, float]) -> dict[str
     """Return a rational state near a sampled one: angles with rational sines, unit quaternions.
 
     Raises:
-        InputError: If the state must satisfy equations, which no rational state near may.
+        InputError: If states must satisfy equations, which may have no rational solution nearby.
     """
     if fields.held:
         remedy = "Give a rational state that satisfies them."
@@ -56,7 +56,7 @@ def rational_point(fields: VectorFields, point: Mapping[str, float]) -> dict[str
 
 
 def turning_variables(fields: VectorFields) -> frozenset[str]:
-    """Return the names of the variables whose sines, cosines or tangents occur."""
+    """Return the names of variables that occur in sines, cosines or tangents."""
     tape = fields.tape
     nodes = tape.needed([node for parts in fields.components.values() for node in parts])
     inside = frozenset[int]().union(

@@ -1,9 +1,8 @@
-"""Whether a machine can get to every state near by in arbitrarily short time, by Sussmann's test.
+"""Small-time local controllability by Sussmann's sufficient condition.
 
-A bracket is bad if it has an odd number of drifts and an even number of each input: whatever the
-inputs do, it pushes one way. At the state the sum of what every bad bracket becomes when inputs are
-exchanged must be a combination of brackets of fewer fields. The condition is sufficient, not
-necessary.
+A bracket is bad if it has an odd number of drifts and an even number of each input: no choice of
+inputs changes its sign. At the state, every bad bracket, summed over all permutations of inputs,
+must be a combination of brackets of fewer fields. The condition is sufficient, not necessary.
 
 Source: Sussmann, A general theorem on local controllability, SIAM J. Control and Optimization
 25(1), 1987, with theta = 1; Chow, Math. Ann. 117, 1939, without drift.
@@ -40,11 +39,11 @@ from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE
 from kinolab.errors import InputError, Mistake
 
-REST_TOLERANCE = 1e-7  # of what makes up the drift's components: what they may differ from 0 by
+REST_TOLERANCE = 1e-7  # of the drift's components, relative to their terms
 
 
 class SmallTime(Enum):
-    """How the question ends; the value is the sentence the user reads."""
+    """Outcome of the test; the value is the sentence the user reads."""
 
     DRIFTLESS = "It gets to every state near by in short time: its brackets span all directions."
     LINEAR = "It gets to every state near by in short time: already its linearisation does."
@@ -65,12 +64,12 @@ class SmallTime(Enum):
 @checked
 @dataclass(frozen=True)
 class SmallTimeVerdict:
-    """What is known of controllability in small time at a state.
+    """The verdict on small-time local controllability at a state.
 
     Attributes:
-        outcome: How the question ends.
-        degree: Most fields in the brackets that decide it.
-        obstacle: A bad bracket that no good ones of fewer fields make up for, if that is why.
+        outcome: Outcome of the test.
+        degree: Largest number of fields in the deciding brackets.
+        obstacle: A bad bracket that brackets of fewer fields do not neutralise, if any.
     """
 
     outcome: SmallTime
@@ -79,7 +78,7 @@ class SmallTimeVerdict:
 
     @property
     def controllable(self) -> bool | None:
-        """Whether every state near by is reached in short time; None where it is not known."""
+        """Whether the system is small-time locally controllable; None if unknown."""
         if self.outcome in (SmallTime.DRIFTLESS, SmallTime.LINEAR, SmallTime.BRACKETS):
             return True
         return False if self.outcome is SmallTime.UNREACHABLE else None
@@ -96,16 +95,16 @@ def small_time_controllability(
     tolerance: float = RANK_TOLERANCE,
     work: int = MAX_WORK,
 ) -> SmallTimeVerdict:
-    """Decide, if possible, whether a system is controllable in small time at a state.
+    """Decide, if possible, small-time local controllability at a state.
 
     Args:
-        fields: Of the system.
-        at: The state, by name; what is left out is 0.
-        held: Inputs that keep the system at this state, by name.
-        limits: Of the inputs, by name; symmetric ones where left out.
-        exact: Calculate with rational numbers, at a rational state.
-        tolerance: Of ranks.
-        work: Multiplications that may be spent.
+        fields: Vector fields of the system.
+        at: The state, by name; missing entries are 0.
+        held: Inputs that hold the system at this state, by name.
+        limits: Of the inputs, by name; symmetric when left out.
+        exact: Use rational arithmetic at a rational state.
+        tolerance: Relative tolerance of ranks.
+        work: Limit of multiplications.
     """
     point = complete_point(fields, at)
     held = held or {}
@@ -133,7 +132,7 @@ def small_time_controllability(
 def _sussmann(
     layers: BracketFiltration, dimension: int, tolerance: float
 ) -> SmallTimeVerdict | None:
-    """Judge all brackets there are; None where longer ones must decide."""
+    """Apply the test to the given brackets; None where longer ones must decide."""
     shorter: list[Bracket] = []
     outcome = SmallTime.DRIFTLESS if layers.drift is None else SmallTime.BRACKETS
     inputs = tuple(bracket.word[0] for bracket in layers.inputs)
@@ -151,7 +150,7 @@ def _sussmann(
 def _not_made_up(
     bad: Sequence[Bracket], shorter: Sequence[Bracket], tolerance: float
 ) -> Iterator[Bracket]:
-    """Yield the bad brackets that are no combinations of shorter ones."""
+    """Yield the bad brackets that shorter ones do not neutralise."""
     before = rank_of_brackets(shorter, tolerance).value
     if bad and rank_of_brackets([*shorter, *bad], tolerance).value > before:
         for one in bad:
@@ -166,7 +165,7 @@ def _rests(drift: Bracket) -> bool:
 
 
 def _linear(fields: VectorFields, layers: BracketFiltration) -> bool:
-    """Say whether the linearisation about the state reaches every direction."""
+    """Return whether the linearisation about the state is controllable."""
     assert layers.drift is not None
     A = layers.drift.jet[:, 1 : 1 + len(fields.state)]
     B = stacked(layers.inputs).T

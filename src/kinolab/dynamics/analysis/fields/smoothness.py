@@ -1,4 +1,4 @@
-"""Where equations of motion have kinks: brackets need more derivatives than there are."""
+"""Kinks of the equations of motion, where Lie brackets do not exist."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Any
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 
 KINKED = ("fabs", "sign", "fmax")
-KINK_TOLERANCE = 1e-9  # of an argument: what counts as being at a kink
+KINK_TOLERANCE = 1e-9  # of an argument's distance to its kink
 
 
 def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
-    """Say whether an absolute value, or the like, changes sides at a state.
+    """Return whether an absolute value, or similar, has its kink at a state.
 
     Args:
         fields: Of a machine.
-        point: Value of every entry of the state, by name.
+        point: Value of every state entry, by name.
     """
     tape, moving = fields.tape, frozenset(fields.state)
     outputs = [node for parts in fields.components.values() for node in parts]

@@ -1,4 +1,4 @@
-"""The vector fields of a machine, and the distribution of the motions its constraints allow."""
+"""Vector fields of a machine, and the distribution of velocities its constraints allow."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from kinolab.errors import InputError, Mistake
 
 @checked
 def vector_fields(system: Mechanism) -> VectorFields:
-    """Return drift and input fields of a machine, x_dot = f(x) + sum of u_i g_i(x).
+    """Return the drift and input fields of a machine, x_dot = f(x) + sum of u_i g_i(x).
 
     The state is that of the compiled model: x = q for a kinematic machine, (q, v) for a dynamic
-    one, further states last. Where an input does not enter linearly, all inputs become states
-    whose rates are the inputs, which leaves what can be reached as it is.
+    one, auxiliary states last. Where an input does not enter linearly, all inputs become states
+    whose rates are the inputs, which preserves accessibility.
 
     Raises:
         InputError: If the machine cannot be derived.
@@ -69,13 +69,13 @@ def vector_fields(system: Mechanism) -> VectorFields:
 
 @checked
 def allowed_motions(system: Mechanism) -> VectorFields:
-    """Return fields that span the velocities which the constraints allow, on the configurations.
+    """Return fields on the configuration space that span the allowed velocities.
 
-    It is the kernel of w(q): one field per velocity that is left to choose, named after it. Masses
-    and forces play no part.
+    The kernel of w(q): one field per independent velocity, named after it. Masses and forces play
+    no part.
 
     Raises:
-        InputError: If the constraints depend on inputs or further states, or no fixed choice of
+        InputError: If the constraints depend on inputs or auxiliary states, or no fixed choice of
             independent velocities serves.
     """
     system = _with_own_velocities(system)
@@ -96,7 +96,7 @@ def allowed_motions(system: Mechanism) -> VectorFields:
 
 
 def normal_count(system: Mechanism, redundant: Sequence[str]) -> int:
-    """Return how many entries of a state its unit quaternions and constraints determine."""
+    """Return how many equations unit quaternions and constraints impose on a state."""
     kept = [c for c in system.constraints if c.name not in redundant]
     positions = sum(isinstance(c, PositionConstraint) for c in kept)
     velocities = len(kept) if system.velocities == "all" else 0
@@ -108,7 +108,7 @@ def _is_held(system: Mechanism) -> bool:
 
 
 def _samples(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, float]]:
-    """Yield states that satisfy the constraints, those on velocities too where all are states."""
+    """Yield consistent states, velocity constraints included where all rates are states."""
     rows = constraint_rows(system, binding) if system.velocities == "all" else []
     flat = [entry for row in rows for entry in row.covector]
     names = [symbol.name for symbol in tangent_symbols(system)]
@@ -128,7 +128,7 @@ def _state_symbols(system: Mechanism, independent: Sequence[int]) -> tuple[sympy
 def _prolonged(
     system: Mechanism, whole: VectorFields, derivative: Sequence[Node], inputs: Sequence[Node]
 ) -> VectorFields:
-    """Let inputs be states, and their rates the inputs."""
+    """Prolong: inputs become states, and their rates the inputs."""
     tape, count = whole.tape, len(whole.symbols)
     unit = {
         f"{entry.name}_dot": tuple(
@@ -149,7 +149,7 @@ def _prolonged(
 
 
 def _within_limits(system: Mechanism, point: Mapping[str, float]) -> dict[str, float]:
-    """Return sampled inputs moved well between their limits: a thrust must not be negative."""
+    """Move sampled inputs well between their limits: a thrust must not be negative."""
     moved = {}
     for entry in system.inputs:
         lower, upper = bounds_of(entry)
@@ -159,7 +159,7 @@ def _within_limits(system: Mechanism, point: Mapping[str, float]) -> dict[str, f
 
 
 def _with_own_velocities(system: Mechanism) -> Mechanism:
-    """Return the machine with velocities that kinolab chooses, where all are states."""
+    """Return the machine with independent velocities chosen by kinolab, where all are states."""
     if system.velocities != "all":
         return system
     return system.changed(velocities=None)
@@ -168,7 +168,7 @@ def _with_own_velocities(system: Mechanism) -> Mechanism:
 def _motions(
     system: Mechanism, binding: SymbolTable, chart: VelocityCoordinates
 ) -> dict[str, tuple[Node, ...]]:
-    """Return the motions of a chart as fields on the configurations, by name."""
+    """Return the motions of velocity coordinates as fields on configurations, by name."""
     rates = tangent_symbols(system)
     columns = {rates[i].name: d for i, d in zip(chart.independent, chart.directions, strict=True)}
     columns |= {_label(binding.tape, node): d for node, d in chart.input_directions.items()}

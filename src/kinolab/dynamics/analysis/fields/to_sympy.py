@@ -1,4 +1,4 @@
-"""From nodes of a tape back to SymPy expressions in the author's symbols, for reading."""
+"""Conversion of expression graph nodes to SymPy expressions in the author's symbols."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ FUNCTIONS = {
 def to_sympy(
     tape: ExpressionGraph, outputs: Sequence[Node], symbols: Mapping[str, sympy.Symbol]
 ) -> list[sympy.Expr]:
-    """Return nodes as expressions; nothing is simplified but by SymPy's own constructors.
+    """Return nodes as expressions, simplified by SymPy's constructors only.
 
     Args:
-        tape: Where the nodes are.
-        outputs: What is wanted.
-        symbols: Of the variables, by label.
+        tape: The expression graph.
+        outputs: Nodes to convert.
+        symbols: Symbols of the variables, by label.
     """
     memo: dict[Node, sympy.Expr] = {}
     for node in tape.needed(outputs):

@@ -1,4 +1,4 @@
-"""The vector fields of a machine: x_dot = drift(x) + sum of u_i g_i(x)."""
+"""Control-affine systems as vector fields: x_dot = drift(x) + sum of u_i g_i(x)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.expressions import exact
 from kinolab.errors import InputError, Mistake
 
-REGULAR_SAMPLES = 3  # sampled states; one alone may lie badly
-DRIFT = "drift"  # what the field is called that acts without inputs
+REGULAR_SAMPLES = 3  # sampled states; a single one may be degenerate
+DRIFT = "drift"  # name of the drift field
 
 
 @checked
@@ -27,22 +27,22 @@ DRIFT = "drift"  # what the field is called that acts without inputs
 class VectorFields:
     """A drift and input fields on one state space.
 
-    They live on a tape, where any machine is small; ``field`` gives one as SymPy expressions, which
-    grow beyond reading for large machines.
+    Stored in an expression graph, which is compact for any machine; ``field`` returns SymPy
+    expressions, which become unreadable for large machines.
 
     Attributes:
-        symbols: The entries of the state, in the author's symbols, shape (n,).
-        tape: Where the components are.
-        state: The variables of the state.
-        drift: Components of the field that acts without inputs; all zero for a driftless system.
+        symbols: The state entries, in the author's symbols, shape (n,).
+        tape: The expression graph of the components.
+        state: Nodes of the state's variables.
+        drift: Components of the drift field; all zero for a driftless system.
         inputs: Components of each input's field, by name.
-        values: Of all other symbols, by name.
-        dimension: Of the manifold on which the state lives: n less one per unit quaternion and per
-            constraint on the state.
+        values: Values of all other symbols, by name.
+        dimension: Of the state manifold: n minus one per unit quaternion and per constraint on the
+            state.
         constants: The symbols that ``values`` names.
-        points: Regular states, by name, that satisfy what states must.
-        held: Whether states must satisfy equations other than unit quaternions.
-        prolonged: Whether inputs are states here, and their rates the inputs.
+        points: Regular, consistent states, by name.
+        held: Whether states must satisfy equations besides unit quaternions.
+        prolonged: Whether inputs became states, with their rates as inputs (prolongation).
     """
 
     symbols: tuple[sympy.Symbol, ...]
@@ -71,11 +71,11 @@ class VectorFields:
         Args:
             symbols: The state.
             inputs: Components of each input's field, by a name.
-            drift: Components of the field that acts without inputs; nothing when left out.
-            values: Of further symbols.
+            drift: Components of the drift field; nothing when left out.
+            values: Values of further symbols.
 
         Raises:
-            InputError: If a field has not one component per symbol, or an unknown symbol.
+            InputError: If a field lacks a component per symbol, or has an unknown symbol.
         """
         tape, values = ExpressionGraph(), values or {}
         bound = {symbol: tape.variable(symbol.name) for symbol in (*symbols, *values)}
@@ -101,21 +101,21 @@ class VectorFields:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the entries of the state, shape (n,)."""
+        """Names of the state entries, shape (n,)."""
         return tuple(symbol.name for symbol in self.symbols)
 
     @property
     def driftless(self) -> bool:
-        """Whether nothing moves without inputs, wherever the system is."""
+        """Whether the drift vanishes everywhere."""
         return all(node == self.tape.zero for node in self.drift)
 
     @cached_property
     def components(self) -> Mapping[str, tuple[Node, ...]]:
-        """All fields by name, the drift first where there is one."""
+        """All fields by name, the drift first if there is one."""
         return ({} if self.driftless else {DRIFT: self.drift}) | dict(self.inputs)
 
     def field(self, name: str) -> VectorField:
-        """Return one field as expressions; ``drift`` names the one without inputs.
+        """Return one field as expressions; ``drift`` names the drift.
 
         Raises:
             InputError: If there is no such field.
@@ -128,12 +128,12 @@ class VectorFields:
         return VectorField(self.symbols, to_sympy(self.tape, known[name], named))
 
     def __iter__(self) -> Iterator[VectorField]:
-        """Yield all fields as expressions, the drift first where there is one."""
+        """Yield all fields as expressions, the drift first if there is one."""
         return (self.field(name) for name in self.components)
 
 
 def random_points(names: tuple[str, ...]) -> tuple[dict[str, float], ...]:
-    """Return values of variables about which nothing is known; the same ones every time."""
+    """Return random points for variables of unknown range; deterministic."""
     generator = np.random.default_rng(0)
     return tuple(
         {name: float(generator.uniform(-1, 1)) for name in names} for _ in range(REGULAR_SAMPLES)
@@ -141,16 +141,16 @@ def random_points(names: tuple[str, ...]) -> tuple[dict[str, float], ...]:
 
 
 def first(samples: Iterator[dict[str, float]]) -> tuple[dict[str, float], ...]:
-    """Return sampled states of a machine; the very first, at rest, is none of them."""
+    """Return the first sampled states of a machine, the rest state skipped."""
     return tuple(islice(samples, 1, 1 + REGULAR_SAMPLES))
 
 
-DIGITS = 4  # of a coefficient that is told
-MIN_COEFFICIENT = 1e-6  # of the largest coefficient: one below is not told
+DIGITS = 4  # printed of a coefficient
+MIN_COEFFICIENT = 1e-6  # of the largest coefficient; smaller ones are not printed
 
 
 def combination_text(coefficients: Iterable[float], names: Iterable[str]) -> str:
-    """Write a linear combination: ``theta_1 - 0.5 theta_2``."""
+    """Print a linear combination: ``theta_1 - 0.5 theta_2``."""
     terms = [(float(c), name) for c, name in zip(coefficients, names, strict=True)]
     largest = max((abs(c) for c, _ in terms), default=0.0)
     text = ""

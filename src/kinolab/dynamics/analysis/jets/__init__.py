@@ -1,1 +1,1 @@
-"""Taylor polynomials of equations of motion, and the ranks that they decide."""
+"""Jets (truncated Taylor polynomials) of equations of motion, and rank computations."""

@@ -1,4 +1,4 @@
-"""Nodes of a tape evaluated on jets: Taylor polynomials of machine equations about a point."""
+"""Evaluation of expression graph nodes on jets: Taylor expansion about a point."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ def jets_of(
     order: int,
     numbers: AbstractNumbers,
 ) -> Jet:
-    """Expand nodes about a point.
+    """Expand nodes in Taylor polynomials about a point.
 
     Args:
-        tape: Where the nodes are.
-        outputs: What is expanded.
-        variables: In what it is expanded.
-        values: Of all variables that occur, by label; those of ``variables`` are the point.
+        tape: The expression graph.
+        outputs: Nodes to expand.
+        variables: Variables of the expansion.
+        values: Values of all variables, by label; those of ``variables`` are the point.
         order: Highest degree.
-        numbers: In which kind of numbers.
+        numbers: The number type.
 
     Returns:
         Jets, shape (outputs, size).
 
     Raises:
-        ArithmeticError, ValueError: Where the expressions have no value.
+        ArithmeticError, ValueError: Where the expressions are undefined.
     """
     evaluation = _Evaluation(tape, variables, values, jet_space(len(variables), order), numbers)
     return evaluation(outputs)
 
 
 class _Evaluation:
-    """One pass over a tape; what depends on no variable stays a number."""
+    """One pass over an expression graph; constants stay plain numbers."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class _Evaluation:
         return jet
 
     def _whole(self, value: Any) -> Jet:
-        """Return a number or a jet as a jet."""
+        """Promote a number to a jet."""
         if isinstance(value, np.ndarray):
             return value.copy()
         jet: Jet = np.full(self.space.size, self.numbers.constant(0.0), dtype=self.numbers.dtype)
@@ -127,7 +127,7 @@ class _Evaluation:
         return self._compose(taylor(name, a[0], self.space.order, self.numbers.function), a)
 
     def _compose(self, series: Sequence[Any], a: Jet) -> Jet:
-        """Insert a jet's change into a Taylor series, by Horner's rule."""
+        """Compose a Taylor series with a jet, by Horner's rule."""
         change = a.copy()
         change[0] = self.numbers.constant(0.0)
         total = self._whole(series[-1])

@@ -1,7 +1,7 @@
-"""Truncated Taylor polynomials in several variables: jets, of floats or of exact numbers.
+"""Jets: truncated multivariate Taylor polynomials over floats or exact numbers.
 
-A vector field's jet at a point of order k - 1 holds all that brackets of up to k fields need there,
-so that no bracket is ever formed as an expression.
+Brackets of up to k fields at a point need only the fields' jets of order k - 1 there, so that no
+bracket is ever formed as an expression.
 
 Source: Griewank, Walther, Evaluating Derivatives, 2nd ed., 2008, chapter 13.
 """
@@ -24,13 +24,13 @@ Index: TypeAlias = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class JetSpace:
-    """Polynomials in ``variables`` variables up to a degree; ``jet_space`` makes one.
+    """The space of jets in ``variables`` variables up to a degree; built by ``jet_space``.
 
     Attributes:
-        variables: How many there are.
-        order: The highest degree that is kept.
-        left, right: Pairs of monomials whose product is kept, sorted by that product.
-        starts: Where the pairs of each product begin.
+        variables: Number of variables.
+        order: Highest degree kept.
+        left, right: Pairs of monomials with product of degree <= order, sorted by product.
+        starts: Offset of the first pair of each product.
         raised: For each variable and monomial of degree below ``order``, the monomial times the
             variable; shape (variables, size one order lower).
         powers: The power of that variable in it; same shape.
@@ -50,7 +50,7 @@ class JetSpace:
         return size_of(self.variables, self.order)
 
     def product(self, a: Jet, b: Jet) -> Jet:
-        """Multiply jets, truncated; shapes broadcast but for the last axis."""
+        """Multiply jets, truncated; shapes broadcast except for the last axis."""
         terms = a[..., self.left] * b[..., self.right]
         return np.asarray(np.add.reduceat(terms, self.starts, axis=-1))
 
@@ -59,23 +59,23 @@ class JetSpace:
         return np.asarray(a[..., self.raised] * self.powers)
 
     def lower(self, a: Jet, order: int) -> Jet:
-        """Leave out the degrees above ``order``."""
+        """Truncate to degree ``order``."""
         return a[..., : size_of(self.variables, order)]
 
 
 def size_of(variables: int, order: int) -> int:
-    """Return how many monomials there are up to a degree."""
+    """Return the number of monomials up to a degree."""
     return comb(variables + order, order)
 
 
 def work_of(variables: int, order: int) -> int:
-    """Return how many multiplications a product of two jets takes."""
+    """Return the number of multiplications of a product of two jets."""
     return comb(2 * variables + order, order)
 
 
 @lru_cache(maxsize=32)
 def jet_space(variables: int, order: int) -> JetSpace:
-    """Return the tables for jets of an order in some variables."""
+    """Return the space of jets of an order in some variables, cached."""
     monomials = [m for d in range(order + 1) for m in _monomials(variables, d)]
     place = {monomial: k for k, monomial in enumerate(monomials)}
     pairs = sorted(

@@ -1,4 +1,4 @@
-"""How many directions vectors span: by singular values, or by exact elimination."""
+"""Rank of sets of vectors, by singular values or by exact elimination."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 Vectors: TypeAlias = NDArray[Any]  # one per row, of floats or Fractions; shape (count, n)
 
 RANK_TOLERANCE = 1e-8  # of the largest singular value
-SCALING_ROUNDS = 4  # of scaling rows and columns in turn, after which little changes
+SCALING_ROUNDS = 4  # of alternating row and column scaling (equilibration)
 
 
 @dataclass(frozen=True)
 class Rank:
-    """How many directions vectors span, and how clear that is.
+    """A numerical rank with its singular value gap.
 
     Attributes:
         value: The rank.
-        smallest: Singular value that counts, as a share of the largest; 1 where it is exact.
-        largest_ignored: Singular value that counts as 0, likewise; 0 where it is exact.
+        smallest: Smallest singular value counted, relative to the largest; 1 where exact.
+        largest_ignored: Largest singular value counted as 0, likewise; 0 where exact.
     """
 
     value: int
@@ -34,15 +34,15 @@ class Rank:
 def rank_of(
     vectors: Vectors, tolerance: float = RANK_TOLERANCE, sizes: NDArray[np.float64] | None = None
 ) -> Rank:
-    """Return how many directions vectors span.
+    """Return the rank of a set of vectors.
 
-    Floats are scaled first, so that neither units nor the lengths of vectors matter.
+    Floats are equilibrated first, so that neither units nor the norms of vectors matter.
 
     Args:
-        vectors: Shape (count, n); Fractions (dtype object) are treated exactly.
-        tolerance: Share of the largest singular value below which one counts as 0.
-        sizes: Of each entry, for the scales: what is computed less exactly than it is small must
-            not be blown up. The entries' own where left out.
+        vectors: Shape (count, n); Fractions (dtype object) are eliminated exactly.
+        tolerance: Fraction of the largest singular value below which one counts as 0.
+        sizes: Effective magnitude of each entry for the scaling, same shape, so that entries at
+            rounding level are not amplified. The entries' absolute values when left out.
 
     Source: Golub, Van Loan, Matrix Computations, 4th ed., section 5.5.
     """
@@ -59,10 +59,10 @@ def rank_of(
 
 
 def scales_of(sizes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return by what rows and columns are divided for the largest entry of each to be about 1.
+    """Return row and column divisors that make the largest entry of each about 1.
 
     Args:
-        sizes: Of the entries, shape (m, n), none negative.
+        sizes: Magnitudes of the entries, shape (m, n), nonnegative.
 
     Returns:
         Shapes (m, 1) and (1, n), all positive.
@@ -79,7 +79,7 @@ def _positive(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def pivots_of(vectors: Vectors) -> list[int]:
-    """Return which vectors, taken in order, add a direction, by exact elimination."""
+    """Return the indices of vectors independent of those before them, by exact elimination."""
     reduced: list[tuple[int, list[Fraction]]] = []
     found = []
     for k, vector in enumerate(vectors):
@@ -103,7 +103,7 @@ def reduced_rows(
 ) -> NDArray[np.float64]:
     """Return the reduced row echelon form of a matrix (m, n), shape (rank, n).
 
-    It depends on nothing but the space that the rows span and the order of the columns.
+    It depends only on the row space and the order of the columns.
     """
     matrix, lead = np.array(rows, dtype=float), 0
     size = np.abs(matrix).max(initial=0.0)

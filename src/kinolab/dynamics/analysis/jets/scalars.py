@@ -1,4 +1,4 @@
-"""The numbers in which ranks are decided: floats, or rational numbers and points of the circle."""
+"""Number types of jets: floats, or rationals and angles with rational sine and cosine."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from kinolab.errors import InputError, Mistake
 
 
 class AbstractNumbers(ABC):
-    """A kind of numbers that jets may have as coefficients."""
+    """A number type for the coefficients of jets."""
 
     dtype: type
 
     @abstractmethod
     def constant(self, value: float) -> Any:
-        """Return a number of the machine's description."""
+        """Convert a number of the machine's description."""
 
     @abstractmethod
     def function(self, name: str, value: Any) -> Any:
-        """Return a function of ``UNARY`` at a number."""
+        """Evaluate a function of ``UNARY``."""
 
 
 @final
@@ -36,11 +36,11 @@ class Floats(AbstractNumbers):
     dtype = float
 
     def constant(self, value: float) -> float:
-        """Return the number itself."""
+        """Return the number unchanged."""
         return value
 
     def function(self, name: str, value: Any) -> float:
-        """Return the function's value, rounded."""
+        """Evaluate in floating point."""
         return UNARY[name](float(value))
 
 
@@ -51,14 +51,14 @@ class Rationals(AbstractNumbers):
     dtype = object
 
     def constant(self, value: float) -> Fraction:
-        """Return the decimal number that a description says: 0.1 is 1/10."""
+        """Return the exact decimal as written: 0.1 is 1/10."""
         return Fraction(repr(value))
 
     def function(self, name: str, value: Any) -> Any:
-        """Return the function's value.
+        """Evaluate exactly.
 
         Raises:
-            InputError: If it is not rational.
+            InputError: If the value is not rational.
         """
         if isinstance(value, Turn):
             known = {"sin": value.sine, "cos": value.cosine}
@@ -134,10 +134,10 @@ def _not_rational(what: str) -> InputError:
 
 
 def rational(name: str, value: Any) -> Any:
-    """Return what a user wrote for a variable as a rational number or a point of the circle.
+    """Convert a user's value of a variable to a rational number or a ``Turn``.
 
     Args:
-        name: Of the variable.
+        name: Name of the variable.
         value: A number, or an expression such as ``pi / 2`` or ``atan(Rational(3, 4))``.
 
     Raises:

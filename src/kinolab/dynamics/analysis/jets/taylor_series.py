@@ -1,4 +1,4 @@
-"""Taylor coefficients of functions of one variable, in whatever numbers a point is made of.
+"""Taylor coefficients of univariate functions, generic in the number type.
 
 Source: Griewank, Walther, Evaluating Derivatives, 2nd ed., 2008, section 13.2.
 """
@@ -19,7 +19,7 @@ def taylor(name: str, at: Number, order: int, function: Function) -> list[Number
         name: Of a function in ``kinolab.dynamics.derivation.expression_graph.UNARY``.
         at: Where to expand.
         order: Of the last coefficient.
-        function: Evaluates functions at numbers of this kind.
+        function: Evaluates functions for this number type.
     """
     return RULES[name](at, order, function)
 
@@ -53,7 +53,7 @@ def _sqrt(at: Number, order: int, function: Function) -> list[Number]:
 
 
 def _from_square(name: str, sign: int) -> Callable[[Number, int, Function], list[Number]]:
-    """Return the rule of y' = 1 + sign y^2: tan (1) and tanh (-1)."""
+    """Return the recurrence of y' = 1 + sign y^2: tan (1) and tanh (-1)."""
 
     def rule(at: Number, order: int, function: Function) -> list[Number]:
         y = [function(name, at)]

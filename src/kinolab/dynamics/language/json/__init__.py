@@ -1,1 +1,1 @@
-"""Machines as JSON and back: data in, data out, no code is run."""
+"""JSON serialization of machines: plain data, no code is executed."""

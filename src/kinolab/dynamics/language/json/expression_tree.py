@@ -1,7 +1,7 @@
-"""SymPy expressions as typed trees of plain data: ``["mul", "m", ["pow", "R", 2]]`` for m R^2.
+"""Serialization of SymPy expressions as plain trees: ``["mul", "m", ["pow", "R", 2]]``, m R^2.
 
-A string is a symbol, a number a number, a list an operation from a fixed table. Reading one calls
-nothing but constructors from that table.
+A string is a symbol, a number a number, a list an operation from a fixed table. Reading calls only
+constructors from that table.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ OPERATIONS: dict[str, type] = {
     "sign": sympy.sign,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
-MAX_DEPTH = 200  # nesting; Python's own stack ends at about five times that
-MAX_DIGITS = 300  # of a power of numbers: more than a double can hold
+MAX_DEPTH = 200  # of nesting; Python's stack overflows at about five times that
+MAX_DIGITS = 300  # of a power of numbers, near the range of a double
 
 
 def expression_to_tree(expression: Any) -> Any:
     """Return an expression as nested lists of names and numbers.
 
     Raises:
-        InputError: If it has a function that is not in the table.
+        InputError: If it has a function outside the table.
     """
     expression = exact(expression)
     if expression.is_Symbol:
@@ -90,7 +90,7 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
 
 
 def _real(made: Any) -> Any:
-    """Refuse what is no real number, or none that a double can hold: 1/0, the root of -1, NaN."""
+    """Reject what is no finite real number in double range: 1/0, sqrt(-1), NaN."""
     unreal = made is sympy.nan or made.is_finite is False or made.is_real is False
     if made.is_number and (unreal or (made.is_Float and not math.isfinite(float(made)))):
         raise ValueError(f"{made} is no finite real number")
@@ -98,7 +98,7 @@ def _real(made: Any) -> Any:
 
 
 def _check_power(name: str, arguments: list[Any]) -> None:
-    """Refuse towers such as 9**9**9, which SymPy would compute digit by digit."""
+    """Reject towers such as 9**9**9, which SymPy would compute exactly."""
     if name != "pow" or not all(argument.is_number for argument in arguments):
         return
     base, exponent = (abs(float(argument)) for argument in arguments)

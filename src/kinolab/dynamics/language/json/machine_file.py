@@ -1,4 +1,4 @@
-"""A ``Mechanism`` as JSON and back: data in, data out, no code is run."""
+"""Reading and writing a ``Mechanism`` as JSON: plain data, no code is executed."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import read_ordinary
 
 FORMAT, VERSION = "kinolab machine", 1
-MOST_MISTAKES = 20  # nobody reads more
-FEEDBACK_FILE = "feedback.json"  # beside a machine: its controller, where it has one
+MOST_MISTAKES = 20  # reported at most
+FEEDBACK_FILE = "feedback.json"  # controller file in the machine's folder, if it has one
 DAMAGED = (
     *(InputError, ArithmeticError, AttributeError, LookupError),
     *(RecursionError, TypeError, ValueError),
@@ -78,7 +78,7 @@ BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_gro
 
 
 def machine_to_json(system: Mechanism) -> str:
-    """Return a system as JSON text."""
+    """Serialize a system as JSON text."""
     velocities = system.velocities
     document = {
         "format": FORMAT,
@@ -108,7 +108,7 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> Mechanism:
     """Read a system from JSON text.
 
     Raises:
-        InputError: If the text is no machine; the mistake says where.
+        InputError: If the text is no valid machine; the mistake says where.
     """
     try:
         data = _plain(text)
@@ -120,7 +120,7 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> Mechanism:
 
 
 def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
-    """Return a controller as plain data, as JSON has it."""
+    """Return a controller as JSON-compatible data."""
     tree: dict[str, Any] = _encode(feedback)
     return tree
 
@@ -135,7 +135,7 @@ def feedback_from_tree(system: Mechanism, tree: Mapping[str, Any]) -> Feedback |
     """Read a controller of a machine from plain data.
 
     Raises:
-        InputError, LookupError, TypeError, ValueError: If it is damaged.
+        InputError, LookupError, TypeError, ValueError: If it is malformed.
     """
     reader = _MachineReader.beside(system, tree)
     feedback = reader.decode(tree)
@@ -146,10 +146,10 @@ def feedback_from_tree(system: Mechanism, tree: Mapping[str, Any]) -> Feedback |
 
 
 def load_machine(path: Path) -> Mechanism:
-    """Read a system from a file, with its controller if that lies beside it in ``feedback.json``.
+    """Read a system from a file, with its controller from ``feedback.json`` in the same folder.
 
     Raises:
-        InputError: If one cannot be read or is not what it should be.
+        InputError: If either file is unreadable or invalid.
     """
     system = machine_from_json(_text(path), where=str(path))
     beside = path.with_name(FEEDBACK_FILE)
@@ -162,7 +162,7 @@ def load_machine(path: Path) -> Mechanism:
 
 
 def _text(path: Path) -> str:
-    """Read a file of text that is no larger than any machine, and an ordinary one."""
+    """Read a regular text file within the size limit."""
     try:
         return read_ordinary(path, MAX_FILE_BYTES).decode()
     except UnicodeDecodeError as error:
@@ -174,7 +174,7 @@ def _text(path: Path) -> str:
 
 
 def _plain(text: str) -> Any:
-    """Return what JSON says, as far as it is worth building."""
+    """Parse JSON within the size limits."""
     data = json.loads(text)
     mistakes = list(size_mistakes(data))
     if mistakes:
@@ -183,7 +183,7 @@ def _plain(text: str) -> Any:
 
 
 def _located(error: Exception, *where: object) -> list[Mistake]:
-    """Return what went wrong with a value, and where in the file it stands."""
+    """Return the mistakes about a value, with its location in the file."""
     place = " ".join(map(str, where))
     if isinstance(error, InputError):
         return [Mistake(f"{place} {m.where}".strip(), m.what, m.remedy) for m in error.mistakes]
@@ -210,7 +210,7 @@ def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
 
 
 def _encode(value: Any) -> Any:
-    """Return a value as plain data: records by their fields, expressions as trees."""
+    """Encode a value as plain data: records by fields, expressions as trees."""
     if value is None or isinstance(value, bool | str):
         return value
     if isinstance(value, float | int):
@@ -229,7 +229,7 @@ def _encode(value: Any) -> Any:
 
 @dataclass
 class _MachineReader:
-    """What names mean in one machine file, and what was found to be wrong with it."""
+    """The names of one machine file, and the mistakes found in it."""
 
     coordinates: dict[str, Coordinate | Attitude]
     symbols: dict[str, sympy.Symbol]
@@ -256,7 +256,7 @@ class _MachineReader:
 
     @classmethod
     def beside(cls, system: Mechanism, feedback: Mapping[str, Any]) -> _MachineReader:
-        """Take the symbols of a machine that is there, to read a controller for it."""
+        """Use an existing machine's symbols, to read a controller for it."""
         coordinates = {entry.name: entry for entry in system.coordinates}
         symbols: list[MachineSymbol] = [
             *system.parameters,
@@ -269,7 +269,7 @@ class _MachineReader:
     def system(self, data: Mapping[str, Any]) -> Mechanism:
         """Return the machine."""
         bodies = [self._body(entry, k) for k, entry in enumerate(data["bodies"], start=1)]
-        self.finish()  # what acts on a body that is wrong is not wrong itself
+        self.finish()  # no follow-up mistakes about what acts on an invalid body
         self.bodies.update({body.name: body for body in bodies})
         chosen = data["velocities"]
         velocities: Any = (
@@ -292,7 +292,7 @@ class _MachineReader:
         )
 
     def _flat(self, data: Mapping[str, Any] | None) -> Any:
-        """Return how motions follow from curves; early files do not say it."""
+        """Return the flatness description; early files have none."""
         if data is None:
             return None
         outputs = [str(name) for name, _ in data.get("outputs", ())]
@@ -301,10 +301,10 @@ class _MachineReader:
         return reader.decode(data, "flat")
 
     def finish(self) -> None:
-        """Refuse the file if anything in it was wrong.
+        """Raise if anything in the file was wrong.
 
         Raises:
-            InputError: With all of it.
+            InputError: With every mistake.
         """
         if self.mistakes:
             raise InputError(self.mistakes[:MOST_MISTAKES])
@@ -314,7 +314,7 @@ class _MachineReader:
         return self._made(_body_of, entries, "bodies", number)
 
     def decode(self, data: Any, *where: object) -> Any:
-        """Return the value of plain data; None where that is wrong, which is noted."""
+        """Decode plain data; None where invalid, with the mistake recorded."""
         if isinstance(data, list):
             return tuple(self.decode(entry, *where, k) for k, entry in enumerate(data, start=1))
         if not isinstance(data, dict):
@@ -325,7 +325,7 @@ class _MachineReader:
         return self._made(lambda **values: _record(data["is"], values), entries, *where)
 
     def _made(self, make: Callable[..., Any], entries: Mapping[str, Any], *where: object) -> Any:
-        """Return what is made of decoded entries; where one of them is wrong, only that is told."""
+        """Build an object from decoded entries; invalid entries are reported instead of it."""
         before = len(self.mistakes)
         values = {name: self.decode(entry, *where, name) for name, entry in entries.items()}
         return (
@@ -339,7 +339,7 @@ class _MachineReader:
             self.mistakes += _located(error, *where)
 
     def _reference(self, data: Mapping[str, Any]) -> Any:
-        """Return an expression, or what a name stands for."""
+        """Resolve an expression or a name."""
         match data:
             case {"expression": tree}:
                 return tree_to_expression(tree, self.symbols)
@@ -384,7 +384,7 @@ def _read_coordinate(data: Mapping[str, Any]) -> Coordinate | Attitude:
 
 
 def _limits(pair: Any) -> tuple[float, float]:
-    """Return limits, absent ones being infinite."""
+    """Return limits; missing ones are infinite."""
     lower, upper = pair
     if any(isinstance(limit, str) for limit in pair):
         raise ValueError(f"{pair} are no limits")

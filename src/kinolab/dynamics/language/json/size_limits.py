@@ -1,7 +1,7 @@
-"""How much a machine file may hold, counted before anything is built of it.
+"""Size limits of machine files, checked before anything is built from them.
 
-Expressions are differentiated several times: what a line says about 50 000 terms, or about a power
-of powers of powers, takes minutes and gigabytes. No machine of a course has a tenth of this.
+Expressions are differentiated several times: 50 000 terms, or powers of powers of powers, take
+minutes and gigabytes. No machine of a course reaches a tenth of the limits.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from typing import Any
 
 from kinolab.errors import Mistake, is_broken
 
-MAX_FILE_BYTES = 2_000_000  # of a file
-MAX_VALUES = 20_000  # of all expressions, records and lists
+MAX_FILE_BYTES = 2_000_000  # size of a file
+MAX_VALUES = 20_000  # in all expressions, records and lists
 MAX_EXPRESSION_TERMS = 5_000  # names, numbers and operations of one expression
-MAX_NESTED_POWERS = 4  # within one another
-MAX_NESTED = 60  # operations within one another
+MAX_NESTED_POWERS = 4  # nesting depth of powers
+MAX_NESTED = 60  # nesting depth of operations
 MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
 
 
 def size_mistakes(data: Any) -> Iterator[Mistake]:
-    """Yield what is too large about plain data, and what is no text.
+    """Yield mistakes where plain data exceed the limits or a text is invalid.
 
     Args:
-        data: As JSON has it.
+        data: Parsed JSON.
     """
     for name, most in MAX_ENTRIES.items():
         entries = data.get(name) if isinstance(data, dict) else None
@@ -55,7 +55,7 @@ def _expression_mistakes(tree: Any) -> Iterator[Mistake]:
 
 
 def _within(data: Any) -> Iterator[Any]:
-    """Yield a value and everything in it, keys too, however deep it is nested."""
+    """Yield a value and everything nested in it, keys included."""
     left = [data]
     while left:
         value = left.pop()
@@ -67,14 +67,14 @@ def _within(data: Any) -> Iterator[Any]:
 
 
 def _expressions(data: Any) -> Iterator[Any]:
-    """Yield the trees of all expressions."""
+    """Yield all expression trees."""
     for value in _within(data):
         if isinstance(value, dict) and "expression" in value:
             yield value["expression"]
 
 
 def _nested(tree: Any, name: str = "") -> int:
-    """Return how many operations, or those of one name, are within one another at most."""
+    """Return the nesting depth of operations, or of those of one name."""
     most, left = 0, [(tree, 0)]
     while left:
         value, around = left.pop()
