@@ -14,11 +14,15 @@ from fnmatch import fnmatch
 from graphlib import TopologicalSorter
 from pathlib import Path
 from runpy import run_path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
+from kinolab.dynamics.codegen.integrators import METHODS
+from kinolab.scenario.schema import IntegrationSection
 from kinolab.scenario.values import MESH_FORMATS
+from kinolab.simulation.sensitivities import STAGES
+from kinolab.simulation.stability import STABILITY_BOUNDS
 from tests.support import ROOT, environment
 
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -108,7 +112,7 @@ def test_few_modules_lie_loose() -> None:
 
 
 def test_every_place_that_the_architecture_names_is_there() -> None:
-    named = {place for place in PLACES.findall(ARCHITECTURE) if not place.startswith("runs/NAME")}
+    named = {place for place in PLACES.findall(ARCHITECTURE) if "NAME" not in place}
     homes = (ROOT / "src" / "kinolab", ROOT)
     absent = {place for place in named if not any([*home.glob(place)] for home in homes)}
     assert absent == set()
@@ -153,6 +157,16 @@ def test_a_new_force_or_input_touches_the_files_that_the_architecture_names(
     row, places = architecture_row(thing)
     assert places == files_that_name(kinds, at_least=2)
     assert row.startswith(f"{len(places)} files ")
+
+
+def test_every_integrator_is_known_where_the_architecture_says() -> None:
+    named = get_args(IntegrationSection.model_fields["method"].annotation)
+    assert set(METHODS) == set(named) == set(STAGES) == set(STABILITY_BOUNDS)
+    row, places = architecture_row("an integrator")
+    assert row.startswith(f"{len(places)} files ")
+    for file in places:
+        words = (ROOT / "src" / "kinolab" / file).read_text("utf-8")
+        assert all(method in words for method in METHODS if method != "rk4"), file
 
 
 def test_a_new_shape_touches_the_files_that_the_architecture_names() -> None:

@@ -180,7 +180,7 @@ def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSecti
     if wrong is not None:
         return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], wrong.sentence)
     note = f"what fades fastest does so at {rate:.3g} /s"
-    return LawCheck(law, rate * step, STABILITY_BOUNDS.get(settings.method, np.inf), note)
+    return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], note)
 
 
 def _limits(system: System) -> Iterator[LawCheck]:

@@ -1,4 +1,4 @@
-"""Collision check of the re-simulated motion, by a clearance that no planner shares."""
+"""Collision check of the re-simulated motion, by exact clearances and not planners' bounds."""
 
 from __future__ import annotations
 
