@@ -440,7 +440,7 @@ sys.exit(pytest.main(["-q", "-n", "0", "-p", "no:cacheprovider", *sys.argv[1:]])
 HEARD = """
 import signal, subprocess, sys
 
-def test_ctrl_c_is_heard_here_and_in_a_process_that_is_started() -> None:
+def test_signals_are_heard_here_and_in_a_process_that_is_started() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     asked = "import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
     done = subprocess.run([sys.executable, "-c", asked], capture_output=True, check=True)
@@ -451,7 +451,7 @@ def test_ctrl_c_is_heard_here_and_in_a_process_that_is_started() -> None:
 def test_these_tests_do_not_mind_who_ignores_ctrl_c(tmp_path: Path) -> None:
     """As nohup and shells in the background do; it is handed on to every process."""
     (tmp_path / "test_hearing.py").write_text(HEARD)
-    (tmp_path / "conftest.py").write_text("from tests.conftest import _ctrl_c_is_heard as _heard")
+    (tmp_path / "conftest.py").write_text("from tests.conftest import _signals_are_heard as _heard")
     done = subprocess.run(
         [sys.executable, "-c", DEAF, str(tmp_path / "test_hearing.py"), f"--rootdir={ROOT}",
          "-c", str(ROOT / "pyproject.toml")],

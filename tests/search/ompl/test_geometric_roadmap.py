@@ -162,7 +162,7 @@ import resource
 import sys
 from pathlib import Path
 import numpy as np
-from kinolab.search.ompl import Configurations, GeometricRoadmap
+from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.search import Budget
 from kinolab.steering import Steering
 from tests.scenes import scene
@@ -172,7 +172,7 @@ steering = Steering(problem)
 goal = np.array([2.0, 0, 0, 0, 0, 0, 0])
 sizes = []
 for k in range(200):
-    places = Configurations(problem, steering, problem.start, 0.02)
+    places = ConfigurationSpace(problem, steering, problem.start, 0.02)
     roadmap = GeometricRoadmap(places, problem.start, goal, k, 4)
     roadmap.grow(1, Budget(60.0))
     if k % 50 == 0:

@@ -33,7 +33,7 @@ def regions(bridge: OmplSetup) -> Regions:
 def divided(
     bridge: OmplSetup, looks: int, kind: type[Decomposition] = Decomposition
 ) -> Decomposition:
-    return kind(bridge, regions(bridge), looks=looks, max_states_per_cell=20, seed=1)
+    return kind(bridge, regions(bridge), samples=looks, max_states_per_cell=20, seed=1)
 
 
 def answers(bridge: OmplSetup, looks: int) -> list[tuple[int, bool]]:
