@@ -26,7 +26,7 @@ from kinolab.dynamics import Model
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.simulation import CandidateRollouts, CompiledStep
-from kinolab.simulation.reference import interval
+from kinolab.simulation.dop853 import follow
 from kinolab.solve.attempt import old_objects_left_alone
 from kinolab.world import CollisionChecker
 from tests.planners.test_planners import hard
@@ -231,19 +231,18 @@ def test_an_interrupted_search_does_next_to_nothing_more(
 def test_re_simulation_and_verification_end_at_once(
     share: float, table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C comes while an interval is integrated; no further one is."""
+    """Ctrl-C comes while intervals are integrated; no further ones are."""
     budgets, calls, last = list[Budget](), 0, math.inf
 
-    def integrated(*arguments: Any, **options: Any) -> Any:
+    def integrated(*arguments: Any) -> Any:
         nonlocal calls
         calls += 1
         if calls == last:
             budgets[0].end()
-        return interval(*arguments, **options)
+        return follow(*arguments)
 
-    for name, module in list(sys.modules.items()):
-        if name.startswith("kinolab.") and vars(module).get("interval") is interval:
-            monkeypatch.setattr(module, "interval", integrated)
+    monkeypatch.setattr("kinolab.simulation.dop853.follow", integrated)
+    monkeypatch.setattr("kinolab.simulation.reference.INTERVALS_PER_CALL", 1)
     whole = table.solve(planner="rrt", seed=1, max_iterations=20_000)
     assert whole.status == "solved"
     last, calls = 1 + round(share * (calls - 1)), 0

@@ -1,30 +1,30 @@
-"""Reference integration: SciPy's DOP853 under zero-order hold, independent of the planners.
+"""Reference integration: DOP853 under zero-order hold, independent of the planners.
 
 Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 """
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.errors import KinolabError, SingularError
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
+from kinolab.simulation import dop853
+from kinolab.simulation.dop853 import StepTable, make_ode, step_table
 from kinolab.trajectory import Trajectory
 
 RTOL = 1e-9
 ATOL = 1e-11  # relative to a coordinate's scale; a thousandth of the check's tolerance
+INTERVALS_PER_CALL = 100  # after which Ctrl-C is heard
 
 # a motion that amplifies errors more than this needs a stored feedback law
 MAX_ERROR_AMPLIFICATION = 1e6
@@ -42,31 +42,58 @@ class DivergedError(KinolabError):
 
 
 @dataclass(frozen=True)
-class ReferenceMotion:
-    """A continuous-time motion: one interpolant per knot interval."""
+class ReferenceMotion(ABC):
+    """A motion that is known at all times.
+
+    Attributes:
+        t: Times of the knots in [s], shape (N+1,).
+        x: States at the knots, shape (N+1, nx).
+    """
 
     t: Array
-    x: Array  # states at the knots, shape (N+1, nx)
-    pieces: Sequence[Any]
+    x: Array
+
+    @property
+    def steps(self) -> tuple[NDArray[np.intp], Array, Array]:
+        """Interval, begin and end in [s] of every step within which it is smooth, each (m,)."""
+        return np.arange(len(self.t) - 1), self.t[:-1], self.t[1:]
 
     def between(self, k: int, times: Array) -> Array:
         """Evaluate the motion at times within interval k; shape (times, nx)."""
-        states: Array = self.pieces[k](times).T
-        return states
+        return self.along(np.full(len(times), k), times)
 
+    @abstractmethod
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
         """Evaluate the motion at times, each in its own interval; shape (times, nx).
 
         Args:
-            intervals: Index of each time's interval, ascending, shape (times,).
+            intervals: Index of each time's interval, shape (times,).
             times: In [s], shape (times,).
         """
-        if not len(times):
-            return np.empty((0, self.x.shape[1]))
-        cuts = np.flatnonzero(np.diff(intervals)) + 1
-        firsts = intervals[np.concatenate([[0], cuts])].tolist()
-        parts = zip(firsts, np.split(times, cuts), strict=True)
-        return np.concatenate([self.between(k, part) for k, part in parts])
+
+
+@dataclass(frozen=True)
+class OdeMotion(ReferenceMotion):
+    """The solution of the equations of motion, by the dense output of DOP853's steps."""
+
+    table: StepTable
+
+    @property
+    def steps(self) -> tuple[NDArray[np.intp], Array, Array]:
+        """Interval, begin and end in [s] of every integrator step, each of shape (m,)."""
+        return self.table.knot.astype(np.intp), self.table.begin, self.table.end
+
+    def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
+        """Evaluate the motion at times, each in its own interval; shape (times, nx)."""
+        knots, begin, end = self.steps
+        first, last = (np.searchsorted(knots, intervals, side) for side in ("left", "right"))
+        row = np.clip(np.searchsorted(begin, times, "left") - 1, first, last - 1)
+        part = ((times - begin[row]) / (end - begin)[row])[:, None]
+        states = np.zeros((len(times), self.x.shape[1]))
+        for i in range(dop853.POWER - 1, -1, -1):
+            states += self.table.coefficients[row, i]
+            states *= part if i % 2 == 0 else 1.0 - part
+        return states + self.table.x[row]
 
 
 @dataclass(frozen=True)
@@ -105,56 +132,125 @@ def follow(
 
     Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section VII.2 (index reduction, projection).
     """
-    states, pieces = [np.asarray(start, dtype=float)], []
-    loops = any(isinstance(c, PositionConstraint) for c in model.system.constraints)
-    for k, held in enumerate(u):
-        try:
-            acting = model.plant_inputs(states[-1], held)
-        except KinolabError as error:
-            raise DivergedError(float(t[k]), str(error)) from error
-        span = (float(t[k]), float(t[k + 1]))
-        end, piece = interval(model.plant, states[-1], span, acting, scales, between=between)
-        states.append(model.plant.project(end) if loops else end)
-        pieces.append(piece)
-    return ReferenceMotion(np.asarray(t, dtype=float), np.array(states), pieces)
+    table, ends = _integrated(model, start, t, u, scales, between=between)
+    return OdeMotion(np.asarray(t, dtype=float), np.vstack([start, ends]), table)
 
 
-def interval(
+def follow_each(model: Model, starts: Array, t: Array, u: Array, scales: Array) -> Array:
+    """Integrate each interval from a state of its own; return the states reached, (N, nx).
+
+    Args:
+        model: The compiled machine.
+        starts: States at the beginnings of the intervals, shape (N, nx).
+        t: Times of the knots in [s], shape (N+1,).
+        u: Inputs per interval, or references, shape (N, nu).
+        scales: Characteristic magnitude of each state entry, shape (nx,).
+
+    Raises:
+        DivergedError: If the integrator stops before the end of an interval.
+    """
+    return _integrated(model, starts, t, u, scales, between=False)[1]
+
+
+def _integrated(
     model: Model,
-    start: Array,
-    span: tuple[float, float],
-    held: Array,
+    starts: Array,
+    t: Array,
+    u: Array,
     scales: Array,
     *,
     between: bool,
     **parameters: float,
-) -> tuple[Array, Any]:
-    """Integrate a machine without feedback; return the final state and SciPy's dense output.
+) -> tuple[StepTable, Array]:
+    """Return the steps and the ends of all intervals, (N, nx); a single start begins a chain."""
+    # Copies: for arrays that are read-only everything would be compiled once more.
+    times, held = np.array(t, dtype=float), np.array(u, dtype=float)
+    begins = np.atleast_2d(np.array(starts, dtype=float))
+    chained = np.ndim(starts) == 1
+    ode, ends = _ode(model, scales, parameters), np.empty((len(held), model.nx))
+    table, row = step_table(4 * len(held) + 64 if between else 0, model.nx), np.zeros(1, np.int64)
+    k = 0
+    while k < len(held):
+        last = min(k + INTERVALS_PER_CALL, len(held))
+        how, k = dop853.follow(
+            ode, times, held, begins, chained, k, last, between, Record(table), row, ends
+        )
+        if how == dop853.FULL:
+            table = _grown(table)
+        elif how != dop853.WORKED:
+            raise _diverged(model, ode.held, how, float(times[k]), held[k], parameters)
+    return StepTable(*(column[: row[0]] for column in table)), ends
 
-    ``start``, ``scales`` and the final state have shape (nx,), the constant inputs ``held`` (nu,).
 
-    Parameters by keyword override the machine's own.
+def _ode(model: Model, scales: Array, parameters: dict[str, float]) -> Record:
+    plant = model.plant
+    loops = any(isinstance(c, PositionConstraint) for c in model.system.constraints)
+    addresses = {
+        "f": plant.address("f"),
+        "law": 0 if plant is model else model.address("law"),
+        "project": plant.address("project") if loops and plant.projects else 0,
+    }
+    p = plant.parameter_vector(**parameters)
+    return make_ode(addresses, p, plant.nu, ATOL * scales, RTOL)
+
+
+def _grown(table: StepTable) -> StepTable:
+    """Return a table of twice the size with the same first steps."""
+    grown = step_table(2 * len(table.begin), table.x.shape[1])
+    for column, wider in zip(table, grown, strict=True):
+        wider[: len(column)] = column
+    return grown
+
+
+def _diverged(
+    model: Model,
+    ode: dop853.Ode,
+    how: int,
+    begin: float,
+    held: Array,
+    parameters: dict[str, float],
+) -> DivergedError:
+    """Return the error of an integration that ended early, told by the function that failed."""
+    try:
+        if how == dop853.LAW_FAILED:
+            model.plant_inputs(ode.y, held)
+        elif how == dop853.SINGULAR:
+            model.plant.f(ode.at, ode.u[: ode.inputs], **parameters)
+            model.plant.f(ode.y, ode.u[: ode.inputs], **parameters)
+    except KinolabError as error:
+        return DivergedError(begin, str(error))
+    return DivergedError(float(ode.progress[0]), REASONS[how])
+
+
+REASONS = {
+    dop853.TOO_SMALL: "Required step size is less than spacing between numbers.",
+    dop853.NOT_FINITE: "The state is not finite.",
+    dop853.SINGULAR: "The equations of motion have no solution.",
+    dop853.LAW_FAILED: "The feedback has no value.",
+}
+
+
+def interval(
+    model: Model, start: Array, span: tuple[float, float], held: Array, scales: Array,
+    **parameters: float,
+) -> Array:  # fmt: skip
+    """Integrate a machine without feedback over one interval; return the final state, (nx,).
+
+    Args:
+        model: The compiled machine.
+        start: State at its beginning, shape (nx,).
+        span: Begin and end in [s].
+        held: Constant inputs, shape (nu,).
+        scales: Characteristic magnitude of each state entry, shape (nx,).
+        parameters: Override the machine's own.
 
     Raises:
         DivergedError: If the integrator stops before the end.
     """
-    try:
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # divergence is reported below
-            result = solve_ivp(
-                model.rate_under(held, **parameters),
-                span,
-                start,
-                method="DOP853",
-                rtol=RTOL,
-                atol=ATOL * scales,
-                dense_output=between,
-            )
-    except KinolabError as error:
-        raise DivergedError(span[0], str(error)) from error
-    if not result.success or not np.isfinite(result.y[:, -1]).all():
-        raise DivergedError(float(result.t[-1]), str(result.message))
-    return result.y[:, -1], result.sol
+    ends = _integrated(
+        model, start, np.array(span), held[None], scales, between=False, **parameters
+    )[1]
+    return np.asarray(ends[0])
 
 
 def follow_map(
@@ -172,36 +268,7 @@ def follow_map(
         x = model.steps(start, u, np.diff(times), method=method, substeps=substeps)
     except SingularError as error:
         raise DivergedError(float(times[error.row]), str(error)) from error
-    ends = zip(pairwise(times.tolist()), x[:-1], x[1:], strict=True)
-    pieces = [Chord(span, begin, end, model.space) for span, begin, end in ends]
-    return MapMotion(times, x, pieces, model.space)
-
-
-@dataclass(frozen=True, eq=False)
-class Chord:
-    """The geodesic between two states, with the interface of SciPy's dense output.
-
-    Attributes:
-        span: Start and end time, in [s].
-        begin: First state, shape (nx,).
-        end: Last state, shape (nx,).
-        space: The state space; quaternions stay normalized.
-    """
-
-    span: tuple[float, float]
-    begin: Array
-    end: Array
-    space: StateSpace
-
-    @property
-    def ts(self) -> Array:
-        """Start and end time, in [s]."""
-        return np.array(self.span)
-
-    def __call__(self, times: float | Array) -> Array:
-        """Evaluate at a time, shape (nx,), or at times, shape (nx, times)."""
-        fraction = (np.asarray(times) - self.span[0]) / (self.span[1] - self.span[0])
-        return self.space.retract(self.begin, fraction[..., None] * (self.end - self.begin)).T
+    return MapMotion(times, x, model.space)
 
 
 def reference_motion(

@@ -1,6 +1,6 @@
 """Verify plans by a re-simulation that shares nothing with the planners.
 
-SciPy's DOP853 integrates the motion from the start under the stored inputs; goal, limits and
+DOP853 integrates the motion from the start under the stored inputs; goal, limits and
 collisions are checked along it, and each stored knot must follow from the previous one.
 """
 

@@ -75,13 +75,9 @@ class DenseMotion:
         Raises:
             TooFastError: If samples ``MAX_SPACING`` apart would be too many.
         """
-        ends = [np.asarray(piece.ts, dtype=float) for piece in self.motion.pieces]
-        if not ends:
-            nothing = np.zeros(0)
-            return Steps(np.zeros(0, dtype=np.intp), nothing, nothing, nothing)
-        knots = np.repeat(np.arange(len(ends)), [len(times) - 1 for times in ends])
-        begin = np.concatenate([times[:-1] for times in ends])
-        end = np.concatenate([times[1:] for times in ends])
+        knots, begin, end = self.motion.steps
+        if not len(knots):
+            return Steps(knots, begin, end, np.zeros(0))
         parts = range(0, len(knots), STATES_PER_BATCH // SPEED_PROBES)
         speed = np.concatenate(
             [self._speed(knots[at], begin[at], end[at]) for at in map(_part, parts)]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.units import state_units
 from kinolab.errors import SingularError
@@ -77,28 +79,23 @@ def own_motion(
         return None
     if not np.isfinite(x).all():
         return None
-    pieces = [_SubsteppedMap(problem, *row) for row in zip(t[:-1], t[1:], x, inputs, strict=False)]
-    return trajectory_under(model, t, x, inputs), ReferenceMotion(t, x, pieces)
+    return trajectory_under(model, t, x, inputs), OwnMotion(t, x, problem, inputs)
 
 
-class _SubsteppedMap:
-    """One integrator step of a planner, with the interface of SciPy's dense output.
+@dataclass(frozen=True)
+class OwnMotion(ReferenceMotion):
+    """The motion of a planner's integrator, of shorter steps between the knots."""
 
-    Attributes:
-        ts: Its start and end times, in [s].
-    """
+    problem: PlanningTask
+    inputs: Array  # shape (N, nu)
 
-    def __init__(self, problem: PlanningTask, begin: float, end: float, x: Array, u: Array) -> None:
-        self._problem, self._x, self._u, self.ts = problem, x, u, np.array([begin, end])
-
-    def __call__(self, times: Array) -> Array:
-        """Return the states at times within it, shape (nx, times)."""
-        settings, after = self._problem.scenario.integration, np.asarray(times) - self.ts[0]
-        x, u = (np.tile(row, (len(after), 1)) for row in (self._x, self._u))
-        states = self._problem.model.step(
-            x, u, after, method=settings.method, substeps=settings.substeps
-        )
-        return np.asarray(states.T)
+    def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
+        """Evaluate the motion at times, each in its own interval; shape (times, nx)."""
+        settings, model = self.problem.scenario.integration, self.problem.model
+        return model.step(
+            self.x[intervals], self.inputs[intervals], times - self.t[intervals],
+            method=settings.method, substeps=settings.substeps,
+        )  # fmt: skip
 
 
 def _apart(problem: PlanningTask, own: Array, true: Array) -> str:

@@ -13,7 +13,7 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
     DivergedError,
-    reference_motion,
+    follow_each,
 )
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
@@ -86,9 +86,7 @@ def _from_each(plant: PlanningTask, trajectory: Trajectory) -> Array:
     """Return the states reached from each stored knot under its stored input, (N, nx)."""
     settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
     if settings.truth != "discrete":
-        spans = ((x[k], t[k : k + 2], u[k : k + 1]) for k in range(len(u)))
-        ends = [reference_motion(plant, *one, between=False).x[-1] for one in spans]
-        return np.array(ends).reshape(len(u), plant.model.nx)
+        return follow_each(plant.model, x[:-1], t, u, plant.scales)
     try:
         return plant.model.step(
             x[:-1], u, np.diff(t), method=settings.method, substeps=settings.substeps

@@ -1,0 +1,300 @@
+"""Compiled DOP853: the Runge-Kutta method of order 8 with error control, and its dense output.
+
+Steps are those of SciPy's ``solve_ivp``: the same coefficients, first step, error norm and control.
+Calls of the equations of motion go to machine code by address, so that an interval between two
+knots takes microseconds.
+
+Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., sections II.4 to II.6 and II.10.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.struct import Record
+from kinolab.simulation.machine import call_at, call_under
+
+STAGES, EXTRA_STAGES, POWER = 12, 3, 7  # POWER: number of coefficients of the dense output
+A, B, C = (np.ascontiguousarray(table) for table in (DOP853.A, DOP853.B, DOP853.C))
+E3, E5 = np.ascontiguousarray(DOP853.E3), np.ascontiguousarray(DOP853.E5)
+A_EXTRA, C_EXTRA = np.ascontiguousarray(DOP853.A_EXTRA), np.ascontiguousarray(DOP853.C_EXTRA)
+D = np.ascontiguousarray(DOP853.D)
+SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # of the step size control
+EXPONENT = -1.0 / 8.0
+WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE = range(6)  # how ``follow`` ended
+
+
+class Ode(NamedTuple):
+    """x_dot = f(x, u) of a machine, for compiled code: addresses, parameters and tolerances."""
+
+    f: int
+    law: int  # of the feedback that gives u at the beginning of each interval; 0 for none
+    project: int  # onto position constraints at the end of each interval; 0 where there are none
+    p: Array
+    inputs: int  # of f
+    atol: Array  # absolute tolerance of each state entry, (nx,)
+    rtol: float
+    # scratch
+    k: Array  # slopes of the stages, (16, nx)
+    y: Array  # state, (nx,)
+    after: Array  # state after a step, (nx,)
+    at: Array  # state of a stage, (nx,)
+    u: Array  # inputs held, (inputs,)
+    progress: Array  # time reached in [s]
+
+
+class StepTable(NamedTuple):
+    """Accepted steps with the coefficients of their dense output, in order."""
+
+    knot: Array  # interval of each step, (m,), whole numbers
+    begin: Array  # in [s], (m,)
+    end: Array  # in [s], (m,)
+    x: Array  # state at the beginning, (m, nx)
+    coefficients: Array  # (m, 7, nx)
+
+
+def make_ode(addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol: float) -> Record:
+    """Return the record of an ODE; ``addresses`` are those of f, law and project, 0 for none."""
+    nx = len(atol)
+    return Record(
+        Ode(
+            **addresses, p=np.append(p, 0.0), inputs=inputs, atol=np.array(atol), rtol=rtol,
+            k=np.empty((STAGES + 1 + EXTRA_STAGES, nx)), y=np.empty(nx), after=np.empty(nx),
+            at=np.empty(nx), u=np.zeros(inputs + 1), progress=np.zeros(1),
+        )
+    )  # fmt: skip
+
+
+def step_table(capacity: int, nx: int) -> StepTable:
+    """Return a table of uninitialised steps."""
+    return StepTable(
+        np.empty(capacity),
+        np.empty(capacity),
+        np.empty(capacity),
+        np.empty((capacity, nx)),
+        np.empty((capacity, POWER, nx)),
+    )
+
+
+@kernel
+def slope(ode, x, out):  # type: ignore[no-untyped-def]
+    """Set ``out`` (nx,) to f(x, u); 0 if it worked."""
+    return call_under(ode.f, x.ctypes.data, ode.u.ctypes.data, ode.p.ctypes.data, out.ctypes.data)
+
+
+@kernel
+def first_step(ode, span):  # type: ignore[no-untyped-def]
+    """Return the length of the first step in [s]; negative where f has no value.
+
+    Source: Hairer, Norsett, Wanner, section II.4, starting step size.
+
+    Args:
+        ode: ``Ode``; y is the state, k[0] its slope.
+        span: Length of the interval in [s].
+    """
+    nx = ode.y.shape[0]
+    d0, d1 = 0.0, 0.0
+    for i in range(nx):
+        scale = ode.atol[i] + abs(ode.y[i]) * ode.rtol
+        d0 += (ode.y[i] / scale) ** 2
+        d1 += (ode.k[0, i] / scale) ** 2
+    d0, d1 = math.sqrt(d0 / nx), math.sqrt(d1 / nx)
+    h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+    h0 = min(h0, span)
+    for i in range(nx):
+        ode.at[i] = ode.y[i] + h0 * ode.k[0, i]
+    if slope(ode, ode.at, ode.k[1]) != 0:
+        return -1.0
+    d2 = 0.0
+    for i in range(nx):
+        scale = ode.atol[i] + abs(ode.y[i]) * ode.rtol
+        d2 += ((ode.k[1, i] - ode.k[0, i]) / scale) ** 2
+    d2 = math.sqrt(d2 / nx) / h0
+    h1 = max(1e-6, h0 * 1e-3)
+    if d1 > 1e-15 or d2 > 1e-15:
+        h1 = (0.01 / max(d1, d2)) ** (1.0 / 8.0)
+    return min(100.0 * h0, h1, span)
+
+
+@kernel
+def stage(ode, row, s, h):  # type: ignore[no-untyped-def]
+    """Set k[s] to the slope at y + h sum_j row[j] k[j], j < s; 0 if it worked.
+
+    Args:
+        ode: ``Ode``.
+        row: Coefficients, shape (s,) or longer.
+        s: Which stage.
+        h: Of the step in [s].
+    """
+    for i in range(ode.y.shape[0]):
+        ode.at[i] = 0.0
+    for j in range(s):
+        if row[j] != 0.0:
+            for i in range(ode.y.shape[0]):
+                ode.at[i] += row[j] * ode.k[j, i]
+    for i in range(ode.y.shape[0]):
+        ode.at[i] = ode.y[i] + h * ode.at[i]
+    return slope(ode, ode.at, ode.k[s])
+
+
+@kernel
+def trial(ode, h):  # type: ignore[no-untyped-def]
+    """Make a step of h in [s] from y to ``after``; 0 if f has a value in all stages."""
+    for s in range(1, STAGES):
+        if stage(ode, A[s], s, h) != 0:
+            return 1
+    failed = stage(ode, B, STAGES, h)
+    for i in range(ode.y.shape[0]):
+        ode.after[i] = ode.at[i]
+    return failed
+
+
+@kernel
+def error_norm(ode, h):  # type: ignore[no-untyped-def]
+    """Return the error of a step of h in [s] in its tolerances; a step is accepted below 1."""
+    nx = ode.y.shape[0]
+    fifth, third = 0.0, 0.0
+    for i in range(nx):
+        e5, e3 = 0.0, 0.0
+        for s in range(STAGES + 1):
+            e5 += ode.k[s, i] * E5[s]
+            e3 += ode.k[s, i] * E3[s]
+        scale = ode.atol[i] + max(abs(ode.y[i]), abs(ode.after[i])) * ode.rtol
+        fifth += (e5 / scale) ** 2
+        third += (e3 / scale) ** 2
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return abs(h) * fifth / math.sqrt((fifth + 0.01 * third) * nx)
+
+
+@kernel
+def keep(ode, table, row, knot, begin, end):  # type: ignore[no-untyped-def]
+    """Write a step with its dense output into a row of the table; 0 if it worked.
+
+    Args:
+        ode: ``Ode``; y and ``after`` are its states, k its slopes.
+        table: ``StepTable``; written.
+        row: Of the table.
+        knot: Interval of the step.
+        begin, end: In [s].
+    """
+    h, nx = end - begin, ode.y.shape[0]
+    table.knot[row], table.begin[row], table.end[row] = knot, begin, end
+    failed = 0
+    for s in range(EXTRA_STAGES):
+        failed |= stage(ode, A_EXTRA[s], STAGES + 1 + s, h)
+    for i in range(nx):
+        change = ode.after[i] - ode.y[i]
+        table.x[row, i] = ode.y[i]
+        table.coefficients[row, 0, i] = change
+        table.coefficients[row, 1, i] = h * ode.k[0, i] - change
+        table.coefficients[row, 2, i] = 2.0 * change - h * (ode.k[STAGES, i] + ode.k[0, i])
+        for m in range(D.shape[0]):
+            total = 0.0
+            for s in range(STAGES + 1 + EXTRA_STAGES):
+                total += D[m, s] * ode.k[s, i]
+            table.coefficients[row, 3 + m, i] = h * total
+    return failed
+
+
+@kernel
+def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-untyped-def]
+    """Integrate y from one time to another; return how it ended.
+
+    Args:
+        ode: ``Ode``; y is changed, progress[0] is the time reached.
+        begin, end: In [s].
+        knot: Of the interval, for the table.
+        dense: Whether steps are kept in the table.
+        table: ``StepTable``; written.
+        row: Shape (1,), first row of the table that is free; written.
+    """
+    t = begin
+    ode.progress[0] = t
+    if slope(ode, ode.y, ode.k[0]) != 0:
+        return SINGULAR
+    h = first_step(ode, end - begin)
+    if h < 0.0:
+        return SINGULAR
+    while t < end:
+        smallest = 10.0 * (np.nextafter(t, np.inf) - t)
+        h, rejected = max(h, smallest), False
+        while True:
+            if not h >= smallest:
+                return TOO_SMALL
+            now = min(t + h, end)
+            h = now - t
+            if trial(ode, h) != 0:
+                return SINGULAR
+            error = error_norm(ode, h)
+            if error < 1.0:
+                break
+            shrunk = SAFETY * error**EXPONENT
+            h *= shrunk if shrunk > MIN_FACTOR else MIN_FACTOR  # MIN_FACTOR where it is NaN
+            rejected = True
+        if dense:
+            if row[0] == table.begin.shape[0]:
+                return FULL
+            if keep(ode, table, row[0], knot, t, now) != 0:
+                return SINGULAR
+            row[0] += 1
+        factor = MAX_FACTOR if error == 0.0 else min(MAX_FACTOR, SAFETY * error**EXPONENT)
+        h *= min(1.0, factor) if rejected else factor
+        t = now
+        ode.progress[0] = t
+        for i in range(ode.y.shape[0]):
+            ode.y[i], ode.k[0, i] = ode.after[i], ode.k[STAGES, i]
+    return WORKED
+
+
+@kernel
+def follow(ode, t, u, starts, chained, first, last, dense, table, row, ends):  # type: ignore[no-untyped-def]
+    """Integrate interval by interval under zero-order hold; return how it ended, and where.
+
+    Args:
+        ode: ``Ode``.
+        t: Times of the knots in [s], (N+1,).
+        u: Inputs per interval, of the feedback law where there is one, (N, nu).
+        starts: States at the beginnings of intervals, (N+1, nx); of a chain only the first counts.
+        chained: Whether each interval begins where the one before ended.
+        first, last: The first interval, and one past the last.
+        dense: Whether steps are kept in the table.
+        table: ``StepTable``; written.
+        row: Shape (1,), first row of the table that is free; written.
+        ends: States at the ends of intervals, (N, nx); written.
+
+    Returns:
+        How it ended, and the interval that it ended in.
+    """
+    nx, p = ode.y.shape[0], ode.p.ctypes.data
+    for k in range(first, last):
+        for i in range(nx):
+            ode.y[i] = ends[k - 1, i] if chained and k > 0 else starts[k, i]
+        if ode.law != 0:
+            ode.progress[0] = t[k]
+            status = call_under(ode.law, ode.y.ctypes.data, u[k].ctypes.data, p, ode.u.ctypes.data)
+            if status != 0:
+                return LAW_FAILED, k
+        else:
+            for j in range(ode.inputs):
+                ode.u[j] = u[k, j]
+        before = row[0]
+        how = integrate(ode, t[k], t[k + 1], k, dense, table, row)
+        if how != WORKED:
+            row[0] = before
+            return how, k
+        for i in range(nx):
+            if not math.isfinite(ode.y[i]):
+                return NOT_FINITE, k
+        if ode.project != 0:  # in two Newton steps
+            call_at(ode.project, ode.y.ctypes.data, p, ode.after.ctypes.data)
+            call_at(ode.project, ode.after.ctypes.data, p, ode.y.ctypes.data)
+        for i in range(nx):
+            ends[k, i] = ode.y[i]
+    return WORKED, last
