@@ -13,6 +13,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from kinolab.numerics.arrays import Array
@@ -52,7 +53,7 @@ class Ode(NamedTuple):
 class StepTable(NamedTuple):
     """Accepted steps with the coefficients of their dense output, in order."""
 
-    knot: Array  # interval of each step, (m,), whole numbers
+    knot: NDArray[np.int64]  # interval of each step, (m,)
     begin: Array  # in [s], (m,)
     end: Array  # in [s], (m,)
     x: Array  # state at the beginning, (m, nx)
@@ -60,7 +61,15 @@ class StepTable(NamedTuple):
 
 
 def make_ode(addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol: float) -> Record:
-    """Return the record of an ODE; ``addresses`` are those of f, law and project, 0 for none."""
+    """Return the record of an ODE.
+
+    Args:
+        addresses: Of f, of the feedback law and of the projection; 0 for none.
+        p: Parameters, shape (np,).
+        inputs: Number of the inputs of f.
+        atol: Absolute tolerance of each state entry, shape (nx,).
+        rtol: Relative tolerance.
+    """
     nx = len(atol)
     return Record(
         Ode(
@@ -74,7 +83,7 @@ def make_ode(addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol
 def step_table(capacity: int, nx: int) -> StepTable:
     """Return a table of uninitialised steps."""
     return StepTable(
-        np.empty(capacity),
+        np.empty(capacity, np.int64),
         np.empty(capacity),
         np.empty(capacity),
         np.empty((capacity, nx)),

@@ -54,7 +54,7 @@ class ReferenceMotion(ABC):
     x: Array
 
     @property
-    def steps(self) -> tuple[NDArray[np.intp], Array, Array]:
+    def steps(self) -> tuple[NDArray[np.int64], Array, Array]:
         """Interval, begin and end in [s] of every step within which it is smooth, each (m,)."""
         return np.arange(len(self.t) - 1), self.t[:-1], self.t[1:]
 
@@ -79,9 +79,9 @@ class OdeMotion(ReferenceMotion):
     table: StepTable
 
     @property
-    def steps(self) -> tuple[NDArray[np.intp], Array, Array]:
+    def steps(self) -> tuple[NDArray[np.int64], Array, Array]:
         """Interval, begin and end in [s] of every integrator step, each of shape (m,)."""
-        return self.table.knot.astype(np.intp), self.table.begin, self.table.end
+        return self.table.knot, self.table.begin, self.table.end
 
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
         """Evaluate the motion at times, each in its own interval; shape (times, nx)."""
@@ -179,7 +179,11 @@ def _integrated(
             table = _grown(table)
         elif how != dop853.WORKED:
             raise _diverged(model, ode.held, how, float(times[k]), held[k], parameters)
-    return StepTable(*(column[: row[0]] for column in table)), ends
+    m = row[0]
+    made = StepTable(
+        table.knot[:m], table.begin[:m], table.end[:m], table.x[:m], table.coefficients[:m]
+    )
+    return made, ends
 
 
 def _ode(model: Model, scales: Array, parameters: dict[str, float]) -> Record:

@@ -16,8 +16,8 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.verification.dense_motion import DenseMotion
-from kinolab.world import CollisionChecker
+from kinolab.verification.dense_motion import SAFETY_FACTOR, SPEED_PROBES, DenseMotion
+from kinolab.world import CollisionChecker, World
 
 CONTACT_MARGIN = 1e-5  # [m] beyond the clearance, to find the closest pairs by contact
 CLEARANCE_TOLERANCE = 1e-4  # [m] by which the minimum may be missed between two samples
@@ -77,23 +77,24 @@ def least_clearance(dense: DenseMotion) -> ClearanceMargin | None:
     """Return the smallest clearance along a motion; None if there is nothing to collide with.
 
     The true minimum is smaller by at most ``CLEARANCE_TOLERANCE`` or ``RELATIVE_TOLERANCE``,
-    provided that the speed bound holds.
+    provided that the speed bound holds. The ground has a search of its own: the height of a machine
+    changes more slowly than its place, or not at all.
 
     Raises:
         TooFastError: If the motion is too fast to be sampled.
     """
-    samples = _ClearanceSamples(dense)
-    for k, time in enumerate(dense.motion.t.tolist()):  # avoids most samples in between
-        samples.at_state(time, dense.motion.x[k])
+    problem, whole = dense.problem, dense.problem.checker()
+    samples = _ClearanceSamples(dense, whole)
+    if problem.world.ground:
+        samples.checker = CollisionChecker(
+            problem.bodies, World(ground=True), cables=problem.cables
+        )
+        samples.search(samples.slopes())
+        samples.checker = problem.checker().inflated(0.0, ground=False)
+    samples.search(dense.steps.speed)
     if not math.isfinite(samples.least):
         return None
-    left = samples.at_state(float(dense.motion.t[0]), dense.motion.x[0])
-    for k, begin, end, speed in dense.steps.rows():
-        now = begin
-        while left - speed * (end - now) < samples.least - samples.overlooked:
-            now += (left - samples.least + samples.overlooked) / speed
-            left = samples.at(k, now)
-        left -= speed * (end - now)
+    samples.checker = whole
     samples.refine()
     return samples.margin()
 
@@ -102,13 +103,44 @@ class _ClearanceSamples:
     """Samples the clearance along a motion and keeps the smallest.
 
     Attributes:
+        checker: Says what the clearance is; it may be replaced.
         least: Smallest clearance so far, in [m].
     """
 
-    def __init__(self, dense: DenseMotion) -> None:
-        self._problem, self._motion = dense.problem, dense.motion
-        self._checker = dense.problem.checker()
+    def __init__(self, dense: DenseMotion, checker: CollisionChecker) -> None:
+        self._problem, self._dense, self._motion = dense.problem, dense, dense.motion
+        self.checker = checker
         self.least, self._time, self._x, self._count = math.inf, 0.0, dense.motion.x[0], 0
+
+    def search(self, slopes: Array) -> None:
+        """Sample where the clearance may be less than the smallest so far.
+
+        Args:
+            slopes: How fast the clearance may change in each integrator step, in [m/s], shape (m,).
+        """
+        motion, steps = self._motion, self._dense.steps
+        for time, x in zip(motion.t.tolist(), motion.x, strict=True):  # avoids most samples between
+            self.at_state(time, x)
+        if not math.isfinite(self.least):
+            return
+        left = self.at_state(float(motion.t[0]), motion.x[0])
+        for (k, begin, end, _), slope in zip(steps.rows(), slopes.tolist(), strict=True):
+            now = begin
+            while left - slope * (end - now) < self.least - self.overlooked:
+                now += (left - self.least + self.overlooked) / slope
+                left = self.at(k, now)
+            left -= slope * (end - now)
+
+    def slopes(self) -> Array:
+        """Return how fast the clearance changes in each integrator step, by sampling it, (m,)."""
+        steps, fraction = self._dense.steps, np.linspace(0.0, 1.0, SPEED_PROBES)
+        times = steps.begin[:, None] + (steps.end - steps.begin)[:, None] * fraction
+        each = np.repeat(steps.knots, SPEED_PROBES)
+        states = self._motion.along(each, times.ravel())
+        gaps = [self.checker.clearance(*self._problem.placement(x)) for x in states]
+        with np.errstate(invalid="ignore"):  # infinite where every body rests on the ground
+            rises = np.abs(np.diff(np.reshape(gaps, times.shape)) / np.diff(times))
+        return np.asarray(SAFETY_FACTOR * np.nan_to_num(rises).max(axis=1, initial=0.0))
 
     @property
     def overlooked(self) -> float:
@@ -123,7 +155,7 @@ class _ClearanceSamples:
 
     def at_state(self, time: float, x: Array) -> float:
         """Return the clearance at a state, and keep it if it is the smallest so far."""
-        clearance = self._checker.clearance(*self._problem.placement(x))
+        clearance = self.checker.clearance(*self._problem.placement(x))
         self._count += 1
         if clearance < self.least:
             self.least, self._time, self._x = clearance, time, x
@@ -153,5 +185,5 @@ class _ClearanceSamples:
 
     def margin(self) -> ClearanceMargin:
         """Return the smallest clearance."""
-        beside = state_clearance(self._problem, self._x, self._checker).beside
+        beside = state_clearance(self._problem, self._x, self.checker).beside
         return ClearanceMargin(self.least, self._time, beside)
