@@ -140,7 +140,9 @@ def test_a_search_that_is_always_refused_ends_at_its_time_limit(tmp_path: Path) 
     with within(100):
         found = fickle(tmp_path).solve(seed=1, bad=1.0, time_limit=1.0, optimize=False)
     assert found.status == "verification_failed"
-    assert found.refused == {"inputs": len(asked(tmp_path))}
+    assert found.refused.keys() == {"inputs"}
+    searches = len(asked(tmp_path))  # the time may be over before the last one has found anything
+    assert searches - 1 <= found.refused["inputs"] <= searches
 
 
 def test_the_user_ends_searches_that_follow_each_other(tmp_path: Path) -> None:
