@@ -136,10 +136,12 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
     step = Substep(code, acting, h * fraction, fraction, derive)
     for n in range(x.shape[0]):
         state = Dual(after[n], tangents[n if derive else 0])
-        state.tangent[:] = 0.0
         for i in range(nx):
             state.value[i] = x[n, i]
-            state.tangent[i, i] = 1.0
+        if derive:
+            state.tangent[:] = 0.0
+            for i in range(nx):
+                state.tangent[i, i] = 1.0
         refused = 0
         for part in range(code.feedback_updates * code.substeps):
             if part % code.substeps == 0:
@@ -166,13 +168,13 @@ def apply_law(step, x, u, gains):  # type: ignore[no-untyped-def]
     """
     code, acting, nx = step.code, step.u, x.value.shape[0]
     inputs, wide = acting.tangent.shape
-    for j in range(inputs):
-        for c in range(wide):
-            acting.tangent[j, c] = 0.0
+    if step.derive:
+        acting.tangent[:] = 0.0
     if code.law == 0:
         for j in range(inputs):
             acting.value[j] = u[j]
-            acting.tangent[j, nx + j] = 1.0
+            if step.derive:
+                acting.tangent[j, nx + j] = 1.0
         return 0
     at, given, p = x.value.ctypes.data, u.ctypes.data, code.p.ctypes.data
     status = call_under(code.law, at, given, p, acting.value.ctypes.data)
