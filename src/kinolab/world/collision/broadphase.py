@@ -17,7 +17,7 @@ from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry, span_all
-from kinolab.world.collision.clearance import ObstacleArrays
+from kinolab.world.collision.clearance import ObstacleArrays, clearance_at
 from kinolab.world.collision.triangle_grid import (
     Integers,
     MeshGrid,
@@ -26,6 +26,7 @@ from kinolab.world.collision.triangle_grid import (
     near_surface,
     overlap,
 )
+from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree
 from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
 from kinolab.world.support_functions import half_extent
 from kinolab.world.world import World
@@ -63,6 +64,24 @@ class BroadphaseScratch(NamedTuple):
     # (shapes * obstacles + own pairs + 1, 2): shape and obstacle of each pair that is left, for two
     # shapes of the machine (shape, obstacles + other shape)
     pairs: Integers
+    queue: Integers  # (STACK_SIZE,) boxes of triangles that wait
+    gaps: Array  # (STACK_SIZE,) to them, in [m]
+    corners: Array  # (3, 3) of a triangle
+    simplex: Array  # (9, 3)
+
+
+def broadphase_scratch(shapes: int, pairs: int) -> BroadphaseScratch:
+    """Return memory for shapes, and for pairs that are left for FCL at most."""
+    return BroadphaseScratch(
+        turns=np.zeros((shapes, 3, 3)),
+        places=np.zeros((shapes, 3)),
+        around=np.zeros((shapes, 6)),
+        pairs=np.zeros((pairs + 1, 2), dtype=np.int64),
+        queue=np.zeros(STACK_SIZE, dtype=np.int64),
+        gaps=np.zeros(STACK_SIZE),
+        corners=np.zeros((3, 3)),
+        simplex=np.zeros((9, 3)),
+    )
 
 
 class CheckerArrays(NamedTuple):
@@ -72,6 +91,7 @@ class CheckerArrays(NamedTuple):
     scene: BroadphaseScene
     grid: MeshGrid
     obstacles: ObstacleArrays
+    tree: TriangleTree
 
 
 def shape_owners(bodies: Sequence[BodyGeometry], cables: Sequence[CableGeometry]) -> list[str]:
@@ -252,4 +272,27 @@ def broadphase_rows(first, poses, ends, rows, arrays):  # type: ignore[no-untype
         left = broadphase(poses[k], arrays)
         if left != 0:
             return k, left
+    return poses.shape[0], 0
+
+
+@kernel
+def clearance_rows(first, poses, ends, rows, arrays, free):  # type: ignore[no-untyped-def]
+    """Work out clearances until there is a pose of which only FCL can say whether it is free.
+
+    Args:
+        first, poses, ends, rows, arrays: As of ``broadphase_rows``.
+        free: Of each pose in [m], 0 where it collides, shape (poses,); written.
+
+    Returns:
+        Which pose it is, the number of poses where there is none; and how many pairs are left.
+    """
+    scratch = arrays.scratch
+    for k in range(first, poses.shape[0]):
+        free[k] = 0.0
+        if span_all(ends[k], rows, arrays.scene.half, scratch.turns, scratch.places):
+            left = broadphase(poses[k], arrays)
+            if left > 0:
+                return k, left
+            if left == 0:
+                free[k] = clearance_at(arrays)
     return poses.shape[0], 0

@@ -13,16 +13,18 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
 from kinolab.world.collision.broadphase import (
-    BroadphaseScratch,
     CheckerArrays,
     broadphase,
     broadphase_rows,
+    broadphase_scratch,
+    clearance_rows,
     make_broadphase,
     shape_owners,
 )
 from kinolab.world.collision.clearance import clearance_at, obstacle_arrays
 from kinolab.world.collision.contact_report import Contact, ContactReport
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
+from kinolab.world.collision.triangle_tree import triangle_tree
 from kinolab.world.geometry import BodyGeometry, sizes
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
@@ -61,7 +63,7 @@ class CollisionChecker:
         self.world = world
         self._owners = shape_owners(bodies, cables)
         self.scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
-        self._fixed = obstacle_arrays(world)
+        self._fixed, self._tree = obstacle_arrays(world), triangle_tree(self.grid.triangles)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._obstacles = Obstacles(world.obstacles)
@@ -107,13 +109,10 @@ class CollisionChecker:
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
         shapes, obstacles = len(self._owners), self._obstacles
         most = shapes * len(obstacles) + len(self.scene.own_pairs)
-        self._scratch = BroadphaseScratch(
-            turns=np.zeros((shapes, 3, 3)),
-            places=np.zeros((shapes, 3)),
-            around=np.zeros((shapes, 6)),
-            pairs=np.zeros((most + 1, 2), dtype=np.int64),
+        self._scratch = broadphase_scratch(shapes, most)
+        self._arrays = Record(
+            CheckerArrays(self._scratch, self.scene, self.grid, self._fixed, self._tree)
         )
-        self._arrays = Record(CheckerArrays(self._scratch, self.scene, self.grid, self._fixed))
         parts = (self.bodies, self.cables, grow)
         self._narrowphase = Narrowphase(*parts, obstacles, self._scratch, half)
 
@@ -146,13 +145,7 @@ class CollisionChecker:
         Returns:
             The number of the pose; None where all are free.
         """
-        table = np.ascontiguousarray(poses, dtype=np.float64)
-        table = table.reshape(len(table), *self._shape)
-        strung = np.zeros((len(table), 0)) if ends is None else ends
-        if strung.size != 6 * len(self.cables) * len(table):
-            raise _wrong_ends(len(self.cables), len(table), strung.size)
-        strung = np.ascontiguousarray(strung, dtype=np.float64)
-        strung = strung.reshape(len(table), *self._ends_shape)
+        table, strung = self._tables(poses, ends)
         k = 0
         while k < len(table):
             k, left = broadphase_rows(k, table, strung, self._rows, self._arrays)
@@ -177,6 +170,10 @@ class CollisionChecker:
         return list(dict.fromkeys(found))
 
     def clearance(self, poses: Array, ends: Array = NO_ENDS) -> float:
+        """Return the clearance at one pose, as ``clearances`` does."""
+        return float(self.clearances(self._table(poses)[None], self._ends(ends)[None])[0])
+
+    def clearances(self, poses: Array, ends: Array | None = None) -> Array:
         """Bound from below how far every point may move before anything can touch.
 
         This is the smallest distance to an obstacle or the ground, or half the distance between
@@ -184,14 +181,35 @@ class CollisionChecker:
         cable longer than 1 m, within 1e-8 of its length) and never above it. The ground counts
         neither for bodies that rest on it nor for cables.
 
+        Args:
+            poses: A pose table each, as ``first_collision`` takes them.
+            ends: A table of ends each.
+
         Returns:
-            A distance in [m]; 0 when colliding, infinite where there is nothing to collide with.
+            Distances in [m], shape (poses,); 0 when colliding, infinite where there is nothing to
+            collide with.
         """
-        if self._touching(poses, ends):
-            return 0.0
-        beside = np.inf if self._beside is None else self._beside.clearance(poses, ends)
-        free = clearance_at(self._arrays)
-        return max(min(float(free) - self.margin, beside), 0.0)
+        table, strung = self._tables(poses, ends)
+        free, k = np.zeros(len(table)), 0
+        while k < len(table):
+            k, left = clearance_rows(k, table, strung, self._rows, self._arrays, free)
+            if k < len(table):
+                free[k] = 0.0 if self._asked(left) else clearance_at(self._arrays)
+            k += 1
+        free -= self.margin
+        if self._beside is not None:
+            free = np.minimum(free, self._beside.clearances(table, strung))
+        return np.maximum(free, 0.0)
+
+    def _tables(self, poses: Array, ends: Array | None) -> tuple[Array, Array]:
+        """Return poses and ends of several poses, (poses, bodies, 12) and (poses, cables, 6)."""
+        table = np.ascontiguousarray(poses, dtype=np.float64)
+        table = table.reshape(len(table), *self._shape)
+        strung = np.zeros((len(table), 0)) if ends is None else ends
+        if strung.size != 6 * len(self.cables) * len(table):
+            raise _wrong_ends(len(self.cables), len(table), strung.size)
+        strung = np.ascontiguousarray(strung, dtype=np.float64)
+        return table, strung.reshape(len(table), *self._ends_shape)
 
     def _table(self, poses: Array) -> Array:
         return _contiguous(poses, self._shape)
@@ -231,13 +249,15 @@ class _Beside:
         """Return the same with another margin in [m], with scratch memory of its own."""
         return _Beside(self._alone.inflated(0.0, ground=False), self._clearance, margin)
 
-    def clearance(self, poses: Array, ends: Array) -> float:
+    def clearances(self, poses: Array, ends: Array) -> Array:
         """Return how far every point may move before too little is left, in [m]; 0 or less now."""
-        return self._alone.clearance(poses, ends) - self._keep
+        return self._alone.clearances(poses, ends) - self._keep
 
     def near(self, poses: Array, ends: Array) -> bool:
         """Say whether too little is left."""
-        return self._wide.collides(poses, ends) and not self.clearance(poses, ends) > 0
+        return (
+            self._wide.collides(poses, ends) and not self._alone.clearance(poses, ends) > self._keep
+        )
 
     def first(self, poses: Array, ends: Array) -> int:
         """Return the first pose at which too little is left, their number where there is none."""

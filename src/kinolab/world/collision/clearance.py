@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.jit import allocating_kernel
-from kinolab.world.collision.gjk import Convex, box_gap, mesh_separation, separation
+from kinolab.numerics.jit import kernel
+from kinolab.world.collision.gjk import Convex, box_gap, separation_within
+from kinolab.world.collision.triangle_gaps import mesh_clearance
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
@@ -51,7 +52,7 @@ def _shape(obstacle: Obstacle) -> tuple[int, Array, Array]:
     return int(kind), half, np.column_stack(frame_in_world(*obstacle.primitive))
 
 
-@allocating_kernel
+@kernel
 def clearance_at(arrays):  # type: ignore[no-untyped-def]
     """Bound the clearance of placed shapes from below, in [m]; infinite in an empty world.
 
@@ -60,7 +61,7 @@ def clearance_at(arrays):  # type: ignore[no-untyped-def]
     Args:
         arrays: ``CheckerArrays``, as ``broadphase`` left them.
     """
-    scratch, scene, grid, fixed = arrays.scratch, arrays.scene, arrays.grid, arrays.obstacles
+    scratch, scene, fixed = arrays.scratch, arrays.scene, arrays.obstacles
     turns, places, around = scratch.turns, scratch.places, scratch.around
     kind, half, obstacle, own_pairs = scene.kind, scene.half, scene.obstacle, scene.own_pairs
     best = math.inf
@@ -69,19 +70,18 @@ def clearance_at(arrays):  # type: ignore[no-untyped-def]
         if scene.ground and not scene.rests[s]:
             best = min(best, around[s, 2] + scene.grow)
         for k in range(obstacle.shape[0]):
-            if box_gap(around[s], obstacle[k]) >= best:
+            if fixed.last[k] > 0 or box_gap(around[s], obstacle[k]) >= best:
                 continue
-            if fixed.last[k] > 0:
-                best = mesh_separation(shape, around[s], grid, fixed.first[k], fixed.last[k], best)
-            else:
-                other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
-                best = min(best, separation(shape, other))
+            other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
+            best = min(best, separation_within(shape, other, 0.0, math.inf, scratch.simplex))
+        best = mesh_clearance(shape, around[s], 0.0, best, arrays.tree, scratch)
     for k in range(own_pairs.shape[0]):
         a, b = own_pairs[k, 0], own_pairs[k, 1]
         if 0.5 * box_gap(around[a], around[b]) < best:
-            gap = separation(
+            gap = separation_within(
                 Convex(kind[a], half[a], turns[a], places[a]),
                 Convex(kind[b], half[b], turns[b], places[b]),
-            )
+                0.0, math.inf, scratch.simplex,
+            )  # fmt: skip
             best = min(best, 0.5 * gap)
     return best

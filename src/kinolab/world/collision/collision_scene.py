@@ -16,11 +16,10 @@ from kinolab.world.collision.distance_field import DistanceField
 from kinolab.world.collision.distance_field_cache import shared_distance_field
 from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
-from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
+from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree, triangle_tree
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.world import World
 
-STACK_SIZE = 64  # balls that wait at most, at a tree's depth
 CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
 
 
@@ -30,8 +29,8 @@ class Scratch(NamedTuple):
     turns: Array  # (shapes, 3, 3) of placed shapes
     places: Array  # (shapes, 3)
     around: Array  # (shapes, 6) boxes of placed shapes
-    queue: Integers  # (DEEPEST,)
-    gaps: Array  # (DEEPEST,)
+    queue: Integers  # (STACK_SIZE,)
+    gaps: Array  # (STACK_SIZE,)
     corners: Array  # (3, 3) of a triangle
     simplex: Array  # (9, 3)
 

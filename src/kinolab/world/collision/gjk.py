@@ -208,34 +208,3 @@ def box_gap(a, b):  # type: ignore[no-untyped-def]
         gap = max(a[i] - b[i + 3], b[i] - a[i + 3], 0.0)
         total += gap * gap
     return math.sqrt(total)
-
-
-@allocating_kernel
-def mesh_separation(shape, around, grid, first, last, best):  # type: ignore[no-untyped-def]
-    """Bound the gap between a shape and some triangles, if it is below ``best``.
-
-    The triangle with the nearest box goes first; most others are then farther by their boxes.
-
-    Args:
-        shape: ``Convex``.
-        around: Its box, lowest and highest x, y, z in [m], shape (6,).
-        grid: ``MeshGrid``.
-        first, last: The triangles are first ... last - 1 of it.
-        best: In [m].
-    """
-    triangles, boxes = grid.triangles, grid.boxes
-    gaps, corners, corner = np.empty(last - first), np.empty((3, 3)), np.empty(3)
-    triangle, scratch = Convex(TRIANGLE, shape.half, corners, corner), np.empty((9, 3))
-    for k in range(first, last):
-        gaps[k - first] = box_gap(around, boxes[k])
-    front = gaps.argmin() + first
-    for step in range(first - 1, last):
-        k = front if step < first else step
-        if gaps[k - first] < best and not (k == front and step >= first):
-            for i in range(9):
-                corners[i % 3, i // 3] = triangles[k, i]
-            for i in range(3):
-                corner[i] = triangles[k, i]
-            gap = separation_within(shape, triangle, 0.0, math.inf, scratch)
-            best = min(best, gap)
-    return best

@@ -20,7 +20,9 @@ def mesh_clearance(shape, box, least, within, tree, scratch):  # type: ignore[no
         shape: ``Convex``.
         box: Lowest and highest x, y, z in [m], shape (6,).
         least, within: In [m]; a gap below ``least`` is told, and not by how much.
-        tree, scratch: ``TriangleTree`` and ``Scratch``.
+        tree: ``TriangleTree``.
+        scratch: Memory with fields ``queue``, ``gaps``, ``corners`` and ``simplex``, as of
+            ``Scratch``.
     """
     best, waiting, gaps = within, scratch.queue, scratch.gaps
     if tree.boxes.shape[0] == 0:
@@ -39,7 +41,7 @@ def mesh_clearance(shape, box, least, within, tree, scratch):  # type: ignore[no
                     continue
                 gap = to_triangle(shape, tree.triangles[t], least, best, scratch)
                 best = min(best, gap)
-                if best < least or best <= TOUCHING_MARGIN:
+                if best < least:
                     return best
             continue
         one, other = tree.child[node, 0], tree.child[node, 1]

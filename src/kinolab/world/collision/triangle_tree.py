@@ -17,6 +17,7 @@ from kinolab.numerics.kd_forest import partition_median
 from kinolab.world.collision.triangle_grid import Integers
 
 LEAF_SIZE = 4  # triangles in a leaf at most
+STACK_SIZE = 64  # nodes that wait at most in a search, at a tree's depth
 
 
 class TriangleTree(NamedTuple):
