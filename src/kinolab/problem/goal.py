@@ -75,7 +75,7 @@ class DirectionTarget:
 
     def error(self, frames: Array) -> float:
         """Return the angle in [rad] between the axis and the target at poses (bodies, 12)."""
-        return angle_between(self.in_world(frames), np.asarray(self.target))
+        return float(angle_between(self.in_world(frames), np.asarray(self.target)))
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ class KeepOutCone:
         """Return the axis at poses (..., bodies, 12), shape (..., 3): linear in them."""
         return axis_in_world(self.body, self.axis, frames)
 
-    def angle(self, frames: Array) -> float:
-        """Return the angle in [rad] between the axis and the direction at poses (bodies, 12)."""
+    def angle(self, frames: Array) -> Array:
+        """Return the angle in [rad] from the direction to the axis at poses (..., bodies, 12)."""
         return angle_between(self.in_world(frames), np.asarray(self.direction))
 
 
@@ -247,6 +247,9 @@ def axis_in_world(body: int, axis: tuple[float, float, float], frames: Array) ->
     return turned
 
 
-def angle_between(a: Array, b: Array) -> float:
-    """Return the angle in [rad] between vectors (3,): sharp everywhere, as the cosine is not."""
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+def angle_between(a: Array, b: Array) -> Array:
+    """Return the angle in [rad] from a vector (3,) to others (..., 3), shape (...).
+
+    It is sharp everywhere, as the cosine is not.
+    """
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), a @ b))

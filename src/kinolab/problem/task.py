@@ -113,6 +113,10 @@ class PlanningTask:
         """
         return self._checker.inflated(margin, ground=self.world.ground)
 
+    def ground_checker(self) -> CollisionChecker:
+        """Return a new collision checker of the ground alone."""
+        return CollisionChecker(self.bodies, World(ground=True), cables=self.cables)
+
     @cached_property
     def _checker(self) -> CollisionChecker:
         """The prototype of all checkers: building the BVHs of large meshes is slow."""
@@ -163,11 +167,12 @@ class PlanningTask:
         if np.isfinite(self.rate_bounds).any():
             outside = np.logical_or(outside, _outside(self.model.velocity(x), self.rate_bounds))
         if self.world.bounds or self.keep_outs:
-            frames = self.model.frames(x).reshape(len(x), -1, 3, 4)
+            frames = self.model.frames(x)
             for axis, limits in self.world.bounds.items():
-                outside = outside | _outside(frames[:, :, "xyz".index(axis), 3], np.array([limits]))
-            for k in np.flatnonzero(~outside) if self.keep_outs else ():
-                outside[k] = any(True for _ in self.outside_world(frames[k].reshape(-1, 12)))
+                place = frames[:, :, "xyz".index(axis) * 4 + 3]
+                outside = outside | _outside(place, np.array([limits]))
+            for cone in self.keep_outs:
+                outside = outside | ~(cone.angle(frames) >= cone.half_angle - LIMIT_TOLERANCE)
         return outside
 
     def outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
@@ -177,7 +182,7 @@ class PlanningTask:
             frames: Poses of the bodies, shape (bodies, 12).
         """
         for cone in self.keep_outs:
-            angle = cone.angle(frames)
+            angle = float(cone.angle(frames))
             if not angle >= cone.half_angle - LIMIT_TOLERANCE:
                 yield f"the axis of {self.bodies[cone.body].name}", angle, cone.half_angle, np.pi
         for body, pose in zip(self.bodies, frames, strict=True):

@@ -54,7 +54,7 @@ def verify(problem: PlanningTask, trajectory: Trajectory) -> Certificate:
     context = CheckContext(problem, trajectory)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
-    return Certificate(checks, least_clearance(context.dense_motion) if free else None)
+    return Certificate(checks, least_clearance(context.clearance_search) if free else None)
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:

@@ -19,6 +19,7 @@ from kinolab.simulation.reference import (
     reference_motion,
 )
 from kinolab.trajectory import Trajectory
+from kinolab.verification.clearance_search import ClearanceSearch
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
 
 LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, in its own unit: rounding only
@@ -113,6 +114,15 @@ class CheckContext:
     def dense_motion(self) -> DenseMotion:
         """The motion with dense output between the knots."""
         return DenseMotion(self.problem, self.trajectory, self.motion)
+
+    @cached_property
+    def clearance_search(self) -> ClearanceSearch:
+        """What is known of the clearance along the motion.
+
+        Raises:
+            TooFastError: If the motion is too fast to be sampled.
+        """
+        return ClearanceSearch(self.dense_motion, self.problem.checker())
 
     @cached_property
     def error_growth(self) -> tuple[float, str]:

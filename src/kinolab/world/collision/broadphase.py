@@ -280,7 +280,9 @@ def clearance_rows(first, poses, ends, rows, arrays, free):  # type: ignore[no-u
     """Work out clearances until there is a pose of which only FCL can say whether it is free.
 
     Args:
-        first, poses, ends, rows, arrays: As of ``broadphase_rows``.
+        first: Where to begin.
+        poses, ends: Of every pose, (poses, bodies, 12) and (poses, cables, 6).
+        rows, arrays: As ``broadphase_rows`` takes them.
         free: Of each pose in [m], 0 where it collides, shape (poses,); written.
 
     Returns:
