@@ -68,6 +68,12 @@ class StepSensitivities:
         self._code = _code(model, method, substeps, acts)
         self._coarse = _code(model, method, derived, acts) if derived else self._code
 
+    @property
+    def evaluations(self) -> int:
+        """How often a step with derivatives evaluates the equations of motion."""
+        code = self._coarse.held
+        return int(code.feedback_updates * code.substeps * code.stages)
+
     def after(self, x: Array, u: Array, h: float) -> Array:
         """Return where every step leads, shape (N, nx); NaN where it fails.
 

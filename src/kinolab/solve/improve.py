@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import count
 from typing import TypeVar
 
@@ -16,30 +15,33 @@ import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
+from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import judging, motion
 from kinolab.solve.plan import REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE, rank
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import is_long, make_exact, shorten
+from kinolab.trajopt import is_long, make_exact, shortened
 from kinolab.verification import verify
 
 T = TypeVar("T")
 
 SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alone had missed."
-# subproblems that replace a second of time where runs must be reproducible
-SUBPROBLEMS_PER_SECOND = 40
-# of the remaining time, for one round of shortening; each is verified before the next
-SHORTENING_FRACTION = 0.7
-# of the improvement time, to make a long motion exact before it is shortened
+# of the improvement's work, to make a motion exact before it is shortened
 EXACTNESS_FRACTION = 0.25
-# of the improvement time: verification up to this long may precede shortening
-VERIFICATION_FRACTION = 0.2
 MIN_GAIN = 1e-3  # fraction of the duration that justifies another round
-# of the remaining search time, for repairing a motion that the verifier rejects
-REPAIR_TIME_FRACTION = 0.25
+VERIFIED_GAIN = 0.03  # the same for a verification while more is to come
+MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are tried
+# of the time limit, for repairing a motion that the verifier rejects
+REPAIR_TIME_FRACTION = 0.1
 MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
+PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, on a busy computer
+# What these take on an idle computer, as ``charge`` counts it
+VERIFICATION_SECONDS = 4e-4  # [s] for each knot
+ITERATION_SECONDS = 1.5e-4  # [s] of a search
+# Further searches may each take this many times the first one's iterations, and some more.
+SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 
 
 @dataclass
@@ -80,17 +82,16 @@ class Incumbent:
         except (KinolabError, ArithmeticError):
             return None  # there is a plan already
 
+    def beaten_by(self, trajectory: Trajectory, gain: float = 0.0) -> bool:
+        """Say whether a motion would improve on the best, by a fraction of the time if alike."""
+        new, old = rank(self._with(trajectory)), rank(self.best)
+        return new < old and (new[:2] < old[:2] or new[2] < (1 - gain) * old[2])
+
     def take(self, trajectory: Trajectory, by: str) -> bool:
         """Verify a motion that would improve on the best; return whether it is kept."""
-        found = replace(
-            self.best,
-            status="solved",
-            trajectory=trajectory,
-            goal_distance=self.problem.goal_distance(trajectory.x[-1]),
-            message=self.best.message if self.best.status == "solved" else SEARCHED_ALONE,
-        )
-        certificate = None
+        found, certificate = self._with(trajectory), None
         if rank(found) < rank(self.best):
+            charge(VERIFICATION_SECONDS * len(trajectory.t))
             with judging:  # may block for a while
                 if not self.cancelled():
                     certificate = self.budget.breaking(lambda: verify(self.problem, trajectory))
@@ -111,6 +112,16 @@ class Incumbent:
             statistics={**self.best.statistics, **(statistics or {})},
             interrupted=self.best.interrupted or self.budget.interrupted,
             improvements=tuple(self.improvements),
+        )
+
+    def _with(self, trajectory: Trajectory) -> PlanResult:
+        """Return the best plan with another motion, as if that were verified."""
+        return replace(
+            self.best,
+            status="solved",
+            trajectory=trajectory,
+            goal_distance=self.problem.goal_distance(trajectory.x[-1]),
+            message=self.best.message if self.best.status == "solved" else SEARCHED_ALONE,
         )
 
     def _keep(self, found: PlanResult, by: str) -> None:
@@ -191,96 +202,91 @@ class PlanImprover:
         A rejected motion is repaired if possible; otherwise the caller searches again.
         """
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
-        seconds = self._seconds
+        seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
-            seconds = min(
-                seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * (limit - incumbent.time()))
-            )
-        end = incumbent.time() + seconds
-        most = None
-        if self.request.max_iterations is not None:
-            most, end = math.ceil(SUBPROBLEMS_PER_SECOND * self._seconds), max(end, limit)
-        begun = incumbent.time()
-        remaining = Budget(
-            end - begun,
-            most,
-            started=begun,
-            clock=incumbent.time,
-            cancelled=incumbent.cancelled,
-        )
-        self._refine(incumbent, first, remaining)
-        unmended = refused and incumbent.best.status == REFUSED
-        if remaining.max_iterations is not None or self.request.anytime or unmended:
-            return 0
-        return self._search_again(incumbent, first, remaining)
+            seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
+        patience = PATIENCE * seconds
+        if self.request.max_iterations is None:  # a plan found late is not improved for long
+            patience = min(patience, max(limit - begun, seconds))
+
+        def cancelled() -> bool:
+            return incumbent.cancelled() or incumbent.time() - begun > patience
+
+        with counted_work() as work:
+            remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
+            self._refine(incumbent, first, remaining)
+            unmended = refused and incumbent.best.status == REFUSED
+            if self.request.anytime or unmended:
+                return 0
+            return self._search_again(incumbent, first, remaining)
 
     def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
-        """Make a motion exact, then shorten it while time remains."""
-        long = is_long(self.problem, given)
-        exact = self._exact(
-            incumbent, given, remaining.fraction(EXACTNESS_FRACTION if long else 1.0)
-        )
-        # A plan found late is still made exact, but not shortened.
-        limit = self.request.time_limit - remaining.started
-        remaining.time_limit = min(remaining.time_limit, limit)
-        at_once = exact is not None and (
-            remaining.max_iterations is not None or self._verified_soon(incumbent.best)
-        )
-        if exact is not None and at_once:
-            incumbent.take(exact, "repair")
-        shortest = self._shortened(incumbent, exact or given, remaining)
-        if exact is None and long and self.problem.goal_distance(shortest.x[-1]) > CENTRE_TOLERANCE:
-            exact = shortest = self._exact(incumbent, shortest, remaining.fraction()) or shortest
-            at_once = False
-        if exact is not None and shortest is exact and not at_once:
-            incumbent.take(exact, "repair")
+        """Shorten a motion and make it exact: what is long and verified first loses its detours."""
+        shortest, solved = given, incumbent.best.status == "solved"
+        if not (solved and is_long(self.problem, given)):
+            shortest = self._exact(incumbent, given, remaining, given)
+        while not remaining.over:
+            before = shortest
+            shortest = self._shortened(incumbent, before, remaining)
+            if not shortest.duration < (1 - MIN_GAIN) * before.duration:
+                break
+        if self.problem.goal_distance(shortest.x[-1]) > CENTRE_TOLERANCE:
+            self._exact(incumbent, shortest, remaining, given)
         self._learn(incumbent, given.duration / shortest.duration)
 
     def _exact(
-        self, incumbent: Incumbent, given: Trajectory, spent: Callable[[], float]
-    ) -> Trajectory | None:
-        return incumbent.tried(lambda: make_exact(self.problem, given, lambda: spent() >= 1.0))
-
-    def _verified_soon(self, best: PlanResult) -> bool:
-        """Say whether verification is fast enough to precede shortening."""
-        return (
-            best.status != "solved"
-            or best.timings.get("verify", 0.0) <= VERIFICATION_FRACTION * self._seconds
-        )
+        self, incumbent: Incumbent, motion: Trajectory, remaining: Budget, given: Trajectory
+    ) -> Trajectory:
+        """Return a motion into the goal's centre, or the same one."""
+        part = EXACTNESS_FRACTION if is_long(self.problem, given) else 1.0
+        spent = remaining.fraction(part)
+        exact = incumbent.tried(lambda: make_exact(self.problem, motion, lambda: spent() >= 1.0))
+        if exact is None:
+            return motion
+        incumbent.take(exact, "repair")
+        return exact
 
     def _shortened(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> Trajectory:
-        """Return the shortest verified motion derived from the given one, or that one itself.
+        """Return the shortest motion derived from the given one, or that one itself.
 
-        If verification is too slow for a second round, the first one gets all the time.
+        Those that are better than the best plan are verified on the way.
         """
-        part = SHORTENING_FRACTION if self._verified_soon(incumbent.best) else 1.0
-        while not remaining.over:
-            shorter = incumbent.tried(
-                partial(shorten, self.problem, given, remaining.fraction(part))
-            )
-            if shorter is None or not shorter.duration < given.duration:
+        motions = shortened(self.problem, given, remaining.fraction())
+        best, refusals = given, 0
+        while refusals < MAX_REFUSALS:
+            motion = incumbent.tried(lambda: next(motions, None))
+            if motion is None:
                 break
-            if not incumbent.take(shorter, "shorten"):
-                break
-            worth_another = shorter.duration < given.duration * (1 - MIN_GAIN)
-            given = shorter
-            if not worth_another:
-                break
-        return given
+            if not incumbent.beaten_by(motion, VERIFIED_GAIN) or incumbent.take(motion, "shorten"):
+                best = motion
+            else:
+                refusals += 1
+        if incumbent.beaten_by(best):
+            incumbent.take(best, "shorten")
+        return best
 
     def _search_again(self, incumbent: Incumbent, first: Trajectory, remaining: Budget) -> int:
         """Search for motions that may become shorter; return the number of searches."""
         seed, last = incumbent.best.seed, first
+        most = SEARCH_FACTOR * incumbent.best.iterations + MORE_ITERATIONS
         for k in count(1):
-            if remaining.unspent < incumbent.budget.prepared or remaining.over:
+            affordable = int(remaining.unspent / ITERATION_SECONDS)
+            if remaining.over or affordable < incumbent.best.iterations:
                 return k - 1
-            budget = Budget(remaining.unspent, improve=0.0, below=self._shortest)
+            budget = Budget(
+                PATIENCE * self._seconds,
+                min(most, affordable),
+                improve=0.0,
+                below=self._shortest,
+                cancelled=remaining.cancelled,
+            )
             if self.watch:
                 self.watch(budget)
             if incumbent.cancelled():
                 return k - 1  # interrupted before this budget was registered
             incumbent.budget = budget
             found = motion(self.problem, self.searcher, stream(seed, k), budget)
+            charge(ITERATION_SECONDS * max(budget.iterations, MORE_ITERATIONS))
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -17,6 +18,18 @@ from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.steering.maneuver import Maneuver
 
 MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
+
+
+class SampledPath(ABC):
+    """A path that is known by samples, and can be looked at without more."""
+
+    @abstractmethod
+    def __call__(self, s: Array, rate: Array, slope: Array) -> Array:
+        """Return the coordinates at path parameters s (m,), shape (m, coordinates)."""
+
+    @abstractmethod
+    def sampled(self, s: Array) -> Array:
+        """Return the coordinates at path parameters s (m,), roughly, shape (m, coordinates)."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +147,11 @@ class PathMotion:
         shares = np.linspace(0.0, 1.0, count)
         shares = shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
         states = np.tile(start, (count, 1))
-        states[:, self._known] = path(shares, np.zeros(count), np.zeros(count))
+        states[:, self._known] = (
+            path.sampled(shares)
+            if isinstance(path, SampledPath)
+            else path(shares, np.zeros(count), np.zeros(count))
+        )
         return states
 
     def follow(self, path: Path, start: Array) -> Maneuver | None:

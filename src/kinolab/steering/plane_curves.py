@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,7 @@ from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.steering.path_motion import Path
+from kinolab.steering.path_motion import Path, SampledPath
 from kinolab.steering.reeds_shepp import Arc, arcs
 
 CURVE_SAMPLES = 120  # of a smooth curve
@@ -118,7 +119,7 @@ class PlanePaths:
         self, ends: Array, tangents: Array, begin: Pose, end: Pose, gear: float
     ) -> Path | None:
         """Return the quintic curve by arc length; None if too sharp or if the steering jumps."""
-        point, slope, bend = _hermite(ends, tangents, np.linspace(0.0, 1.0, CURVE_SAMPLES))
+        point, slope, bend = _hermite(ends, tangents)
         speed = np.hypot(*slope.T)
         curvature = gear * (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / speed**3
         if not (np.abs(curvature) <= CURVATURE_FRACTION * self._sharpest).all():
@@ -130,7 +131,7 @@ class PlanePaths:
         if off.max(initial=0.0) > MIN_LENGTH:
             return None  # the steering would have to jump
         gone = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
-        return _along(gone / gone[-1], np.column_stack([point, heading, steered]))
+        return _Curve(gone / gone[-1], np.column_stack([point, heading, steered]))
 
     def _steered(self, curvature: Array) -> Array:
         values = {
@@ -185,26 +186,49 @@ def _sharpest(problem: PlanningTask, flat: PlaneCurves) -> float:
     return float(curvatures[possible].max(initial=1e-3))
 
 
-def _hermite(ends: Array, tangents: Array, s: Array) -> tuple[Array, Array, Array]:
-    """Evaluate a quintic with zero second derivative at both ends, and two derivatives, at s (m,).
+def _hermite(ends: Array, tangents: Array) -> tuple[Array, Array, Array]:
+    """Evaluate a quintic with zero second derivative at both ends, and two derivatives.
 
-    ``ends`` and ``tangents`` have shape (2, 2), each result (m, 2).
+    ``ends`` and ``tangents`` have shape (2, 2), each result (CURVE_SAMPLES, 2).
     """
+    weights = np.vstack([ends, tangents])
+    point, slope, bend = (table @ weights for table in _hermite_basis())
+    return point, slope, bend
+
+
+@cache
+def _hermite_basis() -> tuple[Array, Array, Array]:
+    """Return the basis functions and two derivatives at even samples, (CURVE_SAMPLES, 4) each."""
     basis = np.array(
         [[1, 0, 0, -10, 15, -6], [0, 0, 0, 10, -15, 6], [0, 1, 0, -6, 8, -3], [0, 0, 0, -4, 7, -3]],
         dtype=float,
     )
-    weights = np.vstack([ends, tangents])
-    powers = np.vander(s, 6, increasing=True)
-    first = np.column_stack([np.zeros_like(s), *((k + 1) * powers[:, k] for k in range(5))])
-    second = np.column_stack([np.zeros_like(s), *((k + 1) * first[:, k] for k in range(5))])
-    point, slope, bend = (table @ basis.T @ weights for table in (powers, first, second))
-    return point, slope, bend
+    powers = np.vander(np.linspace(0.0, 1.0, CURVE_SAMPLES), 6, increasing=True)
+    first = np.column_stack([np.zeros(CURVE_SAMPLES), *((k + 1) * powers[:, k] for k in range(5))])
+    second = np.column_stack([np.zeros(CURVE_SAMPLES), *((k + 1) * first[:, k] for k in range(5))])
+    return powers @ basis.T, first @ basis.T, second @ basis.T
 
 
-def _along(fraction: Array, coordinates: Array) -> Path:
-    spline = CubicSpline(fraction, coordinates)
-    return lambda s, _rate, _slope: spline(s)
+class _Curve(SampledPath):
+    """Coordinates between samples at fractions of the arc length."""
+
+    def __init__(self, fraction: Array, coordinates: Array) -> None:
+        self._fraction, self._coordinates = fraction, coordinates
+
+    def __call__(self, s: Array, _rate: Array, _slope: Array) -> Array:
+        """Return the coordinates at fractions s (m,), twice differentiable."""
+        return np.asarray(self._spline(s))
+
+    def sampled(self, s: Array) -> Array:
+        """Return the coordinates at fractions s (m,), by straight lines between samples.
+
+        Most curves are only looked at, to see that something is in the way.
+        """
+        return np.column_stack([np.interp(s, self._fraction, c) for c in self._coordinates.T])
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self._fraction, self._coordinates)
 
 
 def _straight(begin: Pose, end: Pose) -> Path:

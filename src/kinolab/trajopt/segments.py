@@ -9,7 +9,7 @@ while they succeed, and shrink where inputs held constant for that long fail.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -210,8 +210,8 @@ class SlidingWindow:
         self._segments, self._step = segments, segments.problem.step
         self._held, self._sweeps = SHORT.steps_per_knot, 0
 
-    def sweep(self, motion: Trajectory) -> Trajectory:
-        """Return a shorter motion, or the same one."""
+    def sweep(self, motion: Trajectory) -> Iterator[Trajectory]:
+        """Sweep once; yield a motion with one faster segment, with two, and so on."""
         begin, fraction = 0, 0.5 if self._sweeps % 2 else 1.0
         knots = SHORT.window_knots[min(self._sweeps, len(SHORT.window_knots) - 1)]
         self._sweeps += 1
@@ -221,13 +221,13 @@ class SlidingWindow:
             segment = self._segments.quicker(given, knots, last=last)
             if segment is not None:
                 motion = motion.with_piece(begin, end, segment, self._segments.space)
+                yield motion
                 begin, fraction = begin + len(segment.u), 1.0
                 self._held = min(SHORT.window_growth * self._held, SHORT.max_steps_per_knot)
             elif self._held > SHORT.min_steps_per_knot:
                 self._held = max(SHORT.window_shrinkage * self._held, SHORT.min_steps_per_knot)
             else:
                 begin, fraction = end, 1.0
-        return motion
 
     def _end(self, motion: Trajectory, begin: int, length: float) -> int:
         """Return the end index of a segment of about a length in [s]."""

@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
 from kinolab.simulation.sensitivities import StepSensitivities
@@ -173,12 +174,15 @@ class MultipleShooting:
         """Return the linearisation; ``reach`` is the largest scaled step it will be used for."""
         after, tangents = self._map.linearized(knots.x, knots.u, knots.h)
         rows = stack([part.rows(at, reach) for part, at in self._samples(knots)])
+        steps, size = len(knots.u), self._map.evaluations * knots.x.shape[1]
+        charge(1.5e-3 + steps * (1e-5 * self._pieces + 4e-7 * size) + 6e-6 * len(rows.knot))
         end = knots.x[-1]
         miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
 
     def violation(self, knots: Knots) -> tuple[float, float, float]:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
+        charge(7e-4 + 8e-6 * len(knots.u) * self._pieces)
         after = self._map.after(knots.x, knots.u, knots.h)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
         short = sum(part.violation(at) for part, at in self._samples(knots))

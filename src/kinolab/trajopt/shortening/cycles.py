@@ -23,8 +23,8 @@ from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments, straight
 
 
-def without_cycles(segments: Segments, motion: Trajectory) -> Trajectory:
-    """Return a shorter motion without loops, or the same one.
+def cycles_removed(segments: Segments, motion: Trajectory) -> Iterator[Trajectory]:
+    """Yield a motion without one loop, without two, and so on.
 
     Args:
         segments: Turns guesses into feasible segments.
@@ -35,7 +35,7 @@ def without_cycles(segments: Segments, motion: Trajectory) -> Trajectory:
         if shorter is None:
             break
         motion = shorter
-    return motion
+        yield motion
 
 
 def _without_one(segments: Segments, motion: Trajectory) -> Trajectory | None:

@@ -14,6 +14,7 @@ from itertools import combinations, cycle
 import numpy as np
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import PathMotion
@@ -32,17 +33,17 @@ class Shortcuts:
         self._segments, self._samples = segments, cycle(SHORT.shortcut_samples)
         self._guesses = ConnectionGuesses(segments.problem)
 
-    def with_shortcuts(self, motion: Trajectory) -> Trajectory:
-        """Return a shorter motion, or the same one."""
+    def taken(self, motion: Trajectory) -> Iterator[Trajectory]:
+        """Yield a motion with one shortcut, with two, and so on."""
         while not self._segments.cancelled():
             shorter = self._once(motion)
             if shorter is None:
                 break
             little = shorter.duration > (1 - SHORT.small_gain) * motion.duration
             motion = shorter
+            yield motion
             if little:
                 break
-        return motion
 
     def _once(self, motion: Trajectory) -> Trajectory | None:
         """Return a motion with one more shortcut, or None."""
@@ -110,6 +111,7 @@ class ConnectionGuesses:
             end: End state, shape (nx,).
             knots: Maximum number of knots.
         """
+        charge(2e-3 if self._curves is not None else 4e-4)
         path = straight(self._problem, begin, end)
         if self._curves is not None:
             yield from self._along_curves(path, knots)

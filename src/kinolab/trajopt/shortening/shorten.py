@@ -7,10 +7,11 @@ rounds of shortcuts, cycle removal and minimum-time segments.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from kinolab.cancel import throttled
+from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
@@ -24,7 +25,7 @@ from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
-from kinolab.trajopt.shortening.cycles import without_cycles
+from kinolab.trajopt.shortening.cycles import cycles_removed
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
@@ -37,12 +38,33 @@ def shorten(
     Args:
         problem: The problem that the trajectory solves.
         trajectory: Exact or not; a shorter result is exact.
-        seconds: Budget of thread time in [s]; or a function that returns the fraction of the budget
-            spent, called before each subproblem.
+        seconds: Budget in [s] of work, which an idle computer takes about; or a function that
+            returns the fraction of the budget spent, called before each subproblem.
     """
-    if isinstance(seconds, int | float):
-        seconds = Budget(seconds, clock=time.thread_time).fraction()
-    spent: Callable[[], float] = seconds
+    with counted_work() as work:
+        if isinstance(seconds, int | float):
+            seconds = Budget(seconds, clock=lambda: work.seconds).fraction()
+        exact = trajectory
+        for short in shortened(problem, trajectory, seconds):
+            if short.duration < trajectory.duration and (
+                meets_centre(problem, short.x[-1]) or not meets_centre(problem, trajectory.x[-1])
+            ):
+                exact = short
+    return exact
+
+
+def shortened(
+    problem: PlanningTask, trajectory: Trajectory, spent: Callable[[], float]
+) -> Iterator[Trajectory]:
+    """Yield shorter and shorter motions, each as soon as there is one.
+
+    The last one ends in the goal's centre, if such a motion is found.
+
+    Args:
+        problem: The problem that the trajectory solves.
+        trajectory: Exact or not.
+        spent: Returns the fraction of the budget spent; called before each subproblem.
+    """
 
     def cancelled() -> bool:
         return spent() >= SHORT.first_try_budget
@@ -51,58 +73,78 @@ def shorten(
         return spent() >= 1.0
 
     if not len(trajectory.inputs):
-        return trajectory
-    if is_long(problem, trajectory):
+        return
+    if is_long(problem, trajectory) and is_motion(problem, trajectory):
         exact = meets_centre(problem, trajectory.x[-1])
         budget = SHORT.segment_budget if exact else SHORT.inexact_segment_budget
         enough = throttled(lambda: spent() >= budget, SHORT.segment_subproblems)
         at_all = throttled(over, SHORT.segment_subproblems)
-        trajectory = _shorten_segments(problem, trajectory, enough, at_all)
+        for short in _shortened_segments(problem, trajectory, enough, at_all):
+            trajectory = short
+            yield short
         if cancelled():
-            return trajectory
-    return _shorten_whole(problem, trajectory, cancelled, over)
+            return
+    whole = _shorten_whole(problem, trajectory, cancelled, over)
+    if whole is not trajectory:
+        yield whole
 
 
-def _shorten_segments(
+def _shortened_segments(
     problem: PlanningTask,
     given: Trajectory,
     cancelled: Callable[[], bool],
     over: Callable[[], bool],
-) -> Trajectory:
-    """Shorten a long motion segment by segment; return the given one if that fails.
-
-    The result ends in the goal's centre, unless the given motion does not and no exact one is
-    found: then it ends somewhere in the goal.
+) -> Iterator[Trajectory]:
+    """Shorten a long motion segment by segment; yield what is gained when it is.
 
     Args:
         problem: The problem that the motion solves.
-        given: A dynamically feasible motion; others are returned unchanged.
+        given: A dynamically feasible motion.
         cancelled: Whether to stop shortening.
         over: Whether to stop making the shorter motion exact.
     """
-    segments, short = Segments(problem, SHORT.segment_clearances[0], cancelled), given
-    if not is_motion(problem, given):
-        return given
-    shortcuts, windows = Shortcuts(segments), SlidingWindow(segments)
-    while not cancelled():
-        before = short.duration
-        short = windows.sweep(without_cycles(segments, shortcuts.with_shortcuts(short)))
-        if short.duration > (1 - SHORT.min_sweep_gain) * before:
-            break
-    if not short.duration < given.duration:
-        return given
+    segments, short, last = Segments(problem, SHORT.segment_clearances[0], cancelled), given, given
+    for short in _cut(segments, given):
+        motion = _simulated(segments.task, short)
+        if motion is not None and motion.duration < (1 - SHORT.min_round_gain) * last.duration:
+            last = motion
+            yield motion
+    if short is given or (meets_centre(problem, last.x[-1]) and last.duration <= short.duration):
+        return
     try:
         motion = resimulate(problem, short.t, short.inputs)
     except DivergedError:
-        return given
+        return
     exact = connect_to_goal(problem, motion, over)
-    if (
-        exact is None
-        and not meets_centre(problem, given.x[-1])
-        and satisfies_all_at_knots(segments.task, motion)
+    if exact is not None and (
+        exact.duration < last.duration or not meets_centre(problem, last.x[-1])
     ):
-        exact = motion
-    return exact if exact is not None and exact.duration < given.duration else given
+        yield exact
+
+
+def _cut(segments: Segments, given: Trajectory) -> Iterator[Trajectory]:
+    """Yield a motion with ever more shortcuts, without loops and with faster segments.
+
+    Where segments join, there may be small defects.
+    """
+    shortcuts, windows, short = Shortcuts(segments), SlidingWindow(segments), given
+    while not segments.cancelled():
+        before = short.duration
+        for cut in (shortcuts.taken, partial(cycles_removed, segments), windows.sweep):
+            for shorter in cut(short):
+                short = shorter
+                yield short
+        if short.duration > (1 - SHORT.min_sweep_gain) * before:
+            break
+
+
+def _simulated(task: TrajectoryProblem, spliced: Trajectory) -> Trajectory | None:
+    """Return the true motion under the same inputs; None if it misses the goal."""
+    try:
+        motion = resimulate(task.problem, spliced.t, spliced.inputs)
+    except DivergedError:
+        return None
+    return motion if satisfies_all_at_knots(task, motion) else None
 
 
 def _shorten_whole(

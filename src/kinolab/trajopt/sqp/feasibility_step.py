@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.block_banded import BlockBandedSystem, transposed
+from kinolab.numerics.work import charge
 from kinolab.trajopt.nlp.decision import Scaling
 from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
@@ -57,6 +58,7 @@ def feasibility_step(given: Subproblem) -> Step | None:
     program = _Program(given)
     guess = program.first()
     for count in range(SQP.max_active_sets):
+        charge(3e-4 + 1e-7 * program.size)
         found = program.solved(guess)
         if found is None:
             return None
@@ -79,6 +81,7 @@ class _Program:
         )
         self._equations = _equations(linearization, given.scaling)
         self._broken = given.rows.value < 0
+        self.size = self._w.size * self._w.shape[1]  # which tells how long a solution takes
         self._margins = _margins(given.rows, given.scaling)
 
     def first(self) -> ActiveSet:

@@ -17,6 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.work import charge
 from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
 from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
@@ -52,6 +53,8 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     settings.eps_duality_gap_abs = max(SQP.optimality_tolerance * worst, accuracy)
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
+    size, made = steps * (nx + nu) ** 2, int(solver.result.info.iter)
+    charge(1.5e-3 + made * (3.5e-8 * size + 8e-7 * len(rows.knot)))
     if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
         return None
     z = np.asarray(solver.result.x)
@@ -60,7 +63,7 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     z = np.clip(z, lower, upper)
     predicted = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
     x, u, h = z[columns.x], z[columns.u], float(z[columns.h])
-    return given.step(x, u, h, predicted, int(solver.result.info.iter))
+    return given.step(x, u, h, predicted, made)
 
 
 class _Columns:

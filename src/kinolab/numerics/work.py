@@ -1,0 +1,49 @@
+"""A clock of work instead of time: the same seed gets as far on a busy computer as on an idle one.
+
+Long computations charge what they take on an idle computer, by rules fitted to the scenarios that
+come with kinolab (least squares over 6000 subproblems of 15 machines; one core of an AMD EPYC of
+2023). They hold within a factor of two or so, which matters little: a budget need not be exact, but
+the same every time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+
+@dataclass
+class WorkClock:
+    """Work done so far.
+
+    Attributes:
+        seconds: What it takes on an idle computer, about, in [s].
+    """
+
+    seconds: float = 0.0
+
+
+_running: ContextVar[tuple[WorkClock, ...]] = ContextVar("running", default=())
+
+
+@contextmanager
+def counted_work() -> Iterator[WorkClock]:
+    """Count the work done inside the context, in this thread."""
+    clock = WorkClock()
+    before = _running.set((*_running.get(), clock))
+    try:
+        yield clock
+    finally:
+        _running.reset(before)
+
+
+def charge(seconds: float) -> None:
+    """Count some work on every clock that runs.
+
+    Args:
+        seconds: What it takes on an idle computer, in [s]: told by sizes, never measured.
+    """
+    for clock in _running.get():
+        clock.seconds += seconds
