@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,11 +17,11 @@ from kinolab.problem import PlanningTask
 from kinolab.runs import check_run, write_run
 from kinolab.search import Budget
 from kinolab.solve import PlanResult, improve, make_planner
-from kinolab.solve.improve import PlanImprover
+from kinolab.solve.improve import PATIENCE, PlanImprover
 from kinolab.solve.plan import Request
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import make_exact as true_repair
-from kinolab.trajopt import shorten as true_shorten
+from kinolab.trajopt import shortened as true_shortened
 from tests.planners.test_planners import bits
 from tests.support import WALL, coin_after, plan, problem_of
 
@@ -125,11 +125,13 @@ def test_a_plan_ends_exactly_in_the_goal_and_is_never_longer_than_the_raw_one(
 def test_the_improvements_tell_how_it_came_about(solved: Both) -> None:
     first, *later = solved.found.improvements
     assert (first.by, first.duration) == ("search", solved.raw.cost)
-    assert {one.by for one in later} == {"repair", "shorten"}
-    assert all(one.goal_distance < EXACT for one in later)
+    assert {one.by for one in later} <= {"repair", "shorten"}
+    ranks = [(one.goal_distance >= EXACT, one.duration) for one in (first, *later)]
+    assert ranks == sorted(set(ranks), reverse=True)  # each is exact at last, or shorter
+    assert later[-1].goal_distance < EXACT
     times = [one.after for one in (first, *later)]
     assert times == sorted(times)
-    assert min(one.duration for one in later) == solved.found.cost
+    assert later[-1].duration == solved.found.cost
 
 
 def test_whole_steps_stay_whole(driven: Both) -> None:
@@ -181,14 +183,14 @@ def test_improving_for_no_time_is_no_optimisation(driven: Both, tmp_path: Path) 
     assert bits(never.solve(seed=1, max_iterations=MOST)) == bits(driven.raw)
 
 
-def test_a_repair_that_fails_leaves_the_raw_plan(
+def test_a_repair_that_fails_leaves_what_was_searched(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replaced(monkeypatch, "make_exact", lambda *_: None)
-    replaced(monkeypatch, "shorten", lambda _problem, given, _spent: given)
+    replaced(monkeypatch, "shortened", lambda *_: iter(()))
     found = driven.problem.solve(seed=1, max_iterations=MOST)
-    assert bits(found) == bits(driven.raw)
-    assert (found.status, made_by(found)) == ("solved", ["search"])
+    assert (found.status, set(made_by(found))) == ("solved", {"search"})
+    assert found.improvements[0].duration == driven.raw.cost >= trajectory_of(found).duration
 
 
 def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
@@ -208,11 +210,11 @@ def test_what_the_verifier_refuses_is_discarded(
         half = len(given.u) // 2
         return replace(given, t=given.t[: half + 1], x=given.x[-half - 1 :], u=given.u[-half:])
 
-    for name in ("make_exact", "shorten"):
-        replaced(monkeypatch, name, lying)
+    replaced(monkeypatch, "make_exact", lying)
+    replaced(monkeypatch, "shortened", lambda *given: iter([lying(*given)]))
     found = driven.problem.solve(seed=1, max_iterations=MOST)
-    assert bits(found) == bits(driven.raw)
-    assert made_by(found) == ["search"]
+    assert set(made_by(found)) == {"search"}
+    assert kinolab.verify(driven.problem, trajectory_of(found)).passed
 
 
 def test_a_planner_leaves_the_time_to_the_optimiser(drive: PlanningTask) -> None:
@@ -258,16 +260,29 @@ def test_a_plan_that_is_found_late_is_made_exact_and_no_more(
     assert late.cost == driven.raw.cost
 
 
-def test_time_that_is_left_is_searched_again_and_no_longer_than_it_lasts(driven: Both) -> None:
-    budgets: list[Budget] = []
-    again = improver(driven.problem, 100.0, None, 0.004)
-    again.watch = budgets.append
-    found = again.plan(driven.raw, Budget(100.0))
+def test_work_that_is_left_is_for_further_searches(driven: Both) -> None:
+    found = improver(driven.problem, 100.0, None, 0.0).plan(driven.raw, Budget(100.0))
     assert found.statistics["further_searches"] > 0
     assert found.seed == driven.raw.seed
     assert trajectory_of(found).duration < trajectory_of(driven.raw).duration
-    unused = max(budget.prepared for budget in budgets)  # [s]: too few to begin another search
-    assert 2.0 - unused <= found.timings["improve"] <= 2.2  # [s] by that clock
+
+
+def test_a_busy_computer_gives_the_same_bits_as_an_idle_one(solved: Both) -> None:
+    """The budget is work; all that a slow clock may do is to say that it takes long."""
+    idle, busy = (
+        improver(solved.problem, 100.0, None, tick).plan(solved.raw, Budget(100.0))
+        for tick in (0.0, 0.001)
+    )
+    assert idle.timings["improve"] < busy.timings["improve"]
+    assert bits(idle) == bits(busy)
+    assert made_by(idle) == made_by(busy)
+
+
+def test_a_computer_that_is_hopelessly_slow_stops_in_time(driven: Both) -> None:
+    slow = improver(driven.problem, 100.0, None, 0.5)
+    found = slow.plan(driven.raw, Budget(100.0))
+    assert found.status == "solved"
+    assert found.timings["improve"] <= PATIENCE * 2.0 + 3.0  # [s] by that clock
 
 
 def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
@@ -276,16 +291,18 @@ def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
     budgets: list[Budget] = []
     after = 0
 
-    def pressed(problem: PlanningTask, given: Trajectory, spent: Callable[[], float]) -> Trajectory:
+    def pressed(
+        problem: PlanningTask, given: Trajectory, spent: Callable[[], float]
+    ) -> Iterator[Trajectory]:
         def share() -> float:
             nonlocal after
             after += budgets[-1].interrupted
             budgets[-1].end()
             return spent()
 
-        return true_shorten(problem, given, share)
+        return true_shortened(problem, given, share)
 
-    replaced(monkeypatch, "shorten", pressed)
+    replaced(monkeypatch, "shortened", pressed)
     found = drive.solve(seed=1, max_iterations=MOST, watch=budgets.append)
     assert (found.status, found.interrupted, found.exit_code) == ("solved", True, 130)
     assert made_by(found) == ["search", "repair"]

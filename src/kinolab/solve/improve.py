@@ -205,15 +205,17 @@ class PlanImprover:
         seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
             seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
-        patience = PATIENCE * seconds
-        if self.request.max_iterations is None:  # a plan found late is not improved for long
-            patience = min(patience, max(limit - begun, seconds))
+        patience = min(PATIENCE * seconds, limit - begun)
 
         def cancelled() -> bool:
             return incumbent.cancelled() or incumbent.time() - begun > patience
 
         with counted_work() as work:
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
+            if patience <= 0.0:  # a plan found late is made exact, and no more
+                remaining.cancelled = incumbent.cancelled
+                self._exact(incumbent, first, remaining, first)
+                return 0
             self._refine(incumbent, first, remaining)
             unmended = refused and incumbent.best.status == REFUSED
             if self.request.anytime or unmended:
@@ -231,7 +233,8 @@ class PlanImprover:
             if not shortest.duration < (1 - MIN_GAIN) * before.duration:
                 break
         if self.problem.goal_distance(shortest.x[-1]) > CENTRE_TOLERANCE:
-            self._exact(incumbent, shortest, remaining, given)
+            end = Budget(self._seconds, clock=remaining.clock, cancelled=incumbent.cancelled)
+            self._exact(incumbent, shortest, end, given)
         self._learn(incumbent, given.duration / shortest.duration)
 
     def _exact(
@@ -261,7 +264,7 @@ class PlanImprover:
                 best = motion
             else:
                 refusals += 1
-        if incumbent.beaten_by(best):
+        if best is not given and incumbent.beaten_by(best):
             incumbent.take(best, "shorten")
         return best
 
@@ -292,6 +295,7 @@ class PlanImprover:
             if np.array_equal(found.u, last.u):
                 return k  # the planner is deterministic
             last = found
+            incumbent.take(found, "search")
             if self._promises(found.duration):
                 self._refine(incumbent, found, remaining)
         raise AssertionError("counting never ends")
