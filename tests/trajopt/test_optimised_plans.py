@@ -207,7 +207,7 @@ def test_what_the_verifier_refuses_is_discarded(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def lying(_problem: PlanningTask, given: Trajectory, _: object) -> Trajectory:
-        half = len(given.u) // 2
+        half = max(len(given.u) // 2, 1)
         return replace(given, t=given.t[: half + 1], x=given.x[-half - 1 :], u=given.u[-half:])
 
     replaced(monkeypatch, "make_exact", lying)
