@@ -10,11 +10,12 @@ import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
-from kinolab.show.film.film import Film, make_film
+from kinolab.show.film.film import Film
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import View
+from kinolab.show.film.staging.film_making import make_film
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import BodyGeometry, triangles
 
