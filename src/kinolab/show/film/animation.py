@@ -24,7 +24,7 @@ CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
-    return b"".join(gif_parts(_film(problem, trajectory), problem.scenario.render.size))
+    return b"".join(gif_parts(film_of(problem, trajectory), problem.scenario.render.size))
 
 
 def video(
@@ -52,10 +52,10 @@ def video(
     given = {"size": size, "speed": speed, "view": view}
     changed = {name: value for name, value in given.items() if value}
     settings = problem.scenario.render.model_copy(update=changed)
-    return mp4(_film(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)
+    return mp4(film_of(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)
 
 
-def _film(
+def film_of(
     problem: PlanningTask,
     trajectory: Trajectory,
     settings: RenderSection | None = None,

@@ -52,7 +52,8 @@ class Palette:
         Returns:
             Left, top, right and bottom of all changes, half open; empty without any.
         """
-        return tuple(_change(image, before, self.colors, self.table, shown, out))
+        left, top, right, bottom = _change(image, before, self.colors, self.table, shown, out)
+        return left, top, right, bottom
 
 
 def shared_palette(images: Sequence[Bytes]) -> Palette:
@@ -88,7 +89,7 @@ def _index(pixel: Bytes, colors: Bytes, table: Bytes) -> int:
             if distance < least:
                 best, least = k, distance
         table[place] = best
-    return table[place]
+    return int(table[place])
 
 
 @kernel  # type: ignore[untyped-decorator]
@@ -102,6 +103,12 @@ def _look_up(image: Bytes, colors: Bytes, table: Bytes, out: Bytes) -> None:
 def _change(
     image: Bytes, before: Bytes, colors: Bytes, table: Bytes, shown: Bytes, out: Bytes
 ) -> tuple[int, int, int, int]:
+    """Find what differs from the image before.
+
+    Args:
+        image, before, shown, out: Of ``Palette.change``, (h, w, 3), (h, w, 3), (h, w) and (h, w).
+        colors, table: Of ``Palette``, (COLORS, 3) and flat.
+    """
     left, top, right, bottom = out.shape[1], out.shape[0], 0, 0
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
