@@ -164,9 +164,13 @@ def test_a_picture_can_be_interrupted_and_the_plan_stays(
 ) -> None:
     """Cold is a renderer that has to be compiled first."""
     extra = {"NUMBA_CACHE_DIR": str(home / "numba")} if cold else {}
-    ended = interrupt(home, "table.toml", word="drawing", after=after, **extra)
+    slow = ("--set", "render.speed=0.01")  # as many frames as a film may have
+    ended = interrupt(home, "table.toml", *slow, word="drawing the film", after=after, **extra)
     assert ended.report is not None
     assert ended.report["status"] == "solved"
+    assert ended.out.startswith("solved: ")
+    assert "written to" not in ended.out
+    assert (home / "runs" / "table" / "scene.html").is_file()
     assert not (home / "runs" / "table" / "animation.gif").exists()
 
 
@@ -350,6 +354,14 @@ def test_processes_leave_when_the_one_that_started_them_is_killed(home: Path) ->
     process.kill()
     process.communicate()
     wait_for(process, {"Z"})  # nobody may be there to bury them
+
+
+def test_the_process_that_draws_leaves_when_the_one_that_started_it_is_killed(home: Path) -> None:
+    process = start(home, "table.toml", "--set", "render.speed=0.01")
+    listen(process, "drawing the film")
+    process.kill()
+    process.communicate()
+    wait_for(process, {"Z"})  # nobody may be there to bury it
 
 
 def test_a_motion_that_nobody_waits_for_is_the_planners_own(

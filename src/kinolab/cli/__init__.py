@@ -33,9 +33,8 @@ def main() -> None:
     with suppress(AttributeError):  # None, or another kind of stream
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # for paths
     code = run()
-    if INTERRUPTS.seen:
-        with suppress(OSError):
-            sys.stdout.flush()
-        INTERRUPTS.leave(code)  # at once: libraries shut down slowly
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
-    sys.exit(code)
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, OSError):
+            stream.flush()
+    INTERRUPTS.leave(code)  # at once: libraries shut down slowly

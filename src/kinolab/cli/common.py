@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from kinolab.cli.progress import Progress
     from kinolab.problem import PlanningTask
+    from kinolab.show.film.film_process import FilmProcess
     from kinolab.solve import PlanResult
 
 FAILED = 7  # exit code: a motion or a machine failed its checks
@@ -28,14 +31,38 @@ def echo_json(data: Any) -> None:
     click.echo(json.dumps(data, ensure_ascii=False))
 
 
+def film_process(progress: Progress) -> FilmProcess:
+    """Return the process, to be entered, that will draw the film of a plan."""
+    from kinolab.show.film.film_process import FilmProcess
+
+    return FilmProcess(lambda text: progress(text, passing=True))
+
+
 def write_pictures(
-    problem: PlanningTask, found: PlanResult, folder: Path, report: dict[str, Any]
+    problem: PlanningTask,
+    found: PlanResult,
+    folder: Path,
+    report: dict[str, Any],
+    film: FilmProcess,
+    page_written: Callable[[], None],
 ) -> None:
-    """Write the animation, the page and the scene of a motion."""
+    """Write the page of a motion, then the scene for Blender and the animation.
+
+    Args:
+        problem: The machine in its world.
+        found: The motion.
+        folder: Of the run.
+        report: Of the run.
+        film: The process that draws the animation.
+        page_written: Called as soon as the page is there.
+    """
     from kinolab.files import write_whole
-    from kinolab.show.film.animation import animate
-    from kinolab.show.view import write_scene
+    from kinolab.show.view import content_of, write_model, write_page
 
     assert found.trajectory is not None
-    write_whole(folder / "animation.gif", animate(problem, found.trajectory))
-    write_scene(folder, problem, found.trajectory, report, found.graph)
+    content = content_of(problem, found.trajectory, report, found.graph)
+    write_page(folder, content)
+    page_written()
+    film.begin(problem, found.trajectory)
+    write_model(folder, content)
+    write_whole(folder / "animation.gif", film.animation())

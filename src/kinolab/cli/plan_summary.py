@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -25,10 +24,8 @@ def progress_text(found: PlanResult, *, anytime: bool) -> str:
     )
 
 
-def summary(
-    problem: PlanningTask, found: PlanResult, folder: Path, report: Mapping[str, Any]
-) -> str:
-    """Return the summary of a plan and of the folder that it was written to.
+def summary(problem: PlanningTask, found: PlanResult, report: Mapping[str, Any]) -> str:
+    """Return the summary of a plan.
 
     Args:
         report: As written to the folder, with a diagnosis if there is one.
@@ -54,7 +51,7 @@ def summary(
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
     lines += [f"  {sentence}" for sentence in _further(found, report)]
-    return "\n".join([*lines, f"  written to {folder}"])
+    return "\n".join(lines)
 
 
 def _before(found: PlanResult) -> str:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Box, Sphere
-from kinolab.show.film import Picture, make_film
 from kinolab.show.film.inset import Inset
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.staging.film_making import make_film
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 

@@ -14,7 +14,8 @@ import kinolab
 from kinolab.cli import run
 from kinolab.errors import InputError
 from kinolab.runs import write_run
-from kinolab.show.film import make_film, mp4
+from kinolab.show.film.mp4 import mp4
+from kinolab.show.film.staging.film_making import make_film
 from tests.show.film.test_gif import PICTURE, rolling
 
 SIZE = (200, 150)

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
-from kinolab.show.film import Cone, Ghost, GoalMarker, Picture, render_frame
-from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.cone import cone_mesh
+from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.light import LIGHT_JITTER
-from kinolab.show.film.scene import Scene, build_scene
+from kinolab.show.film.scene import Scene
+from kinolab.show.film.snapshot import render_frame
+from kinolab.show.film.staging.stage import build_scene
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from kinolab.show.film.models.rotor import whirled
-from kinolab.show.film.timing import MAX_FRAMES, interpolate_lines, interpolate_poses, schedule
+from kinolab.show.film.staging.timing import (
+    MAX_FRAMES,
+    interpolate_lines,
+    interpolate_poses,
+    schedule,
+)
 
 
 def pose(angle: float, x: float = 0.0) -> np.ndarray:

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Sequence
-from contextlib import redirect_stdout
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, redirect_stdout
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinolab.cli.common import MAX_JOBS, PATH, echo_json, quiet_option, set_option, write_pictures
+from kinolab.cli.common import (
+    MAX_JOBS,
+    PATH,
+    echo_json,
+    film_process,
+    quiet_option,
+    set_option,
+    write_pictures,
+)
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import live_page
@@ -21,6 +31,7 @@ from kinolab.errors import InputError, Mistake
 if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
     from kinolab.search import Budget
+    from kinolab.show.film.film_process import FilmProcess
     from kinolab.show.view.live_page import LivePage
     from kinolab.solve import PlanResult
 
@@ -91,26 +102,48 @@ def command(
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
     with (
         progress.compiling(),
+        ExitStack() as opened,
         live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),
     ):
+        film = None if no_animation else cache(lambda: opened.enter_context(film_process(progress)))
         found, report = _search(
-            problem, folder, progress, page,
+            problem, folder, progress, page, film,
             jobs=jobs, anytime=anytime, optimize=not no_optimize,
         )  # fmt: skip
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
-        if found.trajectory is not None and not INTERRUPTS.seen and not no_animation:
-            progress("drawing the pictures")
-            write_pictures(problem, found, folder, report)
-        if page:
-            finished = folder / PAGE
-            page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
+
+        def show() -> None:
+            if page:
+                finished = folder / PAGE
+                page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
+            progress.close()
+            if not as_json:
+                _say(summary(problem, found, report))
+
+        def page_written() -> None:
+            show()
+            progress("drawing the film")
+
+        if film and found.trajectory is not None and not INTERRUPTS.seen:
+            progress("drawing the page")
+            write_pictures(problem, found, folder, report, film(), page_written)
+        else:
+            show()
     progress.close()
     if as_json:
         echo_json({"folder": str(folder), **report})
     else:
-        click.echo(summary(problem, found, folder, report))
+        _say(f"  written to {folder}")
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
+
+
+def _say(text: str) -> None:
+    """Print a text, unless the reader is gone: the files of the run are written all the same."""
+    try:
+        click.echo(text)
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
 
 
 def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> PlanningTask:
@@ -144,6 +177,7 @@ def _search(
     folder: Path,
     progress: Progress,
     page: LivePage | None,
+    film: Callable[[], FilmProcess] | None,
     *,
     jobs: int,
     anytime: bool,
@@ -170,6 +204,8 @@ def _search(
             budget.viewer = page.explored
 
     def improved(found: PlanResult) -> None:
+        if film:
+            film()  # imports what it needs while the plan is improved
         if page and found.trajectory is not None:
             page.found(found.trajectory)
         if anytime or optimising:

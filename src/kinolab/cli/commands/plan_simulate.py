@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from kinolab.cli.common import PATH, quiet_option, set_option, write_pictures
+from kinolab.cli.common import PATH, film_process, quiet_option, set_option, write_pictures
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
@@ -50,8 +50,8 @@ def command(
         report = write_run(folder, problem, moved)
     if not no_animation:
         progress("drawing the pictures")
-        with progress.compiling():
-            write_pictures(problem, moved, folder, report)
+        with progress.compiling(), film_process(progress) as film:
+            write_pictures(problem, moved, folder, report, film, lambda: None)
     progress.close()
     click.echo(f"simulated: {trajectory.duration:g} s\n  written to {folder}")
     return moved.exit_code

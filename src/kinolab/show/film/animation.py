@@ -10,11 +10,12 @@ import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
-from kinolab.show.film.film import Film, make_film
+from kinolab.show.film.film import Film
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import View
+from kinolab.show.film.staging.film_making import make_film
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import BodyGeometry, triangles
 
@@ -23,7 +24,7 @@ CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
-    return b"".join(gif_parts(_film(problem, trajectory), problem.scenario.render.size))
+    return b"".join(gif_parts(film_of(problem, trajectory), problem.scenario.render.size))
 
 
 def video(
@@ -51,10 +52,10 @@ def video(
     given = {"size": size, "speed": speed, "view": view}
     changed = {name: value for name, value in given.items() if value}
     settings = problem.scenario.render.model_copy(update=changed)
-    return mp4(_film(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)
+    return mp4(film_of(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)
 
 
-def _film(
+def film_of(
     problem: PlanningTask,
     trajectory: Trajectory,
     settings: RenderSection | None = None,

@@ -7,17 +7,34 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.inset import Inset, build_inset
-from kinolab.show.film.models.rotor import whirled
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.scene import Scene, build_scene, pose_table
-from kinolab.show.film.text import lettered, time_stamp
-from kinolab.show.film.timing import Playback, interpolate_lines, interpolate_poses, schedule
+from kinolab.show.film.inset import Inset
+from kinolab.show.film.scene import Scene
+from kinolab.show.film.text import letter, time_stamp
 
 Bytes: TypeAlias = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Playback:
+    """Sample times of the frames, and their display rate.
+
+    Args:
+        times: In [s], shape (nf,), from the start to the end of the motion.
+        period: Duration of a frame, in [s].
+        speed: Seconds of motion per second of film.
+    """
+
+    times: Array
+    period: float
+    speed: float
+
+    @property
+    def delay(self) -> int:
+        """Duration of a frame, in [1/100 s]."""
+        return round(100.0 * self.period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,71 +68,9 @@ class Film:
         if self.magnifier is not None:
             self.magnifier.put(image, self.poses[i], lines)
         stamp = time_stamp(float(self.playback.times[i]), self.playback.speed)
-        return lettered(image, self.title, stamp)
+        letter(image, self.title, stamp)
+        return image
 
     def frames(self) -> Iterator[Bytes]:
         """All frames in order, rendered lazily."""
         return (self.frame(i) for i in range(len(self)))
-
-
-def make_film(
-    picture: Picture,
-    times: ArrayLike,
-    poses: ArrayLike,
-    *,
-    size: tuple[int, int] = (800, 600),
-    fps: float = 25.0,
-    speed: float = 1.0,
-    title: str = "",
-    video: bool = False,
-    magnify: bool = False,
-) -> Film:
-    """Resample a motion to frames and build its scene; a video may have more frames than a GIF.
-
-    Args:
-        picture: The picture to draw.
-        times: Row times in [s], shape (nt,), not decreasing.
-        poses: One pose per row and body, shape (nt, nb, 12).
-        size: Width and height in [pixel].
-        fps: Frames per second of film.
-        speed: Seconds of motion per second of film.
-        title: One line of text.
-        video: Whether it may be long.
-        magnify: Whether a tiny machine is also shown enlarged in a free corner.
-
-    Raises:
-        ValueError: If shapes are inconsistent, values are not finite, or times decrease.
-    """
-    t, table = np.asarray(times, dtype=np.float64), pose_table(poses)
-    _check(t, table, len(picture.bodies))
-    playback = schedule(float(t[0]), float(t[-1]), fps, speed, video=video)
-    stage = build_scene(picture, table, size)
-    if len(t) == 1:
-        t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
-    moved = interpolate_poses(t, table, playback.times)
-    moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
-    magnifier = build_inset(picture, stage, moved, size) if magnify else None
-    return Film(stage, playback, moved, _cables(picture, t, playback.times), title, magnifier)
-
-
-def _cables(picture: Picture, times: Array, at: Array) -> Array | None:
-    if picture.lines is None:
-        return None
-    if callable(picture.lines):
-        return np.stack([np.asarray(picture.lines(float(t)), dtype=np.float64) for t in at])
-    lines = np.asarray(picture.lines, dtype=np.float64)
-    if len(lines) == 1:
-        lines = np.repeat(lines, len(times), axis=0)
-    return interpolate_lines(times, lines, at)
-
-
-def _check(times: Array, poses: Array, bodies: int) -> None:
-    if poses.shape != (len(times), bodies, 12) or len(times) == 0:
-        raise ValueError(
-            f"{len(times)} times and {bodies} bodies need poses of shape "
-            f"({len(times)}, {bodies}, 12), at least one row; got {poses.shape}"
-        )
-    if not (np.isfinite(times).all() and np.isfinite(poses).all()):
-        raise ValueError("a motion that is shown must be finite; found NaN or infinity")
-    if (np.diff(times) < 0.0).any():
-        raise ValueError("times must not decrease")

@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from kinolab.numerics.jit import kernel
+from kinolab.show.film.raster.rasterizer import Box
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
 COLORS = 255  # one of 256 indices stays free to mean "unchanged"
+UNKNOWN = 255  # the index that stays free
 BITS = 6  # per channel in the look-up table: colours within 4/255 share an index
+DROPPED = 8 - BITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +27,8 @@ class Palette:
 
     Args:
         colors: RGB, shape (COLORS, 3).
-        table: Index by red, green and blue of ``BITS`` bits each, flat.
+        table: Index by red, green and blue of ``BITS`` bits each, flat; ``UNKNOWN`` until it is
+            looked up.
     """
 
     colors: Bytes
@@ -33,8 +37,23 @@ class Palette:
     def indices(self, image: Bytes) -> Bytes:
         """Replace RGB, shape (h, w, 3), by the nearest colour's index, shape (h, w)."""
         out = np.empty(image.shape[:2], dtype=np.uint8)
-        _look_up(image, self.table, out)
+        _look_up(image, self.colors, self.table, out)
         return out
+
+    def change(self, image: Bytes, before: Bytes, shown: Bytes, out: Bytes) -> Box:
+        """Find what differs from the image before, and the indices there.
+
+        Args:
+            image: RGB, shape (h, w, 3).
+            before: The image before.
+            shown: Its indices, shape (h, w); becomes the image's.
+            out: The image's indices, ``UNKNOWN`` where they stay the same, shape (h, w); written.
+
+        Returns:
+            Left, top, right and bottom of all changes, half open; empty without any.
+        """
+        left, top, right, bottom = _change(image, before, self.colors, self.table, shown, out)
+        return left, top, right, bottom
 
 
 def shared_palette(images: Sequence[Bytes]) -> Palette:
@@ -52,32 +71,57 @@ def shared_palette(images: Sequence[Bytes]) -> Palette:
     used = np.array(reduced.getpalette() or [], dtype=np.uint8).reshape(-1, 3)[:COLORS]
     colors = np.zeros((COLORS, 3), dtype=np.uint8)
     colors[: len(used)] = used
-    table = np.empty(1 << 3 * BITS, dtype=np.uint8)
-    _nearest(colors.astype(np.int32), BITS, table)
-    return Palette(colors, table)
+    return Palette(colors, np.full(1 << 3 * BITS, UNKNOWN, dtype=np.uint8))
 
 
 @kernel  # type: ignore[untyped-decorator]
-def _nearest(colors: NDArray[np.int32], bits: int, table: Bytes) -> None:
-    side, width = 1 << bits, 256 >> bits
-    for r in range(side):
-        for g in range(side):
-            for b in range(side):
-                best, least = 0, 1 << 30
-                for k in range(colors.shape[0]):
-                    dr = r * width + width // 2 - colors[k, 0]
-                    dg = g * width + width // 2 - colors[k, 1]
-                    db = b * width + width // 2 - colors[k, 2]
-                    # The eye sees green best and blue least; the weights are the usual 3 : 6 : 1.
-                    distance = 3 * dr * dr + 6 * dg * dg + db * db
-                    if distance < least:
-                        best, least = k, distance
-                table[(r * side + g) * side + b] = best
+def _index(pixel: Bytes, colors: Bytes, table: Bytes) -> int:
+    """The index of the colour nearest to a pixel, which is remembered."""
+    place = ((pixel[0] >> DROPPED) << BITS | pixel[1] >> DROPPED) << BITS | pixel[2] >> DROPPED
+    if table[place] == UNKNOWN:
+        best, least, middle = 0, 1 << 30, 1 << DROPPED >> 1
+        for k in range(colors.shape[0]):
+            dr = (pixel[0] >> DROPPED << DROPPED) + middle - np.int64(colors[k, 0])
+            dg = (pixel[1] >> DROPPED << DROPPED) + middle - np.int64(colors[k, 1])
+            db = (pixel[2] >> DROPPED << DROPPED) + middle - np.int64(colors[k, 2])
+            # The eye sees green best and blue least; the weights are the usual 3 : 6 : 1.
+            distance = 3 * dr * dr + 6 * dg * dg + db * db
+            if distance < least:
+                best, least = k, distance
+        table[place] = best
+    return int(table[place])
 
 
 @kernel  # type: ignore[untyped-decorator]
-def _look_up(image: Bytes, table: Bytes, out: Bytes) -> None:
+def _look_up(image: Bytes, colors: Bytes, table: Bytes, out: Bytes) -> None:
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            r, g, b = image[i, j, 0] >> 2, image[i, j, 1] >> 2, image[i, j, 2] >> 2
-            out[i, j] = table[(r * 64 + g) * 64 + b]
+            out[i, j] = _index(image[i, j], colors, table)
+
+
+@kernel  # type: ignore[untyped-decorator]
+def _change(
+    image: Bytes, before: Bytes, colors: Bytes, table: Bytes, shown: Bytes, out: Bytes
+) -> tuple[int, int, int, int]:
+    """Find what differs from the image before.
+
+    Args:
+        image, before, shown, out: Of ``Palette.change``, (h, w, 3), (h, w, 3), (h, w) and (h, w).
+        colors, table: Of ``Palette``, (COLORS, 3) and flat.
+    """
+    left, top, right, bottom = out.shape[1], out.shape[0], 0, 0
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = UNKNOWN
+            if (
+                image[i, j, 0] == before[i, j, 0]
+                and image[i, j, 1] == before[i, j, 1]
+                and image[i, j, 2] == before[i, j, 2]
+            ):
+                continue
+            index = _index(image[i, j], colors, table)
+            if index != shown[i, j]:
+                out[i, j] = shown[i, j] = index
+                left, right = min(left, j), max(right, j + 1)
+                top, bottom = min(top, i), i + 1
+    return left, top, right, bottom

@@ -52,6 +52,14 @@ class Cone:
     forbidden: bool
 
 
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """The rectangle of the ground that is drawn, by two opposite corners of shape (2,), in [m]."""
+
+    low: Array
+    high: Array
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Picture:
     """The content of a picture.

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.scene import build_scene, pose_table
-from kinolab.show.film.text import lettered, time_stamp
+from kinolab.show.film.scene import pose_table
+from kinolab.show.film.staging.stage import build_scene
+from kinolab.show.film.text import letter, time_stamp
 
 
 def render_frame(
@@ -36,4 +37,5 @@ def render_frame(
     cables = picture.lines(time) if callable(picture.lines) else lines
     segments = None if cables is None else np.asarray(cables, dtype=np.float64)
     image = build_scene(picture, table[None], size).shot(table, segments)
-    return lettered(image, title, time_stamp(time))
+    letter(image, title, time_stamp(time))
+    return image

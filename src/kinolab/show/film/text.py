@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,32 +15,59 @@ from PIL import Image, ImageDraw, ImageFont
 Bytes: TypeAlias = NDArray[np.uint8]
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
+PLAIN, BOLD = "DejaVuSans.ttf", "DejaVuSans-Bold.ttf"
 FONTS = "mpl-data/fonts/ttf"  # matplotlib ships DejaVu Sans, so no system font is needed
 
 
-def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
-    """A copy of an image (h, w, 3) with a title at the upper left and a time stamp at the right."""
+@dataclass(frozen=True, eq=False)
+class Words:
+    """Words at their place in a picture.
+
+    Args:
+        mask: How much of each pixel they cover.
+        left: First column, in [pixel].
+        top: First row, in [pixel].
+    """
+
+    mask: Image.Image
+    left: int
+    top: int
+
+    def on(self, image: Bytes, color: tuple[int, int, int]) -> None:
+        """Write them on an image, shape (h, w, 3)."""
+        wide, high = self.mask.size
+        part = image[self.top : self.top + high, self.left : self.left + wide]
+        sheet = Image.fromarray(np.ascontiguousarray(part))
+        sheet.paste(color, (0, 0), self.mask)
+        part[:] = np.asarray(sheet)
+
+
+def letter(image: Bytes, title: str, stamp: str) -> None:
+    """Write a title at the upper left of an image (h, w, 3), and a time stamp at the right."""
     height, width = image.shape[:2]
     size, edge = _sizes(height)
-    strip = min(height, heading(height))
-    normal = _font("DejaVuSans.ttf", size)
-    room = width - 3 * edge - normal.getlength(stamp)
-    sheet = Image.fromarray(image[:strip])
-    sheet.paste(TITLE, (0, 0), _title(title, size, edge, int(room), (width, strip)))
-    pencil = ImageDraw.Draw(sheet)
-    pencil.text((width - edge, edge), stamp, STAMP, normal, anchor="ra")
-    return np.concatenate([np.asarray(sheet), image[strip:]])
+    page = (width, min(height, heading(height)))
+    room = int(width - 3 * edge - _font(PLAIN, size).getlength(stamp))
+    _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page).on(image, TITLE)
+    _words(stamp, PLAIN, size, (width - edge, edge), "ra", page).on(image, STAMP)
 
 
 @lru_cache(maxsize=64)  # a longer stamp leaves less space
-def _title(title: str, size: int, edge: int, room: int, strip: tuple[int, int]) -> Image.Image:
-    """Coverage mask of the title in a strip, in smaller letters if it does not fit."""
-    length = _font("DejaVuSans-Bold.ttf", size).getlength(title)
-    fitting = size if length <= room else max(6, int(size * room / length))
-    covered = Image.new("L", strip)
-    bold = _font("DejaVuSans-Bold.ttf", fitting)
-    ImageDraw.Draw(covered).text((edge, edge), title, 255, bold, anchor="la")
-    return covered
+def _fitting(title: str, size: int, room: int) -> int:
+    """The size of letters at which a title fits."""
+    length = _font(BOLD, size).getlength(title)
+    return size if length <= room else max(6, int(size * room / length))
+
+
+@lru_cache(maxsize=64)  # frames follow each other within a tenth of a second
+def _words(
+    text: str, font: str, size: int, place: tuple[int, int], anchor: str, page: tuple[int, int]
+) -> Words:
+    """Words in a font, anchored at a place of a page, width and height in [pixel]."""
+    covered = Image.new("L", page)
+    ImageDraw.Draw(covered).text(place, text, 255, _font(font, size), anchor=anchor)
+    left, top, right, bottom = covered.getbbox() or (0, 0, 0, 0)
+    return Words(covered.crop((left, top, right, bottom)), left, top)
 
 
 def heading(height: int) -> int:
@@ -47,12 +75,11 @@ def heading(height: int) -> int:
     return 3 * _sizes(height)[0]
 
 
-def label(image: Bytes, text: str) -> Bytes:
-    """A copy of an image (h, w, 3) with a word at the upper left."""
-    sheet = Image.fromarray(image)
-    font = _font("DejaVuSans.ttf", max(9, round(image.shape[0] / 14)))
-    ImageDraw.Draw(sheet).text((6, 5), text, STAMP, font, anchor="la")
-    return np.asarray(sheet)
+def label(image: Bytes, text: str) -> None:
+    """Write a word at the upper left of an image (h, w, 3)."""
+    height, width = image.shape[:2]
+    size = max(9, round(height / 14))
+    _words(text, PLAIN, size, (6, 5), "la", (width, height)).on(image, STAMP)
 
 
 def _sizes(height: int) -> tuple[int, int]:

@@ -9,12 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.backdrop import GOAL, INK, PATH, START, WALL, Floor
-from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.paint import ball, paint_machine
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-from kinolab.show.film.picture import Ghost, GoalMarker
+from kinolab.show.film.picture import Floor, Ghost, GoalMarker
 from kinolab.show.film.raster.camera import horizontal_axes
+from kinolab.show.film.scene import INK
+from kinolab.show.film.staging.backdrop import GOAL, PATH, START, WALL
 from kinolab.show.gltf.glb import Color, Glb
 from kinolab.show.page.content import Content, Curve
 from kinolab.show.page.curves import evaluated

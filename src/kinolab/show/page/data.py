@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.backdrop import GOAL, START, WALL
-from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.paint import paint_machine
 from kinolab.show.film.models.surface_mesh import Indices, is_room, weld
 from kinolab.show.film.picture import Ghost, GoalMarker, Picture
+from kinolab.show.film.staging.backdrop import GOAL, START, WALL
 from kinolab.show.page.content import Content, Curve, Driving, Series
 from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import mesh_data

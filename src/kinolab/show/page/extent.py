@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.backdrop import Floor
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.scene import floor_under, seen_points
+from kinolab.show.film.picture import Floor
+from kinolab.show.film.staging.stage import floor_under, seen_points
 from kinolab.show.page.content import Content
 
 

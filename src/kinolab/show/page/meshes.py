@@ -9,12 +9,17 @@ import numpy as np
 from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh
 from kinolab.show.page.pack import Pack
 
+KEYS = np.array([1 << 32, 1 << 16, 1])  # colours of four decimals as numbers, in the same order
+
 
 def by_color(mesh: SurfaceMesh) -> tuple[Indices, list[tuple[list[float], int, int]]]:
     """Return the faces sorted by colour, and (red, green, blue), first face, number of faces."""
-    colors, which = np.unique(mesh.colors.round(4), axis=0, return_inverse=True)
-    which = which.reshape(-1)
-    counts = np.bincount(which, minlength=len(colors))
+    rounded = mesh.colors.round(4)
+    keys = np.rint(1e4 * rounded).astype(np.int64) @ KEYS  # as rows they take ten times as long
+    _, one, which, counts = np.unique(
+        keys, return_index=True, return_inverse=True, return_counts=True
+    )
+    colors = rounded[one]
     first = np.concatenate([[0], np.cumsum(counts)])
     groups = [(color.tolist(), int(first[k]), int(counts[k])) for k, color in enumerate(colors)]
     return mesh.faces[np.argsort(which, kind="stable")], groups

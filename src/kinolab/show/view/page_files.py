@@ -37,7 +37,17 @@ def write_scene(
         graph: The search graph.
     """
     content = content_of(problem, trajectory, facts, graph)
+    write_page(folder, content)
+    write_model(folder, content)
+
+
+def write_page(folder: Path, content: Content) -> None:
+    """Write ``scene.html`` to a run's folder, atomically."""
     write_whole(folder / PAGE, utf_8(page_html(content)))
+
+
+def write_model(folder: Path, content: Content) -> None:
+    """Write ``result.glb`` to a run's folder, atomically."""
     write_whole(folder / MODEL, glb_scene(content))
 
 

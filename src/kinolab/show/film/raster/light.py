@@ -41,8 +41,10 @@ def shade(
 def shadow_points(points: Array, toward: Array) -> Array:
     """Project points, shape (..., 3), along rays from a lamp onto the ground z = 0.
 
-    Points below the ground are projected vertically.
+    Points below the ground are projected vertically. The directions toward lamps are of shape (3,),
+    or of one that fits the points' by NumPy's rules.
     """
     height = np.clip(points[..., 2:], 0.0, None)
-    fallen = points - height / toward[2] * toward
-    return np.concatenate([fallen[..., :2], np.zeros_like(height)], axis=-1)
+    fallen = points - height / toward[..., 2:] * toward
+    fallen[..., 2] = 0.0
+    return fallen

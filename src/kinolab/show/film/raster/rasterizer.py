@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -49,11 +50,21 @@ class Canvas:
 
 def blank(size: tuple[int, int], color: ArrayLike) -> Canvas:
     """An empty canvas of one colour (r, g, b) in 0..255."""
+    canvas = empty(size)
+    canvas.color[:] = np.asarray(color, dtype=np.uint8)
+    canvas.nearness[:] = 0.0
+    canvas.kind[:] = OTHER
+    return canvas
+
+
+def empty(size: tuple[int, int]) -> Canvas:
+    """A canvas whose pixels are still to be written."""
     width, height = size
-    pixels = np.empty((height, width, 3), dtype=np.uint8)
-    pixels[:] = np.asarray(color, dtype=np.uint8)
-    nearness = np.zeros((height, width), dtype=np.float32)
-    return Canvas(pixels, nearness, np.zeros((height, width), dtype=np.uint8))
+    return Canvas(
+        np.empty((height, width, 3), dtype=np.uint8),
+        np.empty((height, width), dtype=np.float32),
+        np.empty((height, width), dtype=np.uint8),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +116,15 @@ def darken(canvas: Canvas, shadows: Sequence[Array], factor: Array) -> None:
     before = canvas.kind.copy()
     for lamp, corners in enumerate(shadows):
         _hide(canvas.kind, corners, 2 << lamp)
-    hidden = np.arange(len(shadows) + 1)[:, None, None]
+    _dim(canvas.color, before, canvas.kind, _dimmed(len(shadows), tuple(factor)))
+
+
+@lru_cache
+def _dimmed(lamps: int, factor: tuple[float, ...]) -> Bytes:
+    """What is left of a channel by number of shadowing lamps, shape (lamps + 1, 256, 3)."""
+    hidden = np.arange(lamps + 1)[:, None, None]
     left = np.arange(256)[None, :, None] * np.asarray(factor) ** hidden
-    _dim(canvas.color, before, canvas.kind, (left + 0.5).astype(np.uint8))
+    return (left + 0.5).astype(np.uint8)
 
 
 def extent(corners: Array, size: tuple[int, int], multiple: int = 1) -> Box:
@@ -279,6 +296,7 @@ def _dim(color: Bytes, before: Bytes, after: Bytes, left: Bytes) -> None:
 @allocating_kernel  # type: ignore[untyped-decorator]
 def _average(pixels: Bytes, block: int, out: Bytes) -> None:
     count = block * block
+    share = (1 << 16) // count + 1  # of 2^16: exact for what blocks up to 8 x 8 add up to
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             for c in range(3):
@@ -286,4 +304,4 @@ def _average(pixels: Bytes, block: int, out: Bytes) -> None:
                 for a in range(block):
                     for b in range(block):
                         total += pixels[i * block + a, j * block + b, c]
-                out[i, j, c] = total // count
+                out[i, j, c] = total * share >> 16

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,20 +71,21 @@ class Pen:
         For a closed surface above the ground, the faces toward a lamp suffice.
         """
         whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -GROUND_TOLERANCE)
-        return [
-            self.at(shadow_points(mesh.vertices, lamp))[
-                mesh.faces[whole | (mesh.normals @ lamp > 0.0)]
-            ]
-            for lamp in light_samples(self.light)
-        ]
+        places = self.at(shadow_points(mesh.vertices, self._lamps[:, None]))
+        lit = whole | (self._lamps @ mesh.normals.T > 0.0)
+        return [fallen[mesh.faces[own]] for fallen, own in zip(places, lit, strict=True)]
 
     def line_shadows(self, segments: ArrayLike, width: float) -> list[Array]:
         """The shadows of segments, shape (n, 2, 3), as strokes of a width in [pixel]."""
         points = np.asarray(segments, dtype=np.float64)
         return [
             strokes(self.at(shadow_points(points, lamp)), width * self.scale, (0, 0, 0)).corners
-            for lamp in light_samples(self.light)
+            for lamp in self._lamps
         ]
+
+    @cached_property
+    def _lamps(self) -> Array:
+        return light_samples(self.light)
 
     def _facing(self, mesh: SurfaceMesh) -> tuple[Array, NDArray[np.bool_]]:
         normal = mesh.normals

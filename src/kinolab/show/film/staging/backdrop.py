@@ -3,36 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.cone import cone_mesh
+from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, grid, slab
 from kinolab.show.film.models.paint import Color, ball
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
-from kinolab.show.film.picture import Ghost, GoalMarker, Picture
+from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid, Veil
 from kinolab.show.film.raster.rasterizer import GROUND
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
 
-PAPER = (250, 250, 248)
 GRID, PATH = (212, 212, 204), (58, 110, 165)
 WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
 START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
-INK = (38, 42, 50)
 CONE_OPACITY = 0.3  # of a cone
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
-
-
-@dataclass(frozen=True, eq=False)
-class Floor:
-    """The rectangle of the ground that is drawn, by two opposite corners of shape (2,), in [m]."""
-
-    low: Array
-    high: Array
 
 
 def backdrop(

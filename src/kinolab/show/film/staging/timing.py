@@ -2,37 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.film import Playback
 
 MAX_FRAMES = 400  # of a GIF
 MIN_DELAY = 2  # [1/100 s]; viewers slow down shorter delays
 MAX_VIDEO_FRAMES = 100_000  # frames: an hour
-
-
-@dataclass(frozen=True, eq=False)
-class Playback:
-    """Sample times of the frames, and their display rate.
-
-    Args:
-        times: In [s], shape (nf,), from the start to the end of the motion.
-        period: Duration of a frame, in [s].
-        speed: Seconds of motion per second of film.
-    """
-
-    times: Array
-    period: float
-    speed: float
-
-    @property
-    def delay(self) -> int:
-        """Duration of a frame, in [1/100 s]."""
-        return round(100.0 * self.period)
 
 
 def schedule(

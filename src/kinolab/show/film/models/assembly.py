@@ -1,0 +1,33 @@
+"""The bodies of a machine as one mesh that is placed frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, join
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """A machine's bodies; what does not depend on their poses is joined once.
+
+    Args:
+        bodies: One mesh per body, in the body's frame.
+    """
+
+    bodies: Sequence[SurfaceMesh]
+
+    @cached_property
+    def _joined(self) -> SurfaceMesh:
+        return join(self.bodies)
+
+    def placed(self, poses: Array) -> SurfaceMesh:
+        """All bodies as one mesh, at poses [R | p] of shape (nb, 12)."""
+        pairs = zip(self.bodies, poses.reshape(-1, 3, 4), strict=True)
+        moved = [body.vertices @ g[:, :3].T + g[:, 3] for body, g in pairs]
+        return replace(self._joined, vertices=np.concatenate([np.zeros((0, 3)), *moved]))

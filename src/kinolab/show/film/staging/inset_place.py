@@ -1,0 +1,83 @@
+"""Where an inset goes, and what it shows: an empty corner, the machine enlarged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.show.film.inset import SUPERSAMPLING, Inset
+from kinolab.show.film.models.assembly import Assembly
+from kinolab.show.film.models.paint import paint_machine
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.raster.rasterizer import Box, Bytes
+from kinolab.show.film.raster.shading import Pen
+from kinolab.show.film.raster.tiles import Tiles
+from kinolab.show.film.scene import PAPER, Scene
+from kinolab.show.film.staging.backdrop import backdrop
+from kinolab.show.film.staging.stage import nearest_pixel, swept
+from kinolab.show.film.text import heading
+
+SMALL_FRACTION = 0.055  # of the picture's height: larger machines need no inset
+FILL_FRACTION = 0.45  # of the inset's height that the machine takes
+MAX_MAGNIFICATION = 12.0  # times
+SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that fits is taken
+ASPECT_RATIO = 4 / 3  # width for a height of one
+EDGE_MARGIN = 0.02  # of the picture's height: distance from the edge
+MAX_COVERED = 0.02  # fraction of a corner that may be occupied
+
+
+def build_inset(
+    picture: Picture, stage: Scene, motion: Array, size: tuple[int, int]
+) -> Inset | None:
+    """Return the inset; None if the machine is large enough, or no corner is free.
+
+    Args:
+        picture: The picture to draw.
+        stage: The scene of the picture.
+        motion: Poses of all frames, shape (nf, nb, 12).
+        size: Width and height of the picture in [pixel].
+    """
+    camera, height = stage.pen.camera, size[1]
+    paths = [
+        swept(mesh, motion[:, i]) for i, mesh in enumerate(stage.machine.bodies) if len(mesh.faces)
+    ]
+    if not paths:
+        return None
+    places = np.concatenate([camera.project(path, size)[..., :2] for path in paths], axis=1)
+    apparent = float(np.median(np.ptp(places, axis=1).max(axis=1)))
+    if not 0.0 < apparent < SMALL_FRACTION * height:
+        return None
+    box = next(_free_corners(stage.image, places.reshape(-1, 2)), None)
+    if box is None:
+        return None
+    times = min(FILL_FRACTION * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
+    large = (round(size[0] * times * SUPERSAMPLING), round(height * times * SUPERSAMPLING))
+    pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
+    pixel = nearest_pixel(camera, stage.machine.bodies, motion, large)
+    machine = paint_machine(picture.bodies, SUPERSAMPLING * pixel)
+    layers = backdrop(picture, machine, pen, stage.floor)
+    return Inset(pen, Assembly(machine), Tiles(layers, PAPER), box, times, stage.floor is not None)
+
+
+def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
+    """Yield nearly empty corners of the picture, the largest and emptiest first.
+
+    Args:
+        image: The backdrop, shape (h, w, 3).
+        places: Columns and rows that the machine will cover, shape (n, 2).
+    """
+    height, width = image.shape[:2]
+    taken = (image != np.array(PAPER, dtype=np.uint8)).any(axis=-1)
+    edge, under = round(EDGE_MARGIN * height), heading(height)
+    for fraction in SIZES:
+        tall = round(fraction * height)
+        wide = round(ASPECT_RATIO * tall)
+        lefts, tops = (edge, width - edge - wide), (under, height - edge - tall)
+        boxes = [(x, y, x + wide, y + tall) for y in tops for x in lefts]
+        empty = sorted((float(taken[y:b, x:r].mean()), (x, y, r, b)) for x, y, r, b in boxes)
+        for shown, (x, y, r, b) in empty:
+            low, high = (x, y), (r, b)
+            if shown <= MAX_COVERED and not ((places > low) & (places < high)).all(axis=1).any():
+                yield x, y, r, b

@@ -1,0 +1,185 @@
+"""A film is drawn by a process of its own, after all that one waits for has been shown."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kinolab import cli
+from kinolab.analyze.simulate import simulate
+from kinolab.problem import PlanningTask
+from kinolab.show.film import film_process
+from kinolab.show.film.animation import animate
+from kinolab.show.film.drawing import DrawingFailed
+from kinolab.show.film.film_process import DrawingError, FilmProcess
+from kinolab.trajectory import Trajectory
+from tests.support import OPEN, environment
+
+HEAVY = {"sympy", "trimesh", "fcl", "ompl", "pydantic", "matplotlib", "kinolab.dynamics"}
+IMPORTED = "import sys, kinolab.show.film.drawing; print(*sys.modules)"
+LOADED = """
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+from kinolab.show.film import drawing, palette
+from kinolab.show.film.gif import gif_parts
+from kinolab.show.film.raster import rasterizer
+
+def loaded():
+    loops = {**vars(palette), **vars(rasterizer)}
+    found = {name: one for name, one in loops.items() if isinstance(one, Dispatcher)}
+    return {name: len(one.signatures) for name, one in found.items()}
+
+drawing.load()
+before = loaded()
+from kinolab.show.film.staging.film_making import make_film
+from tests.show.film.test_inset import LONG, PAIR, SIZE, Picture, pair_at
+poses = np.stack([pair_at(-9.0, 0.3), pair_at(0.0, 0.3)])
+film = make_film(Picture(bodies=PAIR, ground=True, bounds=LONG), [0.0, 1.0], poses, size=SIZE,
+                 magnify=True)
+assert film.magnifier is not None
+b"".join(gif_parts(film, SIZE))
+assert loaded() == before, (before, loaded())
+assert before["_draw"] == before["_change"] == 1
+"""
+
+
+@pytest.fixture
+def motion(table: PlanningTask) -> Trajectory:
+    """Of a coin that is let go."""
+    return simulate(table, 0.2)
+
+
+def drawn(film: FilmProcess, problem: PlanningTask, trajectory: Trajectory) -> bytes:
+    """The film that a process draws."""
+    film.begin(problem, trajectory)
+    return film.animation()
+
+
+def test_the_process_draws_the_same_film(table: PlanningTask, motion: Trajectory) -> None:
+    with FilmProcess() as film:
+        assert drawn(film, table, motion) == animate(table, motion)
+
+
+def test_without_a_process_the_film_is_drawn_here(
+    table: PlanningTask, motion: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("no room for another process")
+
+    monkeypatch.setattr(film_process, "start_process", full)
+    with FilmProcess() as film:
+        assert drawn(film, table, motion) == animate(table, motion)
+
+
+def python(code: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment(), capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_what_draws_imports_neither_a_machine_nor_a_world() -> None:
+    names = set(python(IMPORTED).split())
+    assert "kinolab.show.film.film" in names
+    assert names & HEAVY == set()
+    assert not any(name.startswith("kinolab.world") for name in names)
+
+
+def test_all_loops_are_loaded_before_the_film_comes() -> None:
+    """In the same types: nothing is left to be loaded, or compiled, once the plan is there."""
+    python(LOADED)
+
+
+def test_a_process_that_is_killed_is_told_of(table: PlanningTask, motion: Trajectory) -> None:
+    with FilmProcess() as film:
+        assert film._started is not None
+        os.kill(film._started[0].pid, signal.SIGKILL)
+        film._started[0].wait()
+        with pytest.raises(DrawingError, match="was ended"):
+            drawn(film, table, motion)
+
+
+def test_where_memory_is_short_it_says_so_as_ever() -> None:
+    class Full:
+        def recv(self) -> DrawingFailed:
+            return DrawingFailed("", of_memory=True)
+
+    with pytest.raises(MemoryError):
+        FilmProcess()._received(Full())  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with the table in it."""
+    (tmp_path / "table.toml").write_text(OPEN)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "runs" / "table"
+
+
+def test_summary_and_page_come_before_the_film_and_the_folder_is_named_last(
+    home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draw, said = FilmProcess.animation, []
+
+    def watched(film: FilmProcess) -> bytes:
+        said.append(capsys.readouterr().out)
+        for name in ("report.json", "trajectory.csv", "scene.html"):
+            assert (home / name).is_file()
+        assert not (home / "animation.gif").exists()
+        return draw(film)
+
+    monkeypatch.setattr(FilmProcess, "animation", watched)
+    assert cli.run(["table.toml", "--quiet"]) == 0
+    (before,), after = said, capsys.readouterr().out
+    assert before.startswith("solved: ")
+    assert before.endswith("checks passed\n")
+    assert after == f"  written to {Path('runs', 'table')}\n"
+    assert (home / "animation.gif").is_file()
+    assert list(home.glob(".*")) == []  # half-written files
+
+
+@pytest.mark.usefixtures("home")
+def test_one_object_of_json_is_printed_when_all_is_written(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draw = FilmProcess.animation
+
+    def watched(film: FilmProcess) -> bytes:
+        assert capsys.readouterr().out == ""
+        return draw(film)
+
+    monkeypatch.setattr(FilmProcess, "animation", watched)
+    assert cli.run(["table.toml", "--quiet", "--json"]) == 0
+    assert capsys.readouterr().out.startswith("{")
+
+
+def test_a_film_that_cannot_be_drawn_is_a_mistake_and_the_plan_stays(
+    home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(film_process, "film_of", lambda *_: None)  # nothing that has frames
+    assert cli.run(["table.toml", "--quiet"]) == 70
+    captured = capsys.readouterr()
+    assert captured.out.startswith("solved: ")
+    assert "written to" not in captured.out
+    assert "gif.py" in captured.err  # where in the process it failed
+    assert captured.err.endswith("error: this is a mistake in kinolab; please report it.\n")
+    assert (home / "scene.html").is_file()
+    assert not (home / "animation.gif").exists()
+
+
+@pytest.mark.usefixtures("home")
+def test_no_process_is_started_where_no_film_is_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise AssertionError("a process was started")
+
+    monkeypatch.setattr(film_process, "start_process", refused)
+    assert cli.run(["table.toml", "--quiet", "--no-animation"]) == 0
+    lost = ["--max-iterations", "1", "--no-diagnosis", "--set", "goal.tolerance=1e-9"]
+    assert cli.run(["table.toml", "--quiet", *lost]) != 0
