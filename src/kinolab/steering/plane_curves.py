@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.derivation.lowering import evaluate
@@ -203,7 +203,7 @@ def _hermite(ends: Array, tangents: Array, s: Array) -> tuple[Array, Array, Arra
 
 
 def _along(fraction: Array, coordinates: Array) -> Path:
-    spline = CubicSpline(fraction, coordinates)
+    spline = scipy.interpolate.CubicSpline(fraction, coordinates)
     return lambda s, _rate, _slope: spline(s)
 
 
