@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first asked for."""
+"""Imports that come late: a package's names when first asked for, and libraries of extras."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
+
+from kinolab.errors import InputError, Mistake
 
 
 def lazy_names(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[str], Any]:
@@ -25,3 +27,21 @@ def lazy_names(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[st
         return value
 
     return imported
+
+
+def library_of(extra: str, module: str, need: str) -> Any:
+    """Import a library that only an extra of the installation brings.
+
+    Args:
+        extra: Its name, as in ``pip install 'kinolab[plots]'``.
+        module: The library's module.
+        need: What needs which library, such as "films need PyAV".
+
+    Raises:
+        InputError: If it is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        what = f"{need}, which is not installed."
+        raise InputError([Mistake(extra, what, f"pip install 'kinolab[{extra}]'")]) from error

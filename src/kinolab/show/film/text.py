@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeAlias
 
@@ -14,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 Bytes: TypeAlias = NDArray[np.uint8]
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
-FONTS = "mpl-data/fonts/ttf"  # matplotlib ships DejaVu Sans, so no system font is needed
+FONTS = Path(__file__).parent / "fonts"  # DejaVu Sans, which has letters for most languages
 
 
 def lettered(image: Bytes, title: str, stamp: str) -> Bytes:
@@ -68,10 +67,5 @@ def time_stamp(time: float, speed: float = 1.0) -> str:
 
 
 @lru_cache
-def _font(name: str, size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    found = find_spec("matplotlib")
-    for place in (found.submodule_search_locations or []) if found else []:
-        file = Path(place) / FONTS / name
-        if file.is_file():
-            return ImageFont.truetype(file, size)
-    return ImageFont.load_default(size)
+def _font(name: str, size: int) -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(FONTS / name, size)
