@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from kinolab.lazy import lazy_names
+
 if TYPE_CHECKING:
     from kinolab import systems
     from kinolab.analyze.diagnose import Diagnosis, diagnose
@@ -29,18 +31,16 @@ __all__ = [
     "verify",
 ]
 
-_HOMES = {
-    "Certificate": "kinolab.verification.certificate.Certificate",
-    "Diagnosis": "kinolab.analyze.diagnose.Diagnosis",
-    "Plan": "kinolab.api.Plan",
-    "Problem": "kinolab.api.Problem",
-    "Trajectory": "kinolab.trajectory.trajectory.Trajectory",
-    "diagnose": "kinolab.analyze.diagnose.diagnose",
-    "load": "kinolab.api.load",
-    "save_glb": "kinolab.show.view.save_glb",
-    "save_page": "kinolab.show.view.save_page",
-    "verify": "kinolab.verification.certificate.verify",
-}
+_lazy = lazy_names(
+    __name__,
+    {
+        "kinolab.analyze.diagnose": ("Diagnosis", "diagnose"),
+        "kinolab.api": ("Plan", "Problem", "load"),
+        "kinolab.show.view": ("save_glb", "save_page"),
+        "kinolab.trajectory.trajectory": ("Trajectory",),
+        "kinolab.verification.certificate": ("Certificate", "verify"),
+    },
+)
 
 
 def __getattr__(name: str) -> Any:
@@ -49,9 +49,4 @@ def __getattr__(name: str) -> Any:
         return import_module("kinolab.systems")
     if name == "__version__":
         return import_module("importlib.metadata").version("kinolab")
-    if name in _HOMES:
-        module, _, own = _HOMES[name].rpartition(".")
-        value = getattr(import_module(module), own)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'kinolab' has no attribute {name!r}")
+    return _lazy(name)

@@ -68,6 +68,30 @@ def read_sealed(path: Path, magic: bytes) -> memoryview | None:
     return None
 
 
+def touch(path: Path) -> None:
+    """Note that a cache file was used; an unwritable folder is no error."""
+    with suppress(OSError):
+        os.utime(path)
+
+
+def keep_last_used(newest: Path, most: int) -> None:
+    """Remove cache files of one kind, those unused for longest first.
+
+    Args:
+        newest: One that stays; the others have its suffix and are in its folder.
+        most: Size of all together in bytes, to which it leads.
+    """
+    with suppress(OSError):
+        found = [(path, path.stat()) for path in newest.parent.glob(f"*{newest.suffix}")]
+        left = sum(about.st_size for _, about in found)
+        for path, about in sorted(found, key=lambda entry: entry[1].st_mtime):
+            if left <= most:
+                return
+            if path != newest:
+                path.unlink(missing_ok=True)
+                left -= about.st_size
+
+
 def discard(path: Path, why: str = "") -> None:
     """Remove a cache file, with a warning if a reason is given; a non-empty folder stays."""
     with suppress(OSError):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.world import lowest_z, triangles
+from kinolab.world.shape_surfaces import box_surface, cylinder_surface
 
 AT = (0.3, -0.2, 0.1)
 SHAPES: list[Shape] = [
@@ -39,6 +40,15 @@ def test_triangles_enclose_the_volume_of_the_shape(shape: Shape, volume: float) 
     assert mesh.is_watertight
     assert 0.97 * volume < mesh.volume <= volume * (1 + 1e-9)  # corners lie on the surface
     np.testing.assert_allclose(mesh.bounds.mean(axis=0), AT, atol=1e-6)  # [m]
+
+
+def test_boxes_and_cylinders_are_triangulated_as_trimesh_does() -> None:
+    half = np.array([0.3, 0.2, 0.1])
+    box = trimesh.creation.box(2 * half)
+    cylinder = trimesh.creation.cylinder(0.25, 0.05, sections=16)
+    for theirs, ours in [(box, box_surface(half)), (cylinder, cylinder_surface(0.25, 0.025, 16))]:
+        assert np.array_equal(ours[0], theirs.vertices)
+        assert np.array_equal(ours[1], theirs.faces)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -145,6 +145,9 @@ def test_materials_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     def forbid(*_: object, **__: object) -> object:
         raise AssertionError("opened another file")
 
+    monkeypatch.setattr(module, "entry_for", lambda *_: tmp_path / "entry")  # it has its own files
+    monkeypatch.setattr(module, "read_mesh", lambda _: None)
+    monkeypatch.setattr(module, "keep_mesh", lambda *_: None)
     monkeypatch.setattr(Path, "open", record)
     monkeypatch.setattr("builtins.open", forbid)
     assert len(load_mesh("box.obj", root=tmp_path).faces) == 1

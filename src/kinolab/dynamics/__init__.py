@@ -3,79 +3,86 @@
 The names exported here are what user-defined machines are written with.
 """
 
-from kinolab.dynamics.analysis.fields import (
-    Filtration,
-    InvolutiveClosure,
-    LinearControllability,
-    SmallTime,
-    SmallTimeVerdict,
-    VectorField,
-    VectorFields,
-    allowed_motions,
-    filtration,
-    growth_vector,
-    involutive_closure,
-    lie_bracket,
-    linear_controllability,
-    small_time_controllability,
-    vector_fields,
-)
-from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
-from kinolab.dynamics.language.auxiliary_states import State, lag, state
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable
-from kinolab.dynamics.language.constraints import (
-    Constraint,
-    Requirement,
-    closed,
-    force_of,
-    require,
-    zero,
-)
-from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
-from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, PlaneCurves, output
-from kinolab.dynamics.language.forces import (
-    Buoyancy,
-    Coulomb,
-    Gravity,
-    Potential,
-    Spring,
-    Viscous,
-    Wrench,
-    toward,
-)
-from kinolab.dynamics.language.frames import (
-    WORLD,
-    Axis,
-    BodyVelocity,
-    Frame,
-    hat,
-    homogeneous,
-    move,
-    orient,
-    rot_x,
-    rot_y,
-    rot_z,
-    unhat,
-    velocity,
-)
-from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
-from kinolab.dynamics.language.symbols import (
-    Attitude,
-    Coordinate,
-    Parameter,
-    acceleration,
-    angle,
-    length,
-    parameter,
-    rate,
-    rotation,
-    turn_rate,
-)
-from kinolab.dynamics.model import Model
-from kinolab.dynamics.system import System
-from kinolab.numerics.riccati import dlqr, lqr, tvlqr
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kinolab.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.analysis.fields import (
+        Filtration,
+        InvolutiveClosure,
+        LinearControllability,
+        SmallTime,
+        SmallTimeVerdict,
+        VectorField,
+        VectorFields,
+        allowed_motions,
+        filtration,
+        growth_vector,
+        involutive_closure,
+        lie_bracket,
+        linear_controllability,
+        small_time_controllability,
+        vector_fields,
+    )
+    from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
+    from kinolab.dynamics.language.auxiliary_states import State, lag, state
+    from kinolab.dynamics.language.bodies import Body
+    from kinolab.dynamics.language.cables import Cable
+    from kinolab.dynamics.language.constraints import (
+        Constraint,
+        Requirement,
+        closed,
+        force_of,
+        require,
+        zero,
+    )
+    from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
+    from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, PlaneCurves, output
+    from kinolab.dynamics.language.forces import (
+        Buoyancy,
+        Coulomb,
+        Gravity,
+        Potential,
+        Spring,
+        Viscous,
+        Wrench,
+        toward,
+    )
+    from kinolab.dynamics.language.frames import (
+        WORLD,
+        Axis,
+        BodyVelocity,
+        Frame,
+        hat,
+        homogeneous,
+        move,
+        orient,
+        rot_x,
+        rot_y,
+        rot_z,
+        unhat,
+        velocity,
+    )
+    from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+    from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+    from kinolab.dynamics.language.symbols import (
+        Attitude,
+        Coordinate,
+        Parameter,
+        acceleration,
+        angle,
+        length,
+        parameter,
+        rate,
+        rotation,
+        turn_rate,
+    )
+    from kinolab.dynamics.model import Model
+    from kinolab.dynamics.system import System
+    from kinolab.numerics.riccati import dlqr, lqr, tvlqr
 
 __all__ = [
     "CURVATURE",
@@ -163,3 +170,117 @@ __all__ = [
     "velocity",
     "zero",
 ]
+
+__getattr__ = lazy_names(  # a machine that is in the cache needs none of the symbolic part
+    __name__,
+    {
+        "kinolab.dynamics.analysis.fields": (
+            "Filtration",
+            "InvolutiveClosure",
+            "LinearControllability",
+            "SmallTime",
+            "SmallTimeVerdict",
+            "VectorField",
+            "VectorFields",
+            "allowed_motions",
+            "filtration",
+            "growth_vector",
+            "involutive_closure",
+            "lie_bracket",
+            "linear_controllability",
+            "small_time_controllability",
+            "vector_fields",
+        ),
+        "kinolab.dynamics.analysis.trim": (
+            "StateFunctions",
+            "Trim",
+            "trim",
+        ),
+        "kinolab.dynamics.language.auxiliary_states": (
+            "State",
+            "lag",
+            "state",
+        ),
+        "kinolab.dynamics.language.bodies": ("Body",),
+        "kinolab.dynamics.language.cables": ("Cable",),
+        "kinolab.dynamics.language.constraints": (
+            "Constraint",
+            "Requirement",
+            "closed",
+            "force_of",
+            "require",
+            "zero",
+        ),
+        "kinolab.dynamics.language.feedback": (
+            "Feedback",
+            "Reference",
+            "Regulator",
+        ),
+        "kinolab.dynamics.language.flatness": (
+            "CURVATURE",
+            "FlatOutputs",
+            "PlaneCurves",
+            "output",
+        ),
+        "kinolab.dynamics.language.forces": (
+            "Buoyancy",
+            "Coulomb",
+            "Gravity",
+            "Potential",
+            "Spring",
+            "Viscous",
+            "Wrench",
+            "toward",
+        ),
+        "kinolab.dynamics.language.frames": (
+            "WORLD",
+            "Axis",
+            "BodyVelocity",
+            "Frame",
+            "hat",
+            "homogeneous",
+            "move",
+            "orient",
+            "rot_x",
+            "rot_y",
+            "rot_z",
+            "unhat",
+            "velocity",
+        ),
+        "kinolab.dynamics.language.inputs": (
+            "Control",
+            "Drive",
+            "Force",
+            "Pull",
+            "Rate",
+            "Torque",
+        ),
+        "kinolab.dynamics.language.shapes": (
+            "Box",
+            "Capsule",
+            "Cylinder",
+            "Disk",
+            "Shape",
+            "Sphere",
+        ),
+        "kinolab.dynamics.language.symbols": (
+            "Attitude",
+            "Coordinate",
+            "Parameter",
+            "acceleration",
+            "angle",
+            "length",
+            "parameter",
+            "rate",
+            "rotation",
+            "turn_rate",
+        ),
+        "kinolab.dynamics.model": ("Model",),
+        "kinolab.dynamics.system": ("System",),
+        "kinolab.numerics.riccati": (
+            "dlqr",
+            "lqr",
+            "tvlqr",
+        ),
+    },
+)

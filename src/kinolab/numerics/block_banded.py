@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
@@ -73,15 +73,15 @@ class BlockBandedSystem:
             New z and h, and the multipliers (m,); None if no solution is found.
         """
         try:
-            factor = cholesky_banded(self._normal(w), lower=True, check_finite=False)
-        except LinAlgError:
+            factor = scipy.linalg.cholesky_banded(self._normal(w), lower=True, check_finite=False)
+        except np.linalg.LinAlgError:
             return None
-        pull = cho_solve_banded((factor, True), self.shared, check_finite=False)
+        pull = scipy.linalg.cho_solve_banded((factor, True), self.shared, check_finite=False)
         yields = 1.0 + w_h * float(self.shared @ pull)
         missing, total = self.residual(z, h), np.zeros(len(self.right))
         enough = REFINEMENT_TOLERANCE * float(np.abs(missing).max(initial=0.0))
         for _ in range(REFINEMENTS):
-            by = cho_solve_banded((factor, True), missing, check_finite=False)
+            by = scipy.linalg.cho_solve_banded((factor, True), missing, check_finite=False)
             dh = w_h * float(self.shared @ by) / yields
             by -= dh * pull
             total, h = total + by, h + dh

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.linalg import LinAlgError, solve_continuous_are, solve_discrete_are
+import scipy
 
 from kinolab.arguments import checked
 from kinolab.errors import KinolabError
@@ -38,7 +38,7 @@ def lqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     Raises:
         NotStabilisableError: If there is no such gain.
     """
-    P = _solution(solve_continuous_are, A, B, Q, R)
+    P = _solution(scipy.linalg.solve_continuous_are, A, B, Q, R)
     return np.linalg.solve(R, B.T @ P)
 
 
@@ -58,7 +58,7 @@ def dlqr(A: Array, B: Array, Q: Array, R: Array) -> Array:
     Raises:
         NotStabilisableError: If there is no such gain.
     """
-    P = _solution(solve_discrete_are, A, B, Q, R)
+    P = _solution(scipy.linalg.solve_discrete_are, A, B, Q, R)
     return np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
 
 
@@ -66,7 +66,7 @@ def _solution(solve: Callable[..., Any], *matrices: Array) -> Any:
     """Return the stabilising solution of a Riccati equation."""
     try:
         return solve(*matrices)
-    except (LinAlgError, ValueError) as error:
+    except (np.linalg.LinAlgError, ValueError) as error:
         raise NotStabilisableError(f"there is no stabilising gain ({error})") from error
 
 

@@ -14,18 +14,23 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
+from kinolab.simulation.dop853_coefficients import (
+    A_EXTRA,
+    E3,
+    E5,
+    EXTRA_STAGES,
+    STAGES,
+    A,
+    B,
+    D,
+)
 from kinolab.simulation.machine import call_at, call_under
 
-STAGES, EXTRA_STAGES, POWER = 12, 3, 7  # POWER: number of coefficients of the dense output
-A, B, C = (np.ascontiguousarray(table) for table in (DOP853.A, DOP853.B, DOP853.C))
-E3, E5 = np.ascontiguousarray(DOP853.E3), np.ascontiguousarray(DOP853.E5)
-A_EXTRA, C_EXTRA = np.ascontiguousarray(DOP853.A_EXTRA), np.ascontiguousarray(DOP853.C_EXTRA)
-D = np.ascontiguousarray(DOP853.D)
+POWER = 7  # number of coefficients of the dense output
 SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # of the step size control
 EXPONENT = -1.0 / 8.0
 WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE = range(6)  # how ``follow`` ended

@@ -6,7 +6,7 @@ import ctypes
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
@@ -83,7 +83,7 @@ class Rollout:
             whole[:, :nx] = np.dstack(
                 self._problem.model.jacobian((ends[:-1] + ends[1:]) / 2, u[part])
             )
-            moved = expm(self.step * whole)
+            moved = scipy.linalg.expm(self.step * whole)
             A[part], B[part] = moved[:, :nx, :nx], moved[:, :nx, nx:]
         return A, B
 

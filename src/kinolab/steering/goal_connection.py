@@ -11,7 +11,7 @@ Source: Betts, Practical Methods for Optimal Control, 2nd ed., 2010, chapter 4 (
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from kinolab.cancel import CancellationToken, CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
@@ -126,7 +126,7 @@ class GoalConnection:
             moved = [residual(shares + step) for step in np.diag(signs)]
             return ((np.array(moved) - base) / signs[:, None]).T
 
-        result = least_squares(
+        result = scipy.optimize.least_squares(
             residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=MAX_ITERATIONS
         )
         reached = end(result.x)

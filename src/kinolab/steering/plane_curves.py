@@ -8,7 +8,7 @@ from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.derivation.lowering import evaluate
@@ -227,8 +227,8 @@ class _Curve(SampledPath):
         return np.column_stack([np.interp(s, self._fraction, c) for c in self._coordinates.T])
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self._fraction, self._coordinates)
+    def _spline(self) -> scipy.interpolate.CubicSpline:
+        return scipy.interpolate.CubicSpline(self._fraction, self._coordinates)
 
 
 def _straight(begin: Pose, end: Pose) -> Path:

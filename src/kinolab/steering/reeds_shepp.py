@@ -8,7 +8,6 @@ from math import copysign, cos, sin
 from typing import Any, TypeAlias
 
 import numpy as np
-from ompl import base as ob
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
@@ -98,10 +97,14 @@ class _Curve:
     """An OMPL curve, which exposes poses but not arcs."""
 
     def __init__(self, begin: PlanePose, end: PlanePose, radius: float, *, backward: bool) -> None:
+        import ompl.base  # late: machines that are not cars need none
+
         self._space: Any = (
-            ob.ReedsSheppStateSpace(radius) if backward else ob.DubinsStateSpace(radius)
+            ompl.base.ReedsSheppStateSpace(radius)
+            if backward
+            else ompl.base.DubinsStateSpace(radius)
         )
-        bounds = ob.RealVectorBounds(2)
+        bounds = ompl.base.RealVectorBounds(2)
         bounds.setLow(-WORLD_EXTENT)
         bounds.setHigh(WORLD_EXTENT)
         self._space.setBounds(bounds)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import LinAlgError, solve_discrete_are
+import scipy
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -46,8 +46,8 @@ class TrackingLaw:
         keep = np.flatnonzero(self._matters)
         a, b = A[0][np.ix_(keep, keep)], B[0][keep]
         try:
-            P = solve_discrete_are(a, b, self._Q[np.ix_(keep, keep)], self._R)
-        except (LinAlgError, ValueError):
+            P = scipy.linalg.solve_discrete_are(a, b, self._Q[np.ix_(keep, keep)], self._R)
+        except (np.linalg.LinAlgError, ValueError):
             return None
         K = np.zeros((len(u), len(x)))
         K[:, keep] = np.linalg.solve(self._R + b.T @ P @ b, b.T @ P @ a)

@@ -12,14 +12,17 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-import trimesh
-from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.numerics.arrays import Array
+from kinolab.world.shape_surfaces import (
+    Faces,
+    ball_surface,
+    box_surface,
+    capsule_surface,
+    cylinder_surface,
+)
 from kinolab.world.support_functions import half_extent
-
-Faces = NDArray[np.int64]
 
 # Columns: where the axes of a shape's own frame point in the body's frame.
 TURN: dict[str, Array] = {
@@ -110,25 +113,23 @@ def triangles(shape: Shape, corners: int = SECTIONS) -> tuple[Array, Faces]:
         Vertices (n, 3) in [m], on the surface; faces (m, 3), seen anticlockwise from outside.
     """
     kind, half = sizes(shape)
-    mesh = _own_triangles(kind, *half.tolist(), corners)
+    vertices, faces = _own_triangles(kind, *half.tolist(), corners)
     frame = placement(shape)
-    vertices = np.asarray(mesh.vertices, dtype=np.float64) @ frame[:, :3].T + frame[:, 3]
-    return vertices, np.asarray(mesh.faces, dtype=np.int64)
+    return vertices @ frame[:, :3].T + frame[:, 3], faces.copy()
 
 
 @lru_cache(maxsize=64)
-def _own_triangles(kind: ShapeKind, x: float, y: float, z: float, corners: int) -> trimesh.Trimesh:
+def _own_triangles(
+    kind: ShapeKind, x: float, y: float, z: float, corners: int
+) -> tuple[Array, Faces]:
     """Triangulate a shape in its own frame; worlds of many have few sizes of them."""
-    half = np.array([x, y, z])
     if kind is ShapeKind.BOX:
-        return trimesh.creation.box(2.0 * half)
+        return box_surface(np.array([x, y, z]))
     if kind is ShapeKind.SPHERE:
-        return trimesh.creation.icosphere(subdivisions=3, radius=half[0])
+        return ball_surface(x)
     if kind is ShapeKind.CYLINDER:
-        return trimesh.creation.cylinder(half[0], 2.0 * half[2], sections=corners)
-    capsule = trimesh.creation.capsule(2.0 * half[2], half[0], count=[corners // 2, corners // 2])
-    capsule.apply_translation(-capsule.bounds.mean(axis=0))
-    return capsule
+        return cylinder_surface(x, z, corners)
+    return capsule_surface(x, z, corners)
 
 
 def feature_points(shape: Shape) -> Array:

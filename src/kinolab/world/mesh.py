@@ -5,28 +5,24 @@ from __future__ import annotations
 import io
 import warnings
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import Faces
-from kinolab.world.mesh_components import Components
+from kinolab.world.shape_surfaces import Faces
+
+if TYPE_CHECKING:
+    import trimesh
+from kinolab.world.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
+from kinolab.world.mesh_components import Components, connected_parts
 
 FORMATS = ("stl", "obj", "ply", "glb", "off")
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 2_000_000
 MAX_COORDINATE = 1e9  # [m]
 MAX_EXTENT = 1000.0  # [m]; larger ones are most likely drawn in millimetres
-
-
-class Mesh(NamedTuple):
-    """Triangles as a file gives them, in the file's units, duplicate vertices merged."""
-
-    vertices: Array  # (n, 3)
-    faces: Faces  # (m, 3)
 
 
 def load_mesh(path: str | Path, *, root: Path) -> Mesh:
@@ -43,12 +39,25 @@ def load_mesh(path: str | Path, *, root: Path) -> Mesh:
     """
     where = str(path)
     content = _read(where, _locate(where, root))
+    kept = entry_for(_format(where), content)
+    mesh = read_mesh(kept)
+    if mesh is None:
+        mesh = _sound_mesh(where, content)
+        keep_mesh(kept, mesh)
+    return mesh
+
+
+def _sound_mesh(where: str, content: bytes) -> Mesh:
     vertices, faces = _parse(where, content)
     check(where, vertices, faces)
     vertices, faces = merge_duplicates(vertices, faces)
     if not len(faces):
         raise refusal(where, "has no triangle with three different corners.")
-    return Mesh(vertices, faces)
+    return Mesh(vertices, faces, connected_parts(len(vertices), faces))
+
+
+def _format(where: str) -> str:
+    return Path(where).suffix.lower().removeprefix(".")
 
 
 def refusal(where: str, what: str, remedy: str = "") -> InputError:
@@ -70,7 +79,7 @@ def merge_duplicates(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
 
 
 def _locate(where: str, root: Path) -> Path:
-    if Path(where).suffix.lower().removeprefix(".") not in FORMATS:
+    if _format(where) not in FORMATS:
         known = ", ".join(name.upper() for name in FORMATS)
         raise refusal(where, "is not a mesh format that kinolab reads.", f"Convert it to {known}.")
     try:
@@ -99,7 +108,9 @@ def _read(where: str, file: Path) -> bytes:
 
 def _parse(where: str, content: bytes) -> tuple[Array, Faces]:
     """Let trimesh read the bytes; without a file name it has no folder to load more from."""
-    kind = Path(where).suffix.lower().removeprefix(".")
+    import trimesh  # late: a mesh that is in the cache needs none
+
+    kind = _format(where)
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
@@ -114,6 +125,8 @@ def _parse(where: str, content: bytes) -> tuple[Array, Faces]:
 
 def _flatten(where: str, scene: trimesh.Scene) -> tuple[Array, Faces]:
     """Join the parts of a scene in its frame, counting first: instances multiply cheaply."""
+    import trimesh  # late, as above
+
     placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     parts = [(pose, scene.geometry[name]) for pose, name in placed]
     parts = [(pose, part) for pose, part in parts if isinstance(part, trimesh.Trimesh)]

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import Faces
+from kinolab.world.shape_surfaces import Faces
 
 # volumes below this share of the cubed extent are sheets folded onto themselves
 FLAT_FRACTION = 1e-12
@@ -27,19 +26,29 @@ class Components(NamedTuple):
     volume: Array  # (parts,) signed, [m³]
 
 
-def components(vertices: Array, faces: Faces) -> Components:
-    """Split a mesh, vertices (n, 3) merged and faces (m, 3), into its connected parts."""
-    label = _labels(len(vertices), faces)
+def components(vertices: Array, faces: Faces, label: NDArray[np.int64] | None = None) -> Components:
+    """Split a mesh into its connected parts.
+
+    Args:
+        vertices: Merged, shape (n, 3).
+        faces: Shape (m, 3).
+        label: The part of each face, shape (m,), where it is known.
+    """
+    if label is None:
+        label = connected_parts(len(vertices), faces)
     volume = _signed_volumes(vertices, faces, label)
     volume[np.unique(label[_has_open_edge(len(vertices), faces)])] = 0.0
     volume[np.abs(volume) < FLAT_FRACTION * np.ptp(vertices, axis=0).max() ** 3] = 0.0
     return Components(label, volume)
 
 
-def _labels(count: int, faces: Faces) -> NDArray[np.int64]:
+def connected_parts(count: int, faces: Faces) -> NDArray[np.int64]:
+    """Number the parts of a mesh of ``count`` vertices: the part of each face, shape (m,)."""
     ends = np.concatenate([faces[:, :2], faces[:, 1:]])
-    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    part_of_vertex = connected_components(graph, directed=False)[1]
+    graph = scipy.sparse.coo_array(
+        (np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count)
+    )
+    part_of_vertex = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     return np.unique(part_of_vertex[faces[:, 0]], return_inverse=True)[1].astype(np.int64)
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import Faces, frame_in_world, sizes, triangles
+from kinolab.world.geometry import frame_in_world, sizes, triangles
 from kinolab.world.mesh import check, load_mesh, refusal, suspicions
 from kinolab.world.mesh_components import Components, components
+from kinolab.world.shape_surfaces import Faces
 from kinolab.world.support_functions import half_extent
 
 Numbers = Sequence[float]
@@ -128,7 +129,7 @@ def mesh_obstacle(
     vertices = mesh.vertices @ (pose[:, :3] @ linear).T + pose[:, 3]
     check(str(path), vertices, mesh.faces)
     faces = mesh.faces if np.linalg.det(linear) > 0 else mesh.faces[:, ::-1]
-    parts = components(vertices, faces)
+    parts = components(vertices, faces, mesh.label)
     faces, filled = _fill(str(path), faces, parts, solid)
     source, warnings = (root / path).resolve(), suspicions(str(path), vertices, parts)
     if solid:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from numba import typeof
 
+from kinolab.files import keep_last_used
 from kinolab.world import Obstacle, World, box_obstacle, sphere_obstacle
 from kinolab.world.collision import distance_field_cache
 from kinolab.world.collision.collision_scene import collision_scene
 from kinolab.world.collision.distance_field import DistanceField, distance_field
-from kinolab.world.collision.distance_field_cache import MAGIC, SUFFIX, cached_distance_field, evict
+from kinolab.world.collision.distance_field_cache import MAGIC, SUFFIX, cached_distance_field
 
 BOX = box_obstacle("box", (1.0, 1.0, 1.0), (2.0, 0.0, 0.5))
 BALL = sphere_obstacle("ball", 0.7, (-2.0, 1.0, 0.0))
@@ -133,9 +134,7 @@ def test_small_grids_and_empty_worlds_are_not_kept(
     assert not (tmp_path / "cache").exists()
 
 
-def test_the_entries_that_were_not_used_for_longest_make_room(
-    home: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_entries_that_were_not_used_for_longest_make_room(home: Path) -> None:
     worlds = [(BOX,), (BALL,), (BOX, BALL)]
     entries: list[Path] = []
     for age, obstacles in enumerate(worlds):
@@ -147,8 +146,7 @@ def test_the_entries_that_were_not_used_for_longest_make_room(
     other.write_bytes(bytes(10_000))
     cached_distance_field((BOX,), 0.1)  # used: the oldest is another one now
     all_in_all = sum(entry.stat().st_size for entry in entries)
-    monkeypatch.setattr(distance_field_cache, "MAX_BYTES", all_in_all - 1)
-    evict(entries[2])
+    keep_last_used(entries[2], all_in_all - 1)
     assert set(home.iterdir()) == {entries[0], entries[2], other}
 
 

@@ -63,8 +63,11 @@ def command(
     """
     from kinolab.analyze.execute import Conditions, execute, execution_to_json, tube_png
     from kinolab.files import write_whole
+    from kinolab.lazy import library_of
     from kinolab.runs import read_run
 
+    if not no_picture:  # before the work, not after it
+        library_of("plots", "matplotlib", "execution.png needs Matplotlib")
     progress = Progress(quiet)
     conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
     progress("reading the run and compiling the machine")

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
@@ -145,7 +145,7 @@ class _LoopClosure:
         """
         sizes = self._scales
         try:
-            result = minimize(
+            result = scipy.optimize.minimize(
                 lambda s: 0.5 * float(np.sum((s - q / sizes) ** 2)),
                 begin / sizes,
                 jac=lambda s: s - q / sizes,

@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 import sympy
-from scipy.optimize import least_squares
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
@@ -155,7 +155,9 @@ class _TrimSolver:
     def _near(self, z: Array) -> Array:
         """Minimise the residual to a few digits."""
         try:
-            found = least_squares(self._residual, z, self._derivative, x_scale=self._scales)
+            found = scipy.optimize.least_squares(
+                self._residual, z, self._derivative, x_scale=self._scales
+            )
         except (ValueError, KinolabError):  # an iterate is not finite or singular
             return z
         return self._landed(np.asarray(found.x))

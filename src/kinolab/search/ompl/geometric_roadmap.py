@@ -6,11 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from kinolab.cancel import CancellationToken, raise_if_cancelled
 from kinolab.numerics.arrays import Array
@@ -141,10 +140,10 @@ class _Graph:
             return {}, []
         rows = np.array(edges, dtype=np.int64).reshape(-1, 2)
         size = self._data.numVertices()
-        table = csr_array(
+        table = scipy.sparse.csr_array(
             (np.maximum(lengths, MIN_EDGE_LENGTH), (rows[:, 0], rows[:, 1])), (size, size)
         )
-        found, before = dijkstra(
+        found, before = scipy.sparse.csgraph.dijkstra(
             table, directed=False, indices=self._begin, return_predecessors=True
         )
         reached = np.flatnonzero(np.isfinite(found))

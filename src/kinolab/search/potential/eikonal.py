@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit_cache import sealed_caches
@@ -146,7 +146,9 @@ def _speed(free: Mask, grid: WorkspaceGrid, clearance_cost_radius: float) -> Arr
     if clearance_cost_radius <= 0:
         return np.where(free, 1.0, BLOCKED_SPEED)
     walled = np.pad(free, 1, constant_values=False)
-    clearance = distance_transform_edt(walled, sampling=grid.size)[(slice(1, -1),) * free.ndim]
+    clearance = scipy.ndimage.distance_transform_edt(walled, sampling=grid.size)[
+        (slice(1, -1),) * free.ndim
+    ]
     return np.where(free, np.clip(clearance / clearance_cost_radius, MIN_SPEED, 1.0), BLOCKED_SPEED)
 
 

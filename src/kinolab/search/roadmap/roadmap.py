@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
 
 from kinolab.numerics.arrays import Array
 from kinolab.search.graph import SearchGraph
@@ -47,12 +46,16 @@ class Roadmap:
 
     def groups(self) -> NDArray[np.int32]:
         """Return the strongly connected component of each milestone, shape (n,)."""
-        _, labels = connected_components(self._steps(), directed=True, connection="strong")
+        _, labels = scipy.sparse.csgraph.connected_components(
+            self._steps(), directed=True, connection="strong"
+        )
         return np.asarray(labels)
 
     def quickest(self, begin: int, end: int) -> Array | None:
         """Return the inputs of the fastest path, shape (steps, nu); None if there is none."""
-        lengths, before = dijkstra(self._steps(), indices=begin, return_predecessors=True)
+        lengths, before = scipy.sparse.csgraph.dijkstra(
+            self._steps(), indices=begin, return_predecessors=True
+        )
         if not np.isfinite(lengths[end]):
             return None
         path = [end]
@@ -63,11 +66,11 @@ class Roadmap:
 
     def reached(self, begin: int) -> list[int]:
         """Return the milestones reachable from one, itself included."""
-        lengths = dijkstra(self._steps(), indices=begin)
+        lengths = scipy.sparse.csgraph.dijkstra(self._steps(), indices=begin)
         return [int(k) for k in np.flatnonzero(np.isfinite(lengths))]
 
-    def _steps(self) -> csr_array:
+    def _steps(self) -> scipy.sparse.csr_array:
         size = len(self.milestones)
         rows = np.array(list(self.motions), dtype=np.int64).reshape(-1, 2)
         steps = np.array([len(inputs) for inputs in self.motions.values()], dtype=float)
-        return csr_array((steps, (rows[:, 0], rows[:, 1])), shape=(size, size))
+        return scipy.sparse.csr_array((steps, (rows[:, 0], rows[:, 1])), shape=(size, size))

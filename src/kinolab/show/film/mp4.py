@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import InputError, Mistake
+from kinolab.lazy import library_of
 from kinolab.show.film.film import Film
 
 CODECS = ("libx264", "h264", "mpeg4")  # the first available
@@ -30,7 +31,7 @@ def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
     if any(side % 2 for side in size):
         what = f"{size[0]} x {size[1]} has an odd side, which H.264 cannot store."
         raise InputError([Mistake("size", what, "Give even numbers.")])
-    av, out = _library(), io.BytesIO()
+    av, out = library_of("video", "av", "films need PyAV"), io.BytesIO()
     with av.open(out, "w", format="mp4") as container:
         stream = container.add_stream(_codec(av), rate=Fraction(fps).limit_denominator(1001))
         stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
@@ -42,15 +43,6 @@ def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
             container.mux(stream.encode(_frame(av, image)))
         container.mux(stream.encode())
     return out.getvalue()
-
-
-def _library() -> Any:
-    try:
-        import av
-    except ImportError as error:
-        what = "films need PyAV, which is not installed."
-        raise InputError([Mistake("video", what, "pip install 'kinolab[video]'")]) from error
-    return av
 
 
 def _codec(av: Any) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeAlias
 
@@ -16,7 +15,7 @@ Bytes: TypeAlias = NDArray[np.uint8]
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
 PLAIN, BOLD = "DejaVuSans.ttf", "DejaVuSans-Bold.ttf"
-FONTS = "mpl-data/fonts/ttf"  # matplotlib ships DejaVu Sans, so no system font is needed
+FONTS = Path(__file__).parent / "fonts"  # DejaVu Sans, which has letters for most languages
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,10 +94,5 @@ def time_stamp(time: float, speed: float = 1.0) -> str:
 
 
 @lru_cache
-def _font(name: str, size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    found = find_spec("matplotlib")
-    for place in (found.submodule_search_locations or []) if found else []:
-        file = Path(place) / FONTS / name
-        if file.is_file():
-            return ImageFont.truetype(file, size)
-    return ImageFont.load_default(size)
+def _font(name: str, size: int) -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(FONTS / name, size)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
@@ -95,7 +95,7 @@ def _matrix(entries: list[tuple[Any, Any, Any]], shape: tuple[int, int]) -> Any:
     """Return a sparse matrix from (row, column, value) triples, broadcast against each other."""
     parts = [np.broadcast_arrays(*entry) for entry in entries]
     row, column, value = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
-    return sparse.csc_matrix((value, (row, column)), shape=shape)
+    return scipy.sparse.csc_matrix((value, (row, column)), shape=shape)
 
 
 def _equalities(linearization: Linearization, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
@@ -150,7 +150,7 @@ def _cost(
     for part in (at.slack, at.over, at.under):
         linear[part] = weights.penalty
     linear[at.left] = weights.penalty * open_defects
-    return sparse.diags(square, format="csc"), linear
+    return scipy.sparse.diags(square, format="csc"), linear
 
 
 def _limits(limits: TrustRegion, at: _Columns, open_defects: float) -> tuple[Array, Array]:

@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
@@ -111,7 +111,7 @@ def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None
     """Mark the cells inside of solids: no surface separates the free cells of one component."""
     if not grid.volume.any():
         return
-    label, count = ndimage.label(taken == 0)
+    label, count = scipy.ndimage.label(taken == 0)
     first = np.zeros((count + 1, 3), np.int64)
     first_cells(label, first)
     centers, arrays = low + (first[1:] + 0.5) * width, Record(grid)

@@ -7,9 +7,7 @@ most 20 MB, all of them 1 GB: those that were used last stay.
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -17,7 +15,7 @@ from threading import Lock
 import numpy as np
 
 from kinolab.dynamics.codegen.cache import code_in, folder
-from kinolab.files import read_sealed, write_sealed
+from kinolab.files import keep_last_used, read_sealed, touch, write_sealed
 from kinolab.world.collision.distance_field import DistanceField, digest, distance_field
 from kinolab.world.obstacle import Obstacle
 
@@ -50,7 +48,7 @@ def cached_distance_field(
         grid = distance_field(obstacles, finest)
         if grid.distance.size >= MIN_CELLS:
             _write(path, grid)
-            evict(path)
+            keep_last_used(path, MAX_BYTES)
     return grid
 
 
@@ -63,19 +61,6 @@ def shared_distance_field(obstacles: Sequence[Obstacle], finest: float) -> Dista
         if len(_shared) > MAX_SHARED:
             del _shared[next(iter(_shared))]
         return grid
-
-
-def evict(newest: Path) -> None:
-    """Remove the entries unused for longest, until all take no more than ``MAX_BYTES``."""
-    with suppress(OSError):
-        found = [(path, path.stat()) for path in newest.parent.glob(f"*{SUFFIX}")]
-        left = sum(about.st_size for _, about in found)
-        for path, about in sorted(found, key=lambda entry: entry[1].st_mtime):
-            if left <= MAX_BYTES:
-                return
-            if path != newest:
-                path.unlink(missing_ok=True)
-                left -= about.st_size
 
 
 def _key(name: str, finest: float) -> str:
@@ -92,8 +77,7 @@ def _read(path: Path) -> DistanceField | None:
     content = read_sealed(path, MAGIC)
     if content is None:
         return None
-    with suppress(OSError):
-        os.utime(path)  # it is used
+    touch(path)
     head = np.frombuffer(content, HEADER, 1)[0]
     distance = np.frombuffer(content, np.float32, offset=HEADER.itemsize).reshape(head["shape"])
     aligned = np.require(distance, requirements=["ALIGNED", "WRITEABLE"])

@@ -1,0 +1,47 @@
+"""Imports that come late: a package's names when first asked for, and libraries of extras."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
+from typing import Any
+
+from kinolab.errors import InputError, Mistake
+
+
+def lazy_names(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[str], Any]:
+    """Return a package's ``__getattr__``.
+
+    Args:
+        package: Its ``__name__``.
+        homes: Names by the module that each is defined in.
+    """
+    home_of = {name: module for module, names in homes.items() for name in names}
+
+    def imported(name: str) -> Any:
+        if name not in home_of:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(home_of[name]), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return imported
+
+
+def library_of(extra: str, module: str, need: str) -> Any:
+    """Import a library that only an extra of the installation brings.
+
+    Args:
+        extra: Its name, as in ``pip install 'kinolab[plots]'``.
+        module: The library's module.
+        need: What needs which library, such as "films need PyAV".
+
+    Raises:
+        InputError: If it is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        what = f"{need}, which is not installed."
+        raise InputError([Mistake(extra, what, f"pip install 'kinolab[{extra}]'")]) from error
