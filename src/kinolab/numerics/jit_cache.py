@@ -25,28 +25,35 @@ MARK = ".sealed"  # in file names: numba's own files have no checksum
 def sealed_caches() -> Iterator[None]:
     """Give functions that are decorated inside the context caches with checksums."""
     numba: Any = dispatcher
-    before, numba.FunctionCache = numba.FunctionCache, _cache_of
+    before, numba.FunctionCache = numba.FunctionCache, cache_of
     try:
         yield
     finally:
         numba.FunctionCache = before
 
 
-def _cache_of(function: Callable[..., Any]) -> Any:
-    """Return the cache of a function; a null cache if no folder can be written."""
+def cache_of(function: Callable[..., Any], kind: type | None = None) -> Any:
+    """Return the cache of a function; a null cache if no folder can be written.
+
+    Args:
+        function: In Python.
+        kind: ``SealedCache`` or one derived from it, which is for other results of compilation.
+    """
     try:
-        return _SealedCache(function)
+        return (kind or SealedCache)(function)
     except (OSError, RuntimeError):
         return NullCache()
 
 
-class _SealedCache(FunctionCache):  # type: ignore[misc]
+class SealedCache(FunctionCache):  # type: ignore[misc]
     """The cache of one function, for all its signatures."""
+
+    _mark = MARK  # in file names, which differ between kinds
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
-        name = f"{self._impl.filename_base}{MARK}"
+        name = f"{self._impl.filename_base}{self._mark}"
         self._cache_file = _SealedFiles(self._cache_path, name, stamp)
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
