@@ -66,7 +66,7 @@ def computed(home: Path) -> tuple[tuple[int, int], bool]:
 
 def entries(home: Path) -> list[Path]:
     """The index and the machine code."""
-    found = sorted((home / "cache").rglob("*.sealed.*"))
+    found = sorted((home / "cache").rglob("*.sealed*.nb[ic]"))
     assert [path.suffix for path in found] == [".nbc", ".nbi"]
     return found
 

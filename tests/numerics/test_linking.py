@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import importlib.util
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numba.core import config
+from numba.core.errors import TypingError
+
+from tests.support import environment
 
 LOOPS = """
 from kinolab.numerics.jit import allocating_kernel, kernel
@@ -106,3 +111,26 @@ def test_an_exception_of_a_nested_function_reaches_python(attempt: str, home: Pa
     with pytest.raises(ValueError, match="cannot assign slice"):
         made.assigned(np.zeros(3), np.ones(5))
     assert bool(made.assigned.stats.cache_hits) == (attempt == "from disk")
+
+
+def test_processes_that_need_a_function_at_once_compile_it_once(home: Path) -> None:
+    """One of them waits for the other, or comes later; both compute the same."""
+    command = "from nested import pyramid; print(pyramid(100), bool(pyramid.stats.cache_hits))"
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", command],
+            cwd=home, env=environment(NUMBA_CACHE_DIR=str(home / "cache")),
+            stdout=subprocess.PIPE, text=True,
+        )
+        for _ in range(2)
+    ]  # fmt: skip
+    said = sorted(process.communicate(timeout=300)[0] for process in both)
+    assert said == [f"{PYRAMID} False\n", f"{PYRAMID} True\n"]
+
+
+def test_a_function_that_failed_to_compile_holds_up_nobody(home: Path) -> None:
+    made = loops(home)
+    with pytest.raises(TypingError):
+        made.square("text")
+    assert made.square(12) == 144
+    assert loops(home).square(12) == 144

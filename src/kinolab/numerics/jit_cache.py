@@ -14,8 +14,10 @@ from typing import Any
 
 from numba.core import dispatcher
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.event import trigger_event
 
-from kinolab.files import discard, read_sealed, write_sealed
+from kinolab.files import FileLock, discard, read_sealed, write_sealed
+from kinolab.numerics.compiling import WAIT
 
 MAGIC = b"kinolab compiled loop 1\n"
 MARK = ".sealed"  # in file names: numba's own files have no checksum
@@ -55,11 +57,31 @@ class SealedCache(FunctionCache):  # type: ignore[misc]
         stamp = self._impl.locator.get_source_stamp()
         name = f"{self._impl.filename_base}{self._mark}"
         self._cache_file = _SealedFiles(self._cache_path, name, stamp)
+        self._lock = FileLock(Path(self._cache_path, f"{name}.lock"))
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Return what was compiled for a signature; None if this process has to compile it.
+
+        If another process is compiling the function, this one waits for it.
+        """
+        found = super().load_overload(signature, context)
+        if found is None:
+            with trigger_event(WAIT):
+                taken = self._lock.acquire()
+            found = super().load_overload(signature, context) if taken else None
+        if found is not None:
+            self.release()
+        return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Save the machine code of a signature; an unwritable folder only costs time."""
         with suppress(OSError):
             super().save_overload(signature, compiled)
+        self.release()
+
+    def release(self) -> None:
+        """Let other processes compile the function."""
+        self._lock.release()
 
 
 class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]

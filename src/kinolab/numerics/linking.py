@@ -24,7 +24,19 @@ from kinolab.numerics.jit_cache import SealedCache, cache_of
 NOWHERE = 0  # address of a function that has no machine code
 
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+class _Dispatcher(CPUDispatcher):  # type: ignore[misc]
+    """numba's, whose cache is locked while a function is compiled."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature; if that fails, other processes need not wait any longer."""
+        try:
+            return super().compile(sig)
+        finally:
+            if isinstance(self._cache, SealedCache):
+                self._cache.release()
+
+
+class Kernel(_Dispatcher):
     """A compiled function: machine code for Python, IR for other compiled functions.
 
     Args:
@@ -34,7 +46,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         super().__init__(function, {}, options)
-        self._linked = CPUDispatcher(function, {}, options, pipeline_class=_LinkedCompiler)
+        self._linked = _Dispatcher(function, {}, options, pipeline_class=_LinkedCompiler)
         self._linked._cache = cache_of(function, _LinkedCache)
         self._cache = cache_of(function)
         self._compiler._compile_core = self._executable

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kinolab.cli.common import MAX_JOBS, PATH, echo_json, quiet_option, set_option, write_pictures
+from kinolab.cli.compile_ahead import compiled_ahead
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import live_page
@@ -90,6 +91,7 @@ def command(
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
     with (
+        compiled_ahead(),
         progress.compiling(),
         live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),
     ):
