@@ -116,4 +116,4 @@ def test_what_it_compiles_a_plan_does_not(tmp_path: Path) -> None:
     )
     compiled = set(json.loads(done.stdout.splitlines()[-1]))
     assert compiled & {"explore", "mark_shape"}  # these are left to the command
-    assert not compiled & {"grow", "extend", "follow", "linearise", "find", "normal", "_draw"}
+    assert not compiled & {"grow", "extend", "integrate", "linearise", "find_at", "normal", "_draw"}

@@ -258,7 +258,7 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
             continue
         middle = (block[longest, 0] + block[longest, 1]) // 2
         for part in range(2):
-            stack[top] = block
+            copy_block(block, stack[top])
             stack[top, longest, 1 - part] = middle
             top += 1
 
