@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.files import MOST_KEPT, read_sealed, write_sealed
+from kinolab.files import MOST_KEPT, FileLock, read_sealed, write_sealed
 from kinolab.world import box_obstacle
 from kinolab.world.collision import distance_field_cache
 from kinolab.world.collision.distance_field_cache import cached_distance_field
@@ -105,3 +105,24 @@ def test_whatever_becomes_of_an_entry_it_is_made_anew(
         with within(60):
             assert make() == expected
         assert {path: path.read_bytes() for path in home.iterdir()} == entries
+
+
+def test_a_lock_is_held_by_one_until_it_is_released(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As between processes: each opens the file for itself."""
+    monkeypatch.setattr("kinolab.files.LONGEST_WAIT", 0.05)  # [s]
+    one, other = (FileLock(tmp_path / "a" / "lock") for _ in range(2))
+    assert one.acquire()
+    assert not one.acquire()  # it is held already
+    assert not other.acquire()
+    one.release()
+    assert other.acquire()
+    other.release()
+
+
+def test_where_no_file_can_be_made_nobody_waits_for_a_lock(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    lock = FileLock(tmp_path / "file" / "lock")
+    assert not lock.acquire()
+    lock.release()

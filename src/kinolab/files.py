@@ -8,6 +8,7 @@ import logging
 import os
 import secrets
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -15,8 +16,15 @@ from typing import BinaryIO
 
 from kinolab.errors import printable
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 SEAL = 32  # bytes of a checksum
 MOST_KEPT = 2**28  # [bytes] of one cache file, ten times the largest in use
+LOCK_PERIOD = 0.01  # [s] after which a lock is tried again
+LONGEST_WAIT = 60.0  # [s] for a lock; a function of ours is compiled in a tenth of that
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a writer does not block
 LOG = logging.getLogger("kinolab")
 
@@ -90,6 +98,49 @@ def keep_last_used(newest: Path, most: int) -> None:
             if path != newest:
                 path.unlink(missing_ok=True)
                 left -= about.st_size
+
+
+class FileLock:
+    """A lock that processes share, on a file; a process that ends releases what it holds.
+
+    Where files cannot be locked there is none, and everyone may go ahead.
+
+    Args:
+        path: Of the file, which is made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._handle = -1
+
+    def acquire(self) -> bool:
+        """Wait until no other process holds the lock, then take it; return whether it was taken.
+
+        It is False if this process holds it already, after ``LONGEST_WAIT``, and without locks.
+        """
+        if fcntl is None or self._handle >= 0:
+            return False
+        handle, until = -1, time.monotonic() + LONGEST_WAIT
+        with suppress(OSError):
+            self._path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            handle = os.open(self._path, os.O_RDWR | os.O_CREAT | NO_WAIT, 0o600)
+            while time.monotonic() < until:
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    time.sleep(LOCK_PERIOD)
+                else:
+                    self._handle = handle
+                    return True
+        if handle >= 0:
+            os.close(handle)
+        return False
+
+    def release(self) -> None:
+        """Let other processes take the lock."""
+        if self._handle >= 0:
+            os.close(self._handle)
+            self._handle = -1
 
 
 def discard(path: Path, why: str = "") -> None:

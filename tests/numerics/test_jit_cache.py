@@ -66,7 +66,7 @@ def computed(home: Path) -> tuple[tuple[int, int], bool]:
 
 def entries(home: Path) -> list[Path]:
     """The index and the machine code."""
-    found = sorted((home / "cache").rglob("*.nb[ic]"))
+    found = sorted((home / "cache").rglob("*.sealed*.nb[ic]"))
     assert [path.suffix for path in found] == [".nbc", ".nbi"]
     return found
 
@@ -245,7 +245,7 @@ def test_a_warning_is_one_line_on_stderr(home: Path) -> None:
         return run.stdout, run.stderr
 
     assert done() == ("5050\n", "")
-    for path in (home / "cache").rglob("*.nbc"):
+    for path in (home / "cache").rglob("*.sealed.*.nbc"):
         path.write_bytes(b"")
     out, said = done()
     assert out == "5050\n"

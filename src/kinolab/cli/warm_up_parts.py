@@ -119,7 +119,12 @@ def _optimisation() -> None:
 
 def _potential_fields() -> None:
     from kinolab.search.potential.eikonal import WorkspaceGrid, navigation_function
+    from kinolab.world.collision.closest_points import GapFinder
 
+    problem = small_problem()
+    poses, _ = problem.placement(problem.start)
+    bodies = [replace(body, touches_ground=False) for body in problem.bodies]
+    GapFinder(bodies, problem.world, 1.0).gaps(poses)
     for axes in ((0, 1), (0, 1, 2)):
         free = np.ones((4,) * len(axes), dtype=bool)
         grid = WorkspaceGrid(axes, np.zeros(len(axes)), 1.0, free.shape)

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from numba.core.event import Event, Listener, install_listener
 
 KIND = "numba:compile"
+WAIT = "kinolab:wait"  # for another process that compiles
 
 
 class Compilation(Listener):  # type: ignore[misc]
@@ -18,7 +19,7 @@ class Compilation(Listener):  # type: ignore[misc]
         told: Called when the compilation of a function starts; compilations may nest.
 
     Attributes:
-        functions: Number started so far.
+        functions: Number started so far, without those that another process compiles.
     """
 
     def __init__(self, told: Callable[[Compilation], None] | None = None) -> None:
@@ -28,14 +29,16 @@ class Compilation(Listener):  # type: ignore[misc]
 
     @property
     def seconds(self) -> float:
-        """Time spent compiling so far, in [s]."""
+        """Time spent compiling, and waiting for what others compile, so far, in [s]."""
         return self._spent + (time.monotonic() - self._begun if self._open else 0.0)
 
-    def on_start(self, _event: Event) -> None:
-        """Count a function."""
+    def on_start(self, event: Event) -> None:
+        """Count a function, or begin to wait for one."""
         if not self._open:
             self._begun = time.monotonic()
         self._open += 1
+        if event.kind == WAIT:
+            return
         self.functions += 1
         if self._told:
             self._told(self)
@@ -51,7 +54,7 @@ class Compilation(Listener):  # type: ignore[misc]
 def compilation(told: Callable[[Compilation], None] | None = None) -> Iterator[Compilation]:
     """Count functions compiled inside the context, in any thread of this process."""
     counted = Compilation(told)
-    with install_listener(KIND, counted):
+    with install_listener(KIND, counted), install_listener(WAIT, counted):
         yield counted
 
 

@@ -6,31 +6,19 @@ allocate and work on the memory they are given. The GIL is released.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-import numba
-
-from kinolab.numerics.jit_cache import sealed_caches
+from kinolab.numerics.linking import Kernel
 
 OPTIONS: dict[str, Any] = {
-    "cache": True,
     "error_model": "numpy",
     "nogil": True,
+    "nopython": True,
+    "boundscheck": None,  # as the environment says
     "no_cfunc_wrapper": True,  # never called from C; the wrappers took a twelfth of compilation
 }
 
 
-def compiler(**options: Any) -> Any:
-    """Return ``numba.njit`` with these options and a disk cache with checksums."""
-    decorate = numba.njit(**options)
-
-    def compiled(function: Callable[..., Any]) -> Any:
-        with sealed_caches():
-            return decorate(function)
-
-    return compiled
-
-
-allocating_kernel: Any = compiler(**OPTIONS)  # around the kernels
-kernel: Any = compiler(**OPTIONS, _nrt=False)
+allocating_kernel: Any = partial(Kernel, options=OPTIONS)  # around the kernels
+kernel: Any = partial(Kernel, options=OPTIONS | {"_nrt": False})

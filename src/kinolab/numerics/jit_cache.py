@@ -14,8 +14,10 @@ from typing import Any
 
 from numba.core import dispatcher
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.event import trigger_event
 
-from kinolab.files import discard, read_sealed, write_sealed
+from kinolab.files import FileLock, discard, read_sealed, write_sealed
+from kinolab.numerics.compiling import WAIT
 
 MAGIC = b"kinolab compiled loop 1\n"
 MARK = ".sealed"  # in file names: numba's own files have no checksum
@@ -25,34 +27,61 @@ MARK = ".sealed"  # in file names: numba's own files have no checksum
 def sealed_caches() -> Iterator[None]:
     """Give functions that are decorated inside the context caches with checksums."""
     numba: Any = dispatcher
-    before, numba.FunctionCache = numba.FunctionCache, _cache_of
+    before, numba.FunctionCache = numba.FunctionCache, cache_of
     try:
         yield
     finally:
         numba.FunctionCache = before
 
 
-def _cache_of(function: Callable[..., Any]) -> Any:
-    """Return the cache of a function; a null cache if no folder can be written."""
+def cache_of(function: Callable[..., Any], kind: type | None = None) -> Any:
+    """Return the cache of a function; a null cache if no folder can be written.
+
+    Args:
+        function: In Python.
+        kind: ``SealedCache`` or one derived from it, which is for other results of compilation.
+    """
     try:
-        return _SealedCache(function)
+        return (kind or SealedCache)(function)
     except (OSError, RuntimeError):
         return NullCache()
 
 
-class _SealedCache(FunctionCache):  # type: ignore[misc]
+class SealedCache(FunctionCache):  # type: ignore[misc]
     """The cache of one function, for all its signatures."""
+
+    _mark = MARK  # in file names, which differ between kinds
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
-        name = f"{self._impl.filename_base}{MARK}"
+        name = f"{self._impl.filename_base}{self._mark}"
         self._cache_file = _SealedFiles(self._cache_path, name, stamp)
+        self._lock = FileLock(Path(self._cache_path, f"{name}.lock"))
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Return what was compiled for a signature; None if this process has to compile it.
+
+        If another process is compiling the function, this one waits for it.
+        """
+        found = super().load_overload(signature, context)
+        if found is None:
+            with trigger_event(WAIT):
+                taken = self._lock.acquire()
+            found = super().load_overload(signature, context) if taken else None
+        if found is not None:
+            self.release()
+        return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Save the machine code of a signature; an unwritable folder only costs time."""
         with suppress(OSError):
             super().save_overload(signature, compiled)
+        self.release()
+
+    def release(self) -> None:
+        """Let other processes compile the function."""
+        self._lock.release()
 
 
 class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]

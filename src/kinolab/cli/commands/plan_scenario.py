@@ -21,6 +21,7 @@ from kinolab.cli.common import (
     set_option,
     write_pictures,
 )
+from kinolab.cli.compile_ahead import compiled_ahead
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import live_page
@@ -101,6 +102,7 @@ def command(
     if not writable(folder):
         raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
     with (
+        compiled_ahead(),
         progress.compiling(),
         ExitStack() as opened,
         live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),

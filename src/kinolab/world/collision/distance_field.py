@@ -188,6 +188,18 @@ def cell_range(low, width, count, first, last):  # type: ignore[no-untyped-def]
     return min(max(begin, 0), count - 1), min(max(end, 1), count)
 
 
+@kernel
+def copy_block(given, block):  # type: ignore[no-untyped-def]
+    """Copy a block of cells; numba's own copy compiles the text of its error, for two seconds.
+
+    Args:
+        given: First cells and those one past the last, shape (3, 2).
+        block: The copy, shape (3, 2); written.
+    """
+    for i in range(3):
+        block[i, 0], block[i, 1] = given[i, 0], given[i, 1]
+
+
 @allocating_kernel
 def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells whose centre is within half a diagonal of a convex shape.
@@ -214,7 +226,7 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
     top = 1
     while top:
         top -= 1
-        block[:] = stack[top]
+        copy_block(stack[top], block)
         if all_taken(block, taken):
             continue
         longest, radius = 0, 0.0
@@ -246,7 +258,7 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
             continue
         middle = (block[longest, 0] + block[longest, 1]) // 2
         for part in range(2):
-            stack[top] = block
+            copy_block(block, stack[top])
             stack[top, longest, 1 - part] = middle
             top += 1
 

@@ -1,0 +1,102 @@
+"""A second process that compiles what a command needs later, while the command does the rest.
+
+numba compiles in one thread. Both processes keep what they compile on disk, and each waits for a
+function that the other one has in hand (`numerics/jit_cache.py`).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from kinolab.solve.processes import Process
+
+MODULE = __name__
+
+
+@contextmanager
+def compiled_ahead() -> Iterator[None]:
+    """Start the process inside once something must be compiled; end it on exit.
+
+    A machine without a second processor, or Windows, does without.
+    """
+    from kinolab.cli.warm_up_processes import processors
+    from kinolab.numerics.compiling import Compilation, compilation
+    from kinolab.solve.processes import bury, start_process
+
+    started: list[tuple[Process, Connection]] = []
+
+    def start(_: Compilation) -> None:
+        if not started:
+            with suppress(OSError):  # no process can be had: everything is compiled here
+                started.append(start_process(MODULE))
+
+    if sys.platform == "win32" or processors() < 2:
+        yield
+        return
+    try:
+        with compilation(start):
+            yield
+    finally:
+        for process, connection in started:
+            process.kill()
+            bury(process)
+            connection.close()
+
+
+def enter(handle: int) -> None:
+    """Compile in a process of its own, until that is done or the process that started it ends.
+
+    Args:
+        handle: The file descriptor of the connection to that process.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(Connection(handle),), daemon=True).start()
+    for part in in_order():
+        with suppress(Exception):  # the command will say what is wrong
+            part()
+    os._exit(0)
+
+
+def _end_with(starter: Connection) -> NoReturn:
+    with suppress(EOFError, OSError):
+        starter.recv()  # nothing is ever sent
+    os._exit(0)
+
+
+def in_order() -> tuple[Callable[[], None], ...]:
+    """Return what to run, as a command with the default planner needs it.
+
+    Left to the command is what it begins with: the grid of distances and the planner's first tree.
+    """
+    from kinolab.cli.warm_up_parts import PARTS
+
+    return _second_tree, _true_motion, PARTS["optimisation"], PARTS["pictures"]
+
+
+def _second_tree() -> None:
+    from kinolab.cli.warm_up_parts import small_problem
+    from kinolab.planners.auto import MEMBERS
+    from kinolab.search.tree import search_state
+    from kinolab.world import World
+
+    problem = small_problem()
+    empty = replace(problem, world=World((), True, problem.world.bounds))  # no grid of distances
+    tree = MEMBERS[-1]().extension(empty, search_state(empty, 1.0, 1))
+    tree.grow(0)
+    tree.begin()
+
+
+def _true_motion() -> None:
+    from kinolab.analyze.simulate import simulate
+    from kinolab.cli.warm_up_parts import DURATION, small_problem
+
+    simulate(small_problem(), DURATION)
