@@ -255,7 +255,7 @@ class PlannerSection(Section):
     seed: Annotated[Seed, Meaning("Seed of the random numbers.")] = 1
     improve: Annotated[
         Effort,
-        Meaning("Time for making a motion that was found exact and shorter; 0 for none.", "s"),
+        Meaning("Work on making a motion exact and shorter, on an idle computer; 0: none.", "s"),
     ] = 2.0
 
     @property

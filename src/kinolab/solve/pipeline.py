@@ -33,8 +33,8 @@ def solve(
 ) -> PlanResult:
     """Search for a plan, re-simulate it, verify it, and make it exact and shorter.
 
-    ``[planner] improve`` in the scenario limits the seconds of this last stage, counted from the
-    first verified plan; with ``max_iterations`` a number of subproblems replaces the time.
+    ``[planner] improve`` in the scenario limits this last stage. Its seconds count work as an idle
+    computer does it, so that the same seed gives the same plan on a busy one.
 
     Args:
         problem: The planning problem.
