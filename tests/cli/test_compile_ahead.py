@@ -14,8 +14,8 @@ import numba
 import pytest
 
 from kinolab.cli.compile_ahead import compiled_ahead
-from kinolab.cli.warm_up_processes import processors
 from kinolab.solve import processes
+from kinolab.solve.processes import processors
 from tests.cli.test_warm_up import PLANS
 from tests.support import environment
 
@@ -79,7 +79,7 @@ def test_where_all_is_compiled_no_process_starts() -> None:
 def test_a_command_without_a_second_processor_compiles_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("kinolab.cli.warm_up_processes.processors", lambda: 1)
+    monkeypatch.setattr("kinolab.solve.processes.processors", lambda: 1)
     with compiled_ahead():
         assert fresh() == 2
         assert not processes._running

@@ -98,7 +98,7 @@ def test_what_is_mended_has_been_refused_all_the_same(tmp_path: Path) -> None:
     )
     assert found.status == "solved"
     assert found.refused == {"inputs": 1}
-    assert len(asked(tmp_path)) == 1
+    assert [call["seed"] for call in asked(tmp_path)].count(1) == 1  # others came to improve it
 
 
 def test_equal_seeds_give_the_same_bits_where_motions_are_refused(tmp_path: Path) -> None:

@@ -28,9 +28,8 @@ def compiled_ahead() -> Iterator[None]:
 
     A machine without a second processor, or Windows, does without.
     """
-    from kinolab.cli.warm_up_processes import processors
     from kinolab.numerics.compiling import Compilation, compilation
-    from kinolab.solve.processes import bury, start_process
+    from kinolab.solve.processes import bury, processors, start_process
 
     started: list[tuple[Process, Connection]] = []
 

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection, wait
 from kinolab.cli.warm_up_parts import PARTS
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
-from kinolab.solve.processes import bury, start_process
+from kinolab.solve.processes import bury, processors, start_process
 
 REPORT_PERIOD = 0.25  # [s] between two reports of one process
 MODULE = __name__
@@ -72,13 +72,6 @@ def warm_up(
             yield news
         elif progress:
             progress(sum(begun.values()))
-
-
-def processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _in_turn(parts: Sequence[str]) -> Iterator[Warmed]:

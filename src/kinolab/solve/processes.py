@@ -7,6 +7,7 @@ those of ``multiprocessing`` they do not re-import the user's script.
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -23,6 +24,15 @@ ENTRY = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from {module} import enter; enter(int(sys.argv[2]))"
 )
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 SEARCHES = "kinolab.solve.worker"
 STDERR = 2  # all output goes there: stdout is for the result
 

@@ -131,7 +131,7 @@ class PlanePaths:
         if off.max(initial=0.0) > MIN_LENGTH:
             return None  # the steering would have to jump
         gone = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
-        return _Curve(gone / gone[-1], np.column_stack([point, heading, steered]))
+        return _SampledCurve(gone / gone[-1], np.column_stack([point, heading, steered]))
 
     def _steered(self, curvature: Array) -> Array:
         values = {
@@ -209,7 +209,7 @@ def _hermite_basis() -> tuple[Array, Array, Array]:
     return powers @ basis.T, first @ basis.T, second @ basis.T
 
 
-class _Curve(SampledPath):
+class _SampledCurve(SampledPath):
     """Coordinates between samples at fractions of the arc length."""
 
     def __init__(self, fraction: Array, coordinates: Array) -> None:
