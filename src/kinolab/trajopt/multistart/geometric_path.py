@@ -16,6 +16,7 @@ import numpy as np
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random, unit
+from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS
 from kinolab.world.geometry import placement, sizes
@@ -177,7 +178,9 @@ class GeometricPaths:
         outside = np.asarray((problem.pose_margins(frames) < 0).any(axis=1))
         if first is not None:
             outside[first] = True
-        return int(outside.argmax()) if outside.any() else len(line)
+        free = int(outside.argmax()) if outside.any() else len(line)
+        charge(5e-5 * free)
+        return free
 
     def _shorter(self, path: Array) -> Array:
         """Shorten a path, shape (m, nx), by random shortcuts."""

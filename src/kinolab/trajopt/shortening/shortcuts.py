@@ -111,7 +111,7 @@ class ConnectionGuesses:
             end: End state, shape (nx,).
             knots: Maximum number of knots.
         """
-        charge(2e-3 if self._curves is not None else 4e-4)
+        charge(3e-4)
         path = straight(self._problem, begin, end)
         if self._curves is not None:
             yield from self._along_curves(path, knots)
@@ -127,6 +127,7 @@ class ConnectionGuesses:
         assert self._curves is not None
         step, (begin, end) = self._problem.step, self._at_rest(way)
         for paths in self._curves.paths(begin, self._curves.straightened(end)):
+            charge(1e-4)
             samples = (self._paths.sample_states(path, begin) for path in reversed(paths))
             if not all(self._geometric_paths.are_free(states) for states in samples):
                 continue
