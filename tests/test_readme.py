@@ -10,7 +10,6 @@ from unicodedata import normalize
 
 import pytest
 
-import kinolab.dynamics
 from kinolab import systems
 from kinolab.cli import run
 from kinolab.dynamics.language.json.machine_file import machine_to_json
@@ -24,8 +23,8 @@ def blocks(language: str) -> Iterator[str]:
 
 
 def test_the_machine_in_the_readme_is_the_built_in_one() -> None:
-    names: dict[str, Any] = vars(kinolab.dynamics) | {}
-    exec(next(blocks("python")), names)
+    names: dict[str, Any] = {}
+    exec("from kinolab.dynamics import *\n" + next(blocks("python")), names)
     assert machine_to_json(names["rolling_disk"]()) == machine_to_json(systems.get("rolling_disk"))
 
 

@@ -38,7 +38,7 @@ REPAIR_TIME_FRACTION = 0.1
 MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
 PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, on a busy computer
 # What these take on an idle computer, as ``charge`` counts it
-VERIFICATION_SECONDS = 4e-4  # [s] for each knot
+VERIFICATION_SECONDS = 2e-4  # [s] for each knot
 ITERATION_SECONDS = 1.5e-4  # [s] of a search
 # Further searches may each take this many times the first one's iterations, and some more.
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200

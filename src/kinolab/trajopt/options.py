@@ -118,7 +118,7 @@ class ShorteningOptions:
     far_iterations: int = setting(25, meaning="Subproblems for a guess that is no motion yet.")
     coarse_knots: int = setting(50, meaning="Coarse knots of the first faster motion, about.")
     segment_budget: float = setting(0.9, meaning="Budget for segments.")
-    inexact_segment_budget: float = setting(0.7, meaning="Where the goal is not met yet.")
+    inexact_segment_budget: float = setting(0.85, meaning="Where the goal is not met yet.")
     first_try_budget: float = setting(0.8, meaning="Budget for the first reserve of gaps.")
     segment_subproblems: int = setting(5, meaning="Subproblems of segments that count as one.")
     step_reduction: float = setting(0.7, meaning="Shortest step before there are fewer of them.")

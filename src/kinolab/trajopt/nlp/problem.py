@@ -175,14 +175,14 @@ class MultipleShooting:
         after, tangents = self._map.linearized(knots.x, knots.u, knots.h)
         rows = stack([part.rows(at, reach) for part, at in self._samples(knots)])
         steps, size = len(knots.u), self._map.evaluations * knots.x.shape[1]
-        charge(1.5e-3 + steps * (1e-5 * self._pieces + 4e-7 * size) + 6e-6 * len(rows.knot))
+        charge(1e-3 + steps * (6e-6 * self._pieces + 3e-7 * size) + 6e-6 * len(rows.knot))
         end = knots.x[-1]
         miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
 
     def violation(self, knots: Knots) -> tuple[float, float, float]:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
-        charge(7e-4 + 8e-6 * len(knots.u) * self._pieces)
+        charge(5e-4 + 5e-6 * len(knots.u) * self._pieces)
         after = self._map.after(knots.x, knots.u, knots.h)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
         short = sum(part.violation(at) for part, at in self._samples(knots))

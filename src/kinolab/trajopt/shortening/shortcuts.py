@@ -111,7 +111,7 @@ class ConnectionGuesses:
             end: End state, shape (nx,).
             knots: Maximum number of knots.
         """
-        charge(3e-4)
+        charge(2e-4)
         path = straight(self._problem, begin, end)
         if self._curves is not None:
             yield from self._along_curves(path, knots)

@@ -54,7 +54,7 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
     size, made = steps * (nx + nu) ** 2, int(solver.result.info.iter)
-    charge(1.5e-3 + made * (3.5e-8 * size + 8e-7 * len(rows.knot)))
+    charge(1.2e-3 + made * (3.5e-8 * size + 8e-7 * len(rows.knot)))
     if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
         return None
     z = np.asarray(solver.result.x)
