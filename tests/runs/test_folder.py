@@ -122,7 +122,7 @@ def test_every_asset_has_its_hash_in_the_report(maze_run: Finished) -> None:
 
 def test_the_scenario_has_every_default_written_out(maze_run: Finished) -> None:
     text = (maze_run.folder / "scenario.toml").read_text()
-    for line in ('method = "rk4"', "seed = 1", "improve = 2.0", "at_rest = false", "speed = 1.0"):
+    for line in ('method = "rk4"', "seed = 1", "magnify = true", "at_rest = false", "speed = 1.0"):
         assert line in text
     assert "assets/machine.json" in text
     assert "assets/1_rolling_disk_maze.stl" in text
