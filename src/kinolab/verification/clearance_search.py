@@ -28,6 +28,7 @@ from kinolab.verification.dense_motion import (
 from kinolab.world import CollisionChecker
 
 MIN_RESOLUTION = 1e-5  # [m] least motion between two samples; also the contact tolerance
+GRAZE = MIN_RESOLUTION / 2  # [m] of it that a sample without a contact vouches for, on each side
 MIDDLE = 0.8  # of an interval, in which it is divided
 ZOOM_SAMPLES, ZOOMS = 17, 6  # around a minimum that is pinned down to 1e-5 of its neighbourhood
 
@@ -172,5 +173,5 @@ class ClearanceSearch:
             if self.checker.collides(poses[k], ends[k] if len(ends) else ends):
                 self.contact = float(times[k])
             else:  # it grazes something
-                gaps[k] = MIN_RESOLUTION
-        return np.where(gaps > 0.0, np.maximum(gaps, MIN_RESOLUTION), 0.0)
+                gaps[k] = GRAZE
+        return np.where(gaps > 0.0, np.maximum(gaps, GRAZE), 0.0)
