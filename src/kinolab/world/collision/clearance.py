@@ -18,30 +18,22 @@ from kinolab.world.world import World
 
 
 class ObstacleArrays(NamedTuple):
-    """The obstacles of a world as numbers: a primitive's shape, or which triangles are a mesh's."""
+    """The obstacles of a world as numbers: the shapes of primitives; of meshes unused."""
 
-    kind: Integers  # (obstacles,) values of ``geometry.Kind``; of meshes unused
+    kind: Integers  # (obstacles,) values of ``geometry.ShapeKind``
     half: Array  # (obstacles, 3) half sizes in [m]
     turn: Array  # (obstacles, 3, 3)
     at: Array  # (obstacles, 3) centre in [m]
-    first: Integers  # (obstacles,) the first triangle of a mesh in the grid
-    last: Integers  # (obstacles,) one past its last triangle; 0 for a primitive
 
 
 def obstacle_arrays(world: World) -> ObstacleArrays:
-    """Gather the obstacles in arrays, the triangles counted as ``grid.mesh_grid`` lists them."""
+    """Gather the obstacles in arrays."""
     rows = [_shape(obstacle) for obstacle in world.obstacles]
-    count = np.array(
-        [len(o.faces) * (o.primitive is None) for o in world.obstacles], dtype=np.int64
-    )
-    last = np.cumsum(count)
     return ObstacleArrays(
         kind=np.array([kind for kind, _, _ in rows], dtype=np.int64),
         half=np.array([half for _, half, _ in rows]).reshape(-1, 3),
         turn=np.array([pose[:, :3] for _, _, pose in rows]).reshape(-1, 3, 3),
         at=np.array([pose[:, 3] for _, _, pose in rows]).reshape(-1, 3),
-        first=last - count,
-        last=np.where(count > 0, last, 0),
     )
 
 
@@ -70,7 +62,7 @@ def clearance_at(arrays):  # type: ignore[no-untyped-def]
         if scene.ground and not scene.rests[s]:
             best = min(best, around[s, 2] + scene.grow)
         for k in range(obstacle.shape[0]):
-            if fixed.last[k] > 0 or box_gap(around[s], obstacle[k]) >= best:
+            if scene.mesh[k] >= 0 or box_gap(around[s], obstacle[k]) >= best:
                 continue
             other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
             best = min(best, separation_within(shape, other, 0.0, math.inf, scratch.simplex))
