@@ -71,7 +71,12 @@ def _lay_out(held: Any, words: list[int]) -> RecordType:
             kind, dtype = _number(value)
             words.append(int(np.array([value], dtype).view(np.uint64)[0]))
         fields.append((name, kind, begin - first))
-    return RecordType(type(held).__name__, tuple(fields))
+    return _record_type(type(held).__name__, tuple(fields))
+
+
+@cache
+def _record_type(kind: str, fields: tuple[tuple[str, Any, int], ...]) -> RecordType:
+    return RecordType(kind, fields)
 
 
 @cache

@@ -203,14 +203,18 @@ class PlanningTask:
             Shape (m, margins): distances in [m] of each body from both limits of an axis, axis by
             axis, then differences of the cosines of each cone.
         """
-        margins = [np.zeros((len(frames), 0))]
-        for axis, (lower, upper) in self.world.bounds.items():
-            place = frames[:, :, "xyz".index(axis) * 4 + 3]
-            margins += [place - lower, upper - place]
-        for cone in self.keep_outs:
-            along = cone.in_world(frames) @ np.asarray(cone.direction)
-            margins.append((np.cos(cone.half_angle) - along)[:, None])
-        return np.hstack(margins)
+        axes = ["xyz".index(axis) * 4 + 3 for axis in self.world.bounds]
+        limits = np.array(list(self.world.bounds.values())).reshape(-1, 2, 1)
+        place = frames[:, :, axes].transpose(0, 2, 1)
+        margins = np.stack([place - limits[:, 0], limits[:, 1] - place], axis=2)
+        margins = margins.reshape(len(frames), -1)
+        if not self.keep_outs:
+            return margins
+        cosines = [
+            np.cos(cone.half_angle) - cone.in_world(frames) @ np.asarray(cone.direction)
+            for cone in self.keep_outs
+        ]
+        return np.column_stack([margins, *cosines])
 
     def check_endpoints(self) -> None:
         """Raise if the start violates a constraint, or it or every goal a limit, or collides.

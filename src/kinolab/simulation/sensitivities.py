@@ -9,6 +9,7 @@ a step stands for several ones of the map, at the beginning of each.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -104,6 +105,7 @@ class StepSensitivities:
         return after, tangents
 
 
+@lru_cache(maxsize=64)  # each subproblem of a trajectory asks for the same few
 def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
     plant, closed = model.plant, model.plant is not model
     return Record(

@@ -24,7 +24,7 @@ LEADS = (0.25, 0.5, 1.0)  # length of a straight final approach, in minimum turn
 CURVATURE_FRACTION = 0.9  # fraction of the largest curvature that curves use
 MAX_CURVATURE = 20.0  # [1/m] for machines that turn on the spot
 MIN_LENGTH = 1e-6  # [m] or [rad] below which no motion is made
-FORWARD, BACKWARD = 1.0, -1.0
+FORWARD, BACKWARD = GEARS = 1.0, -1.0
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class PlanePaths:
         if self._flat.steered:
             yield self._reeds_shepp(begin, end)[0]
         else:
-            for gear in (FORWARD, BACKWARD):
+            for gear in GEARS:
                 yield self._turn_go_turn(begin, end, gear)
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
@@ -87,7 +87,7 @@ class PlanePaths:
             return
         straight = tuple(map(float, self._steered(np.zeros(1))[0]))
         for lead in LEADS:
-            for gear in (FORWARD, BACKWARD):
+            for gear in GEARS:
                 back = gear * lead * self.radius
                 x = end.x - back * float(np.cos(end.heading))
                 y = end.y - back * float(np.sin(end.heading))
@@ -101,37 +101,30 @@ class PlanePaths:
         return Pose(float(px), float(py), float(heading), tuple(map(float, steered)))
 
     def _smooth(self, begin: Pose, end: Pose) -> Iterator[Path]:
+        """Yield quintic curves by arc length, but none that is too sharp."""
         distance = float(np.hypot(end.x - begin.x, end.y - begin.y))
         if distance < MIN_LENGTH:
             return
-        ends = np.array([[begin.x, begin.y], [end.x, end.y]])
-        for reach in REACHES:
-            for gear in (FORWARD, BACKWARD):
-                headings = np.array([begin.heading, end.heading])
-                tangents = (
-                    gear * reach * distance * np.column_stack([np.cos(headings), np.sin(headings)])
-                )
-                path = self._curve(ends, tangents, begin, end, gear)
-                if path is not None:
-                    yield path
-
-    def _curve(
-        self, ends: Array, tangents: Array, begin: Pose, end: Pose, gear: float
-    ) -> Path | None:
-        """Return the quintic curve by arc length; None if too sharp or if the steering jumps."""
-        point, slope, bend = _hermite(ends, tangents)
-        speed = np.hypot(*slope.T)
-        curvature = gear * (slope[:, 0] * bend[:, 1] - slope[:, 1] * bend[:, 0]) / speed**3
-        if not (np.abs(curvature) <= CURVATURE_FRACTION * self._sharpest).all():
-            return None
-        heading = np.unwrap(np.arctan2(gear * slope[:, 1], gear * slope[:, 0]))
-        heading += begin.heading - heading[0]
-        steered = self._steered(curvature)
-        off = np.abs([steered[0] - begin.steered, steered[-1] - end.steered])
-        if off.max(initial=0.0) > MIN_LENGTH:
-            return None  # the steering would have to jump
-        gone = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
-        return _SampledCurve(gone / gone[-1], np.column_stack([point, heading, steered]))
+        headings = np.array([begin.heading, end.heading])
+        towards = np.column_stack([np.cos(headings), np.sin(headings)])
+        pace = np.array([[gear * reach * distance] for reach in REACHES for gear in GEARS])
+        ends = np.broadcast_to([[begin.x, begin.y], [end.x, end.y]], (len(pace), 2, 2))
+        point, slope, bend = _hermite(ends, pace[:, :, None] * towards)
+        speed = np.hypot(slope[..., 0], slope[..., 1])
+        turning = slope[..., 0] * bend[..., 1] - slope[..., 1] * bend[..., 0]
+        curvature = np.sign(pace) * turning / speed**3
+        wide = (np.abs(curvature) <= CURVATURE_FRACTION * self._sharpest).all(axis=1)
+        for k in np.flatnonzero(wide):
+            course = np.sign(pace[k]) * slope[k].T
+            heading = np.unwrap(np.arctan2(course[1], course[0]))
+            heading += begin.heading - heading[0]
+            steered = self._steered(curvature[k])
+            off = np.abs([steered[0] - begin.steered, steered[-1] - end.steered])
+            if off.max(initial=0.0) > MIN_LENGTH:
+                continue  # the steering would have to jump
+            gone = np.concatenate([[0.0], np.cumsum((speed[k, 1:] + speed[k, :-1]) / 2)])
+            poses = np.column_stack([point[k], heading, steered])
+            yield _SampledCurve(gone / gone[-1], poses)
 
     def _steered(self, curvature: Array) -> Array:
         values = {
@@ -187,11 +180,11 @@ def _sharpest(problem: PlanningTask, flat: PlaneCurves) -> float:
 
 
 def _hermite(ends: Array, tangents: Array) -> tuple[Array, Array, Array]:
-    """Evaluate a quintic with zero second derivative at both ends, and two derivatives.
+    """Evaluate quintics with zero second derivative at both ends, and two derivatives.
 
-    ``ends`` and ``tangents`` have shape (2, 2), each result (CURVE_SAMPLES, 2).
+    ``ends`` and ``tangents`` have shape (m, 2, 2), each result (m, CURVE_SAMPLES, 2).
     """
-    weights = np.vstack([ends, tangents])
+    weights = np.concatenate([ends, tangents], axis=1)
     point, slope, bend = (table @ weights for table in _hermite_basis())
     return point, slope, bend
 

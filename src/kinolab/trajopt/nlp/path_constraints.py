@@ -17,6 +17,8 @@ from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP
 
+ROWS_AT_ONCE = 20_000  # states at which margins are evaluated in one call: some 10 MB of poses
+
 
 class PathConstraints:
     """Margins of all path constraints.
@@ -60,18 +62,30 @@ class PathConstraints:
         if not self._any:
             return no_inequalities(nx, nu)
         value = self.margins(at.x, at.u)
-        slopes = np.zeros((*value.shape, nx + nu))
-        change = np.zeros(value.shape)
-        for j, large in enumerate(np.concatenate(self._steps)):
-            d = np.zeros(nx + nu)
-            d[j] = NLP.scaled_fd_step * large
-            ahead = self.margins(at.x + d[:nx], at.u + d[nx:])
-            behind = self.margins(at.x - d[:nx], at.u - d[nx:])
-            slopes[..., j] = (ahead - behind) / (2 * NLP.scaled_fd_step * large)
-            change += np.abs(slopes[..., j]) * large * reach
+        large = np.concatenate(self._steps)
+        slopes = self._slopes(np.hstack([at.x, at.u]), NLP.scaled_fd_step * large, nx)
+        change = np.abs(slopes) @ large * reach
         which, kind = np.nonzero(value < 2 * change)
         slope = slopes[which, kind]
         return at.rows(which, value[which, kind], slope[:, :nx], slope[:, nx:])
+
+    def _slopes(self, z: Array, steps: Array, nx: int) -> Array:
+        """Return the derivatives of all margins, shape (m, constraints, nx + nu).
+
+        Args:
+            z: States and inputs, shape (m, nx + nu).
+            steps: Finite differences, shape (nx + nu,).
+            nx: Number of state entries.
+        """
+        at_once = max(1, ROWS_AT_ONCE // (2 * max(len(z), 1)))
+        slopes = []
+        for first in range(0, len(steps), at_once):
+            shift = np.diag(steps)[first : first + at_once, None]
+            moved = np.stack([z + shift, z - shift])
+            rows = moved.reshape(-1, z.shape[1])
+            margins = self.margins(rows[:, :nx], rows[:, nx:]).reshape(*moved.shape[:3], -1)
+            slopes.append((margins[0] - margins[1]) / (2 * shift.max(axis=2)[..., None]))
+        return np.moveaxis(np.concatenate(slopes), 0, -1)
 
     def _parts(self, x: Array, u: Array) -> Iterator[Array]:
         problem, model = self._problem, self._problem.model

@@ -16,6 +16,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
+from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import PathMotion
 from kinolab.trajectory import Trajectory
@@ -97,6 +98,10 @@ class ConnectionGuesses:
         if problem.system.flat is not None and not model.attitudes and model.plant is model:
             self._curves = path_family(problem)
             self._paths = PathMotion(problem, self._curves.coordinates)
+            names = [c.name for c in self._curves.coordinates]
+            self._turning = [model.rate_names.index(f"{name}_dot") for name in names]
+            places = [model.coordinate_names.index(name) for name in names]
+            self._weights = problem.weights[places]
 
     def least(self, begin: Array, end: Array) -> float:
         """Estimate the minimum time in [s] between two states, shape (nx,)."""
@@ -125,20 +130,46 @@ class ConnectionGuesses:
 
     def _along_curves(self, way: Array, knots: int) -> Iterator[Knots]:
         assert self._curves is not None
-        step, (begin, end) = self._problem.step, self._at_rest(way)
+        begin, end = self._at_rest(way)
         for paths in self._curves.paths(begin, self._curves.straightened(end)):
             charge(1e-4)
-            samples = (self._paths.sample_states(path, begin) for path in reversed(paths))
-            if not all(self._geometric_paths.are_free(states) for states in samples):
+            samples = [self._paths.sample_states(path, begin) for path in reversed(paths)]
+            if samples and not self._geometric_paths.are_free(np.concatenate(samples)):
                 continue
             motion = self._paths.chain(paths, begin)
             if motion is None or not motion.steps:
                 continue
-            times = step * np.arange(motion.steps + 1.0)
+            times, x = self._moving(motion, way)
             count = self._count(times[-1], knots)
-            guess = resampled(times, motion.x, motion.u, count, self._problem.space)
+            guess = resampled(times, x, motion.u, count, self._problem.space)
             guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
             yield guess
+
+    def _moving(self, motion: Maneuver, way: Array) -> tuple[Array, Array]:
+        """Return times (N+1,) and states (N+1, nx) of a motion from rest to rest, entered moving.
+
+        Where it would be slower than the states it connects, shape (2, nx), it goes on at their
+        speeds, as far as these point along it.
+        """
+        rates = self._rates(motion.x)
+        speed = np.linalg.norm(rates, axis=1)
+        gone = (speed[1:] + speed[:-1]) / 2
+        peak, between = int(gone.argmax()), self._rates(way)
+        entered, left = (
+            max(0.0, float(rate @ along) / max(float(np.linalg.norm(along)), 1e-12))
+            for rate, along in zip(between, (rates[1], rates[-2]), strict=True)
+        )
+        least = np.where(np.arange(len(gone)) <= peak, entered, left)
+        spans = self._problem.step * np.minimum(1.0, gone / np.maximum(least, 1e-12))
+        times = np.concatenate([[0.0], np.cumsum(spans)])
+        at_knots = np.where(np.arange(len(speed)) <= peak, entered, left)
+        x, moving = motion.x.copy(), slice(self._problem.model.nq, None)
+        x[:, moving] *= (np.maximum(speed, at_knots) / np.maximum(speed, 1e-12))[:, None]
+        return times, x
+
+    def _rates(self, x: Array) -> Array:
+        """Return weighted rates of the coordinates at states (m, nx), shape (m, coordinates)."""
+        return self._problem.model.velocity(x)[:, self._turning] * self._weights
 
     def _at_rest(self, path: Array) -> Array:
         resting = path.copy()
