@@ -137,7 +137,7 @@ class ConnectionGuesses:
             if samples and not self._geometric_paths.are_free(np.concatenate(samples)):
                 continue
             motion = self._paths.chain(paths, begin)
-            if motion is None or not motion.steps:
+            if motion is None or not motion.steps or not self._geometric_paths.are_free(motion.x):
                 continue
             times, x = self._moving(motion, way)
             count = self._count(times[-1], knots)
