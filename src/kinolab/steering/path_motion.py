@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeAlias
 
 import numpy as np
@@ -144,9 +145,8 @@ class PathMotion:
 
     def sample_states(self, path: Path, start: Array, count: int = PATH_CHECKS) -> Array:
         """Sample states at rest along a path, from its middle outwards, shape (count, nx)."""
-        shares = np.linspace(0.0, 1.0, count)
-        shares = shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
-        states = np.tile(start, (count, 1))
+        shares, states = _from_the_middle(count), np.empty((count, len(start)))
+        states[:] = start
         states[:, self._known] = (
             path.sampled(shares)
             if isinstance(path, SampledPath)
@@ -277,6 +277,13 @@ class PathMotion:
         rows = gain[:, self._speeds] * weight[:, None] * self._half
         u: Array = self._middle + self._half * _least_squares(rows, (changes - drift) * weight)
         return u
+
+
+@cache
+def _from_the_middle(count: int) -> Array:
+    """Return even fractions in [0, 1] from the middle outwards, shape (count,)."""
+    shares = np.linspace(0.0, 1.0, count)
+    return shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
 
 
 def _rate_of(model: Model, coordinate: int) -> int:

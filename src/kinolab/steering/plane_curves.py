@@ -127,12 +127,14 @@ class PlanePaths:
             yield _SampledCurve(gone / gone[-1], poses)
 
     def _steered(self, curvature: Array) -> Array:
+        if not self._flat.steered:
+            return np.empty((len(curvature), 0))
         values = {
             p: self._problem.system.parameter_values[p.name]
             for p in self._problem.system.parameters
         }
         columns = [evaluate(e, {CURVATURE: curvature, **values}) for _, e in self._flat.steered]
-        return np.column_stack(columns) if columns else np.empty((len(curvature), 0))
+        return np.column_stack(columns)
 
     def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Path]:
         path = np.array([end.x - begin.x, end.y - begin.y])

@@ -136,6 +136,7 @@ class ShorteningOptions:
     max_failed_shortcuts: int = setting(5, meaning="Failed shortcuts before it ends.")
     promised_duration: float = setting(0.7, meaning="Least time of a shortcut worth a try.")
     shortcut_knots: int = setting(20, meaning="Knots of a shortcut at most.")
+    curve_samples: tuple[int, ...] = setting((12, 60), meaning="Samples of a curve: first, later.")
     shortcut_duration: float = setting(1.5, meaning="Duration of a straight guess, of the least.")
     cycle_samples: int = setting(300, meaning="Samples that are compared at most.")
     min_cycle_spacing: int = setting(5, meaning="Steps between two of them at least.")

@@ -77,6 +77,26 @@ def test_guesses_between_two_states_roll_and_do_not_slip(
         assert np.abs(aside).max() < 0.1 * np.abs(moved).max()
 
 
+def test_a_guess_goes_on_at_the_speed_at_which_it_is_entered_and_left() -> None:
+    """On a straight line nobody needs to stop: it takes the distance over that speed at most."""
+    problem = kinolab.load("diffdrive_warehouse")
+    names, distance, speed = problem.model.state_names, 1.5, 0.6  # [m], [m/s]
+    place = [names.index("x"), names.index("y")]
+    wheels = [names.index("phi_l_dot"), names.index("phi_r_dot")]
+    begin = problem.start.copy()
+    begin[names.index("psi")] = np.pi / 2
+    end = begin.copy()
+    end[names.index("y")] += distance
+    guesses = ConnectionGuesses(problem)
+    standing = next(guesses.between(begin, end, 60))
+    begin[wheels] = end[wheels] = speed / problem.system.parameter_values["r"]
+    moving = next(guesses.between(begin, end, 60))
+    assert moving.duration <= distance / speed < standing.duration
+    gone = np.linalg.norm(np.diff(moving.x[:, place], axis=0), axis=1)
+    assert gone.min() >= 0.95 * speed * moving.h
+    assert gone.sum() == pytest.approx(distance, rel=1e-6)
+
+
 def test_nothing_is_guessed_through_a_rack() -> None:
     """The first rack of the warehouse stands between x = 2.2 and 3.2."""
     problem = kinolab.load("diffdrive_warehouse")

@@ -8,7 +8,7 @@ Source: Geraerts, Overmars, Creating high-quality paths for motion planning, IJR
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations, cycle
 
 import numpy as np
@@ -18,7 +18,7 @@ from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.path_families import path_family
-from kinolab.steering.path_motion import PathMotion
+from kinolab.steering.path_motion import Path, PathMotion
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses, path_time_scaling
@@ -133,8 +133,7 @@ class ConnectionGuesses:
         begin, end = self._at_rest(way)
         for paths in self._curves.paths(begin, self._curves.straightened(end)):
             charge(1e-4)
-            samples = [self._paths.sample_states(path, begin) for path in reversed(paths)]
-            if samples and not self._geometric_paths.are_free(np.concatenate(samples)):
+            if not all(self._free(paths, begin, samples) for samples in SHORT.curve_samples):
                 continue
             motion = self._paths.chain(paths, begin)
             if motion is None or not motion.steps or not self._geometric_paths.are_free(motion.x):
@@ -144,6 +143,11 @@ class ConnectionGuesses:
             guess = resampled(times, x, motion.u, count, self._problem.space)
             guess.x[0], guess.x[-1] = way[0], straight(self._problem, guess.x[-1], way[1])[1]
             yield guess
+
+    def _free(self, paths: Sequence[Path], begin: Array, count: int) -> bool:
+        """Say whether ``count`` samples of each path are free, those at the end first."""
+        samples = [self._paths.sample_states(path, begin, count) for path in reversed(paths)]
+        return not samples or self._geometric_paths.are_free(np.concatenate(samples))
 
     def _moving(self, motion: Maneuver, way: Array) -> tuple[Array, Array]:
         """Return times (N+1,) and states (N+1, nx) of a motion from rest to rest, entered moving.
