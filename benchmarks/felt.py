@@ -1,6 +1,7 @@
 """What somebody waits for: from Enter to verdict, page and film, against another commit.
 
-    python benchmarks/felt.py COMMIT [--scenarios NAME,...] [--repeats 5] [--cold 1] [--folder DIR]
+    python benchmarks/felt.py COMMIT [--scenarios NAME,...] [--checks NAME,...] [--repeats 5]
+                              [--cold 1] [--folder DIR]
 
 Both versions are installed as users do, each into an environment of its own, and take turns. *Cold*
 runs begin with empty caches; *warm* ones come after one that does not count. All times are from the
@@ -25,6 +26,7 @@ ROOT = Path(__file__).parents[1]
 STAGES = ("verdict", "summary", "end", "motion")
 WORDS = {"verified": "verdict", "solved:": "summary"}  # how a line begins that ends a stage
 PLAN = "rolling_disk_maze"
+LONG = "submarine_corridor,diffdrive_warehouse,crane_factory,snakeboard_park,vehicle_parking"
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,19 @@ def started(versions: list[Version], words: list[str], repeats: int) -> dict[str
     return {name: median(found[1:]) for name, found in times.items()}
 
 
+def checked(
+    versions: list[Version], name: str, repeats: int, folder: Path
+) -> dict[str, dict[str, float]]:
+    """Return the median time in which each version checks the same long plan, as it was found."""
+    plan = folder / f"plan-{name}"
+    raw = [name, "--seed", "1", "--no-optimize", "--no-animation", "--out", str(plan)]
+    if not plan.is_dir():
+        versions[0].run(*raw, caches=folder / f"caches-{versions[0].name}", folder=folder)
+    found = measured(versions, ["check", str(plan)], repeats, folder)
+    motion = float(json.loads((plan / "report.json").read_text())["duration"])
+    return {name: {**stages, "motion": motion} for name, stages in found.items()}
+
+
 def rows(
     versions: list[Version], options: argparse.Namespace, folder: Path
 ) -> Iterator[tuple[str, dict[str, dict[str, float]]]]:
@@ -122,7 +137,10 @@ def rows(
     if options.cold:
         found = measured(versions, [PLAN, "--seed", "1"], options.cold, folder, cold=True)
         yield f"plan {PLAN}, cold", found
-    for name in options.scenarios.split(","):
+    for name in filter(None, options.checks.split(",")):
+        found = checked(versions, name, options.repeats, folder)
+        yield f"plan check, {name} as found", found
+    for name in filter(None, options.scenarios.split(",")):
         yield f"plan {name}", measured(versions, [name, "--seed", "1"], options.repeats, folder)
 
 
@@ -131,6 +149,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("commit", help="the older version")
     parser.add_argument("--scenarios", default=PLAN)
+    parser.add_argument("--checks", default=LONG, help="scenarios whose raw plans are checked")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--cold", type=int, default=1, help="runs with empty caches")
     parser.add_argument("--folder", type=Path, help="where environments and caches stay")
