@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -37,6 +38,9 @@ def main() -> None:
         supervise()
     with suppress(AttributeError):  # None, or another kind of stream
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # for paths
+    # Matrices are small: threads of BLAS wait for each other on a busy computer, some 10 ms for
+    # each product, and sums would depend on the number of cores.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(COLLECTION_THRESHOLD, *gc.get_threshold()[1:])
     code = run()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt

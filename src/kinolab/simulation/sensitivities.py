@@ -86,9 +86,16 @@ class StepSensitivities:
         return self.linearized(x, u, h, derive=False)[0]
 
     def linearized(
-        self, x: Array, u: Array, h: float, *, derive: bool = True
+        self, x: Array, u: Array, h: float, *, derive: bool = True, known: Array | None = None
     ) -> tuple[Array, Array]:
         """Return where every step leads and the derivatives of that.
+
+        Args:
+            x: States at the beginning of each step, shape (N, nx).
+            u: Inputs, shape (N, nu).
+            h: Length of all steps in [s].
+            derive: Whether derivatives are wanted.
+            known: Where the steps lead, as ``after`` has returned it, shape (N, nx).
 
         Returns:
             States, shape (N, nx), and derivatives with respect to x, u and h, shape
@@ -100,6 +107,8 @@ class StepSensitivities:
         before, held = np.ascontiguousarray(x[:count]), np.ascontiguousarray(u)
         if derive:
             linearise(self._coarse, before, held, h, 1, after, tangents)
+        if known is not None:
+            return known, tangents
         if self._coarse is not self._code or not derive:
             linearise(self._code, before, held, h, 0, after, tangents[:1].copy())
         return after, tangents

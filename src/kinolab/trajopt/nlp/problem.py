@@ -169,10 +169,12 @@ class MultipleShooting:
     ) -> None:
         self._map, self._ends, self._scales = step_map, GoalConstraint(problem, end), problem.scales
         self._inequalities, self._pieces = inequalities, pieces
+        self._stepped: tuple[Knots, Array] | None = None  # an accepted candidate comes once more
 
     def linearization(self, knots: Knots, reach: float) -> Linearization:
         """Return the linearisation; ``reach`` is the largest scaled step it will be used for."""
-        after, tangents = self._map.linearized(knots.x, knots.u, knots.h)
+        known = self._stepped[1] if self._stepped and self._stepped[0] is knots else None
+        after, tangents = self._map.linearized(knots.x, knots.u, knots.h, known=known)
         rows = stack([part.rows(at, reach) for part, at in self._samples(knots)])
         steps, size = len(knots.u), self._map.evaluations * knots.x.shape[1]
         charge(1e-3 + steps * (6e-6 * self._pieces + 3e-7 * size) + 6e-6 * len(rows.knot))
@@ -184,6 +186,7 @@ class MultipleShooting:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
         charge(5e-4 + 5e-6 * len(knots.u) * self._pieces)
         after = self._map.after(knots.x, knots.u, knots.h)
+        self._stepped = (knots, after)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
         short = sum(part.violation(at) for part, at in self._samples(knots))
         return defects, float(np.abs(self._ends.residual(knots.x[-1])).sum()), short
