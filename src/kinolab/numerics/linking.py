@@ -64,6 +64,7 @@ class Kernel(_Dispatcher):
         self._linked.compile(args)
         linked = self._linked.overloads[args]
         context, described = linked.target_context, linked.fndesc
+        context.refresh()  # for the wrapper, where the IR was on disk
         library = context.codegen().create_library(described.qualname)
         library.enable_object_caching()
         library.add_linking_library(linked.library)
