@@ -47,9 +47,22 @@ class Kernel(_Dispatcher):
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         super().__init__(function, {}, options)
-        self._options = options
-        self._cache = cache_of(function)
+        self._options, self._known_cache = options, None
         self._compiler._compile_core = self._executable
+
+    @property
+    def _cache(self) -> Any:
+        """The cache of its machine code, asked for when Python first calls it.
+
+        To make one, numba writes a file to its folder, and most functions are never called so.
+        """
+        if self._known_cache is None:
+            self._known_cache = cache_of(self.py_func)
+        return self._known_cache
+
+    @_cache.setter
+    def _cache(self, cache: Any) -> None:
+        self._known_cache = cache
 
     @cached_property
     def _linked(self) -> Any:
@@ -100,9 +113,10 @@ class _ExecutableLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _names_in(module: Any) -> Any:
-    """Return a module that defines what another one defines, all of it empty."""
+    """Return a module that defines what another one defines for others, all of it empty."""
+    own = (llvm.Linkage.internal, llvm.Linkage.private)
     functions, variables = (
-        [value.name for value in values if not value.is_declaration]
+        [value.name for value in values if not value.is_declaration and value.linkage not in own]
         for values in (module.functions, module.global_variables)
     )
     lines = [f'define void @"{name}"() {{ unreachable }}' for name in functions]
