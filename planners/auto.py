@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 from kinolab.cancel import CancelledError
 from kinolab.numerics.arrays import Array
@@ -20,7 +20,9 @@ from kinolab.search.tree import (
     SearchState,
     SubSearch,
 )
-from kinolab.trajopt.multistart.multiple_shooting import Multistart
+
+if TYPE_CHECKING:
+    from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 GUESS_KNOTS = 80  # knots of a guess
 # tree iterations before the first guess: some milliseconds
@@ -79,6 +81,8 @@ class _Multistart:
     @cached_property
     def _multistart(self) -> Multistart:
         with self._budget.preparing():
+            from kinolab.trajopt.multistart.multiple_shooting import Multistart  # late: rarely due
+
             budget = self._budget
             multistart = Multistart(
                 self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below

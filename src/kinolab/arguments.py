@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache, wraps
 from numbers import Integral, Real
@@ -16,7 +17,6 @@ from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-import sympy
 from numpy.typing import ArrayLike
 
 from kinolab.errors import InputError, Mistake
@@ -63,6 +63,21 @@ def checked(thing: F) -> F:
     return _checking(thing, name, skipped=int(bound))  # type: ignore[return-value]
 
 
+def require_fit(where: str, hint: Any, value: object) -> None:
+    """Check one value against a type that a module imports late.
+
+    Args:
+        where: What a mistake is reported for.
+        hint: The type, as an annotation would give it.
+        value: What was given.
+
+    Raises:
+        InputError: If it does not match.
+    """
+    if not _fits(hint, value):
+        raise InputError([_mistake(where, hint, value)])
+
+
 def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable[..., Any]:
     """Wrap a function with argument checks; without a name, errors name its class."""
     signature = inspect.signature(function)
@@ -93,9 +108,27 @@ def _class_of(made: object) -> str:
     return made.__name__ if inspect.isclass(made) else type(made).__name__
 
 
-@cache
+class _NotImported:
+    """Stands for SymPy in annotations while nothing has imported it: no value is of its classes."""
+
+    def __getattr__(self, name: str) -> type:
+        return type(name, (), {})
+
+
+def _of_sympy(name: str) -> tuple[Any, ...]:
+    """Return a class of SymPy's in a tuple; none while nothing has imported SymPy."""
+    found = getattr(sys.modules.get("sympy"), name, None)
+    return () if found is None else (found,)
+
+
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
-    hints = get_type_hints(function)
+    return _resolved(function, bool(_of_sympy("Basic")))
+
+
+@cache
+def _resolved(function: Callable[..., Any], symbolic: bool) -> dict[str, Any]:
+    own = {"sympy": sys.modules["sympy"] if symbolic else _NotImported()}
+    hints = get_type_hints(function, localns=own)
     variadic = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
     kinds = inspect.signature(function).parameters
     return {
@@ -145,7 +178,7 @@ def _fits(hint: Any, value: Any) -> bool:
     if hint == ArrayLike:
         return _is_array(value)
     if origin in (Union, UnionType):
-        symbolic = any(inspect.isclass(a) and issubclass(a, sympy.Basic) for a in inner)
+        symbolic = any(inspect.isclass(a) and issubclass(a, _of_sympy("Basic")) for a in inner)
         if symbolic and _is_real(value) and not math.isfinite(value):
             return False  # nan is no valid expression
         return any(_fits(argument, value) for argument in inner)
@@ -181,8 +214,8 @@ def _fits_class(hint: Any, value: Any) -> bool:
         return isinstance(value, Integral) and not isinstance(value, bool)
     if hint is float:
         return _is_real(value) or _is_constant(value)
-    if inspect.isclass(hint) and issubclass(hint, sympy.MatrixBase):
-        return isinstance(value, sympy.MatrixBase)  # mutable or not
+    if inspect.isclass(hint) and issubclass(hint, matrices := _of_sympy("MatrixBase")):
+        return isinstance(value, matrices)  # mutable or not
     return isinstance(value, hint) if inspect.isclass(hint) else True
 
 
@@ -192,7 +225,7 @@ def _is_real(value: Any) -> bool:
 
 def _is_constant(value: Any) -> bool:
     """Whether an expression is a number, such as pi / 3."""
-    return isinstance(value, sympy.Expr) and bool(value.is_number and value.is_extended_real)
+    return isinstance(value, _of_sympy("Expr")) and bool(value.is_number and value.is_extended_real)
 
 
 def _is_array(value: Any) -> bool:

@@ -10,9 +10,9 @@ import pytest
 
 import kinolab.systems
 from kinolab.dynamics import Body, Model, System, angle, length, move, parameter, rot_z
+from kinolab.dynamics.codegen import derived_code
 from kinolab.dynamics.codegen import llvm_jit as compilation_module
-from kinolab.dynamics.codegen import machine_code
-from kinolab.dynamics.codegen.emission import NOT_FINITE, SINGULAR
+from kinolab.dynamics.codegen.compiled_functions import NOT_FINITE, SINGULAR
 from kinolab.errors import InputError, SingularError, UnknownNameError
 from tests.dynamics.machines import compiled, compiled_random
 
@@ -174,8 +174,8 @@ def test_another_parameter_value_compiles_nothing(monkeypatch: pytest.MonkeyPatc
         raise AssertionError("it was compiled again")
 
     monkeypatch.setattr(compilation_module, "compile_ir", refuse)
-    monkeypatch.setattr(machine_code, "compile_ir", refuse)
-    monkeypatch.setattr(machine_code, "derive", refuse)
+    monkeypatch.setattr(derived_code, "compile_ir", refuse)
+    monkeypatch.setattr(derived_code, "derive", refuse)
     # theta_ddot = -g/l sin(theta) + u / (m l^2)
     value = model.f([0.5, 0.0], [2.0], l=2.0, m=3.0)[1]
     assert value == pytest.approx(-9.81 / 2 * math.sin(0.5) + 2.0 / (3 * 4), rel=1e-14)

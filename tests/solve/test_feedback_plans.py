@@ -90,7 +90,8 @@ def test_the_motion_cannot_be_replayed_without_its_feedback(problem: PlanningTas
     assert checks["error growth"].value < 100.0
     assert trajectory.duration * 3.5 > np.log(1e6)
     plain = Trajectory(*(getattr(trajectory, n) for n in ("t", "x", "u", "state_names")), ("push",))
-    open_loop = replace(problem, model=problem.model.plant, system=problem.model.plant.system)
+    plant = problem.model.plant
+    open_loop = replace(problem, model=plant, whole=plant, machine=plant.machine)
     assert "error growth" in failures(open_loop, plain)
 
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab import cli
+from kinolab import cli, trajopt
 from kinolab.problem import PlanningTask
 from kinolab.runs import check_run, write_run
 from kinolab.search import Budget
-from kinolab.solve import PlanResult, improve, make_planner
+from kinolab.solve import PlanResult, make_planner
 from kinolab.solve.improve import PATIENCE, PlanImprover
 from kinolab.solve.plan import Request
 from kinolab.trajectory import Trajectory
@@ -104,7 +104,7 @@ def made_by(found: PlanResult) -> list[str]:
 
 
 def replaced(monkeypatch: pytest.MonkeyPatch, name: str, other: Callable[..., Any]) -> None:
-    monkeypatch.setattr(improve, name, other)
+    monkeypatch.setattr(trajopt, name, other)
 
 
 # --- what comes out ---

@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.arguments import checked
-from kinolab.dynamics.codegen.emission import SINGULAR
+from kinolab.arguments import require_fit
+from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
+from kinolab.dynamics.codegen.compiled_functions import SINGULAR
 from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.derivation.velocity_coordinates import condition_number
-from kinolab.dynamics.lagrange.equations import Equations, equations_of
-from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.feedback import Regulator
-from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.machine_facts import MachineFacts, facts_of
 from kinolab.errors import (
     InputError,
     Mistake,
@@ -31,10 +25,14 @@ from kinolab.errors import (
 )
 from kinolab.numerics.arrays import Array
 
+if TYPE_CHECKING:  # what describes and derives a machine: one that is in the cache needs none of it
+    from kinolab.dynamics.lagrange.equations import Equations
+    from kinolab.dynamics.language.feedback import Feedback
+    from kinolab.dynamics.language.mechanism import Mechanism
+
 POSE = 12  # numbers per body: the rows of [R | p]
 
 
-@checked
 class Model:
     """The equations of motion of a machine, compiled.
 
@@ -53,7 +51,9 @@ class Model:
         InputError: If the machine cannot be derived, or its regulator is still to be designed.
 
     Attributes:
-        system: What was derived.
+        system: What is derived; made on demand where the model came from the cache.
+        machine: What planning asks of it besides: names, limits, shapes.
+        key: Stands for the machine, all of it, on this processor.
         independent: Indices, among all velocities, of those that are states.
         redundant: Names of constraints that follow from the others.
         state_names: Names of the entries of x, shape (nx,).
@@ -67,33 +67,96 @@ class Model:
     """
 
     def __init__(self, system: Mechanism) -> None:
-        law = system.feedback
-        if isinstance(law, Regulator):
-            remedy = "Take system.model(), which finds them."
-            where = f"system {system.name!r} feedback"
-            raise InputError([Mistake(where, "its gains are still to be found.", remedy)])
+        from kinolab.dynamics.language.json.machine_file import machine_to_json
+        from kinolab.dynamics.language.mechanism import Mechanism
+
+        require_fit("Model system", Mechanism, system)
+        _require_law(system)
+        self._set(facts_of(system), key_of(machine_to_json(system)), lambda: system)
         self.system = system
-        self._code = MachineCode(system, law)
+
+    @classmethod
+    def kept(cls, content: str, describe: Callable[[], Mechanism]) -> Model | None:
+        """Return the model of a machine that is in the cache, None of one that is not.
+
+        Args:
+            content: All that determines the machine, as text.
+            describe: Returns the machine, should its symbols be needed; can be pickled.
+        """
+        record = read_record(key_of(content))
+        if record is None:
+            return None
+        machine, key, files = record
+        made = cls.__new__(cls)
+        made._set(machine, key, describe)
+        made.files, made._source = files, (content, describe)
+        return made
+
+    @classmethod
+    def described_by(cls, content: str, describe: Callable[[], Mechanism]) -> Model:
+        """Return the model of a machine, described only where it is not in the cache.
+
+        Args:
+            content: As ``kept``.
+            describe: As ``kept``.
+
+        Raises:
+            InputError: As the constructor.
+        """
+        made = cls.kept(content, describe)
+        if made is None:
+            made = cls(describe())
+            made.keep(content)
+        return made
+
+    def keep(self, content: str) -> None:
+        """Let ``kept`` find this machine by a text that determines it."""
+        write_record(key_of(content), (self.machine, self.key, self.files))
+
+    def _set(self, machine: MachineFacts, key: str, describe: Callable[[], Mechanism]) -> None:
+        """Set all attributes but ``system``."""
+
+        def build() -> tuple[dict[str, Any], bytes]:
+            from kinolab.dynamics.codegen.derived_code import derived_code
+
+            return derived_code(described := describe(), _require_law(described))
+
+        self.machine, self.key, self._describe = machine, key, describe
+        self._source: tuple[str, Callable[[], Mechanism]] | None = None
+        self._code = MachineCode(key, build, closed=machine.references is not None)
         self.independent, self.redundant = self._code.independent, self._code.redundant
-        self.coordinate_names = tuple(symbol.name for symbol in configuration_symbols(system))
-        self.rate_names = tuple(symbol.name for symbol in tangent_symbols(system))
+        self.coordinate_names = tuple(name for c in machine.coordinates for name in c.entries)
+        self.rate_names = machine.rate_names
         self.state_names = (
             *self.coordinate_names,
             *(self.rate_names[i] for i in self.independent),
-            *(entry.name for entry in system.states),
+            *(entry.name for entry in machine.states),
         )
-        chosen = system.inputs if law is None else law.references
-        self.control_names = tuple(entry.name for entry in chosen)
+        self.control_names = tuple(entry.name for entry in machine.chosen)
         self.control_bounds: Array = np.array(
-            [bounds_of(entry) for entry in chosen], dtype=float
+            [entry.limits for entry in machine.chosen], dtype=float
         ).reshape(-1, 2)
-        self.state_bounds, self.state_scales, self.circular = _entries(system, self.independent)
-        self.parameter_names = tuple(parameter.name for parameter in system.parameters)
-        self._defaults = np.array([system.parameter_values[n] for n in self.parameter_names])
+        self.state_bounds, self.state_scales, self.circular = _entries(machine, self.independent)
+        self.parameter_names = tuple(name for name, _ in machine.parameters)
+        self._defaults = np.array([value for _, value in machine.parameters])
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel to another process as the machine: addresses of code are worth nothing there."""
-        return Model, (self.system,)
+        if self._source is None:
+            return Model, (self.system,)
+        return Model.described_by, self._source
+
+    @cached_property
+    def files(self) -> dict[str, str]:
+        """The machine as text, by the names of the files that ``load_machine`` reads."""
+        from kinolab.dynamics.language.json.machine_file import files_of
+
+        return files_of(self.system)
+
+    @cached_property
+    def system(self) -> Mechanism:
+        """What is derived; described anew where the model came from the cache."""
+        return self._describe()
 
     @property
     def nx(self) -> int:
@@ -109,9 +172,9 @@ class Model:
     def attitudes(self) -> dict[str, int]:
         """Where in a state the quaternion of each attitude begins, by the attitude's name."""
         return {
-            c.name: self.state_names.index(c.quaternion[0].name)
-            for c in self.system.coordinates
-            if not isinstance(c, Coordinate)
+            c.name: self.state_names.index(c.quaternion[0])
+            for c in self.machine.coordinates
+            if c.quaternion
         }
 
     @cached_property
@@ -129,8 +192,8 @@ class Model:
     @cached_property
     def speeds(self) -> NDArray[np.int64]:
         """Which entries of a state are velocities: rates, and speeds that are further states."""
-        first = self.nx - len(self.system.states)
-        further = [first + k for k, s in enumerate(self.system.states) if s.velocity is not None]
+        first = self.nx - len(self.machine.states)
+        further = [first + k for k, s in enumerate(self.machine.states) if s.is_speed]
         return np.array([*range(self.nq, first), *further], dtype=np.int64)
 
     @property
@@ -150,7 +213,9 @@ class Model:
     @cached_property
     def plant(self) -> Model:
         """The machine without its feedback: itself where it has none."""
-        return Model(self.system.with_feedback(None)) if self.system.feedback else self
+        if self.machine.references is None:
+            return self
+        return Model.described_by(f"{self.key} without feedback", partial(_plant_of, self))
 
     def plant_inputs(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
         """Return the plant's inputs that the feedback gives under references, shape (..., nu).
@@ -160,7 +225,7 @@ class Model:
             u: References, shape (nr,), or one row per state; without feedback the inputs, which
                 are returned as they are.
         """
-        if self.system.feedback is None:
+        if self.machine.references is None:
             return self._inputs(u, _array("x", x, self.nx))
         return self._call("law", x, u, parameters)
 
@@ -378,8 +443,8 @@ class Model:
     @cached_property
     def residual_names(self) -> tuple[str, ...]:
         """The constraint's name for each entry of ``constraint_residual``."""
-        constraints = self.system.constraints
-        closed = (c.name for c in constraints if isinstance(c, PositionConstraint))
+        constraints = self.machine.constraints
+        closed = (c.name for c in constraints if c.of_position)
         return (*(c.name for c in constraints), *closed)
 
     def constraint_forces(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
@@ -421,12 +486,14 @@ class Model:
     def _need_masses(self, what: str) -> None:
         if not self._code.sizes["energy"]:
             text = (
-                f"{self.system.name} is kinematic: its inputs are velocities, so it has no {what}."
+                f"{self.machine.name} is kinematic: its inputs are velocities, so it has no {what}."
             )
             raise NoDynamicsError(text)
 
     def equations(self) -> Equations:
         """Return the equations of motion for reading, in the author's symbols."""
+        from kinolab.dynamics.lagrange.equations import equations_of
+
         return equations_of(self.system)
 
     def _call(
@@ -450,31 +517,45 @@ class Model:
         if values.shape[-1:] != (self.nu,):
             what = f"u has shape {values.shape}; the last axis must be {self.nu}."
             names = ", ".join(self.control_names)
-            raise InputError([Mistake(f"system {self.system.name!r}", what, f"Inputs: {names}.")])
+            raise InputError([Mistake(f"system {self.machine.name!r}", what, f"Inputs: {names}.")])
         if values.shape not in ((self.nu,), shape):
             what = f"u has shape {values.shape} where x has {states.shape}."
             remedy = f"Give one row of {self.nu} for all states, or one per state."
-            raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
+            raise InputError([Mistake(f"system {self.machine.name!r}", what, remedy)])
         return np.ascontiguousarray(np.broadcast_to(values, shape))
 
 
+def _require_law(system: Mechanism) -> Feedback | None:
+    """Return a machine's feedback; its gains must have been found.
+
+    Raises:
+        InputError: If its regulator is still to be designed.
+    """
+    from kinolab.dynamics.language.feedback import Regulator
+
+    if isinstance(system.feedback, Regulator):
+        remedy = "Take system.model(), which finds them."
+        where = f"system {system.name!r} feedback"
+        raise InputError([Mistake(where, "its gains are still to be found.", remedy)])
+    return system.feedback
+
+
+def _plant_of(model: Model) -> Mechanism:
+    return model.system.with_feedback(None)
+
+
 def _entries(
-    system: Mechanism, independent: tuple[int, ...]
+    machine: MachineFacts, independent: tuple[int, ...]
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return each entry's limits (nx, 2), its scale (nx,) and whether it is on a circle (nx,)."""
-    limits, scales, speeds = [], [], []
-    circular: list[bool] = []
-    for c in system.coordinates:
-        count, rates = (1, 1) if isinstance(c, Coordinate) else (4, 3)
-        own = (c.lower, c.upper) if isinstance(c, Coordinate) else (-1.0, 1.0)
-        circular += [isinstance(c, Coordinate) and c.topology == "circle"] * count
-        limits += [own] * count
-        scales += [c.scale] * count
-        speeds += [c] * rates
-    moving = [speeds[i] for i in independent]
-    limits += [(-c.speed, c.speed) for c in moving] + [entry.limits for entry in system.states]
+    limits = [c.limits for c in machine.coordinates for _ in c.entries]
+    scales = [c.scale for c in machine.coordinates for _ in c.entries]
+    circular = [c.on_circle for c in machine.coordinates for _ in c.entries]
+    owners = [c for c in machine.coordinates for _ in c.rates]
+    moving = [owners[i] for i in independent]
+    limits += [(-c.speed, c.speed) for c in moving] + [entry.limits for entry in machine.states]
     scales += [c.speed if np.isfinite(c.speed) else c.scale for c in moving]
-    scales += [entry.scale for entry in system.states]
+    scales += [entry.scale for entry in machine.states]
     circular += [False] * (len(scales) - len(circular))
     return np.array(limits).reshape(-1, 2), np.array(scales, dtype=float), np.array(circular)
 
@@ -492,13 +573,15 @@ def _failure(model: Model, status: int, x: Array) -> str:
     if status & SINGULAR:
         cause = f"a velocity or mass is undetermined{_chart_left(model, x)}"
     state = ", ".join(f"{n}={v:.6g}" for n, v in zip(model.state_names, x, strict=True))
-    return f"{model.system.name}: the equations of motion cannot be solved at {state}: {cause}."
+    return f"{model.machine.name}: the equations of motion cannot be solved at {state}: {cause}."
 
 
 def _chart_left(model: Model, x: Array) -> str:
     """Say how far outside the chart of the independent velocities a state is."""
-    if not model.system.constraints or model.system.velocities == "all":
+    if not model.machine.constraints or model.machine.all_rates:
         return ""
+    from kinolab.dynamics.derivation.velocity_coordinates import condition_number
+
     values = dict(zip(model.state_names, map(float, x), strict=True))
     try:
         number = condition_number(model.system, values | model.system.parameter_values)

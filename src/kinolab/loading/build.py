@@ -7,10 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from kinolab.dynamics import Model, System
-from kinolab.dynamics.language.tightened_limits import with_tightened_limits
+from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
-from kinolab.loading.find import find_system
+from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.state_arrays import state_arrays
 from kinolab.loading.targets import goal_of, keep_outs_of, start_of
 from kinolab.loading.well_posed import (
@@ -83,8 +82,8 @@ def build_problem(
         InputError: With every mistake in the machine, the meshes and the names.
     """
     mistakes: list[Mistake] = []
-    system, obstacles = _parts(scenario, mistakes, planner=planner)
-    models = None if system is None else _collect(mistakes, partial(_models, scenario, system))
+    machine, obstacles = _parts(scenario, mistakes, planner=planner)
+    models = None if machine is None else _collect(mistakes, partial(_models, scenario, machine))
     if models is None:
         raise InputError(mistakes)
     whole, model = models
@@ -97,7 +96,7 @@ def build_problem(
     section = scenario.world
     return PlanningTask(
         scenario=scenario,
-        system=whole.system,
+        machine=whole.machine,
         model=model,
         whole=whole,
         world=World(
@@ -113,18 +112,18 @@ def build_problem(
 
 def _parts(
     scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
-) -> tuple[System | None, list[Obstacle]]:
+) -> tuple[ScenarioMachine | None, list[Obstacle]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
     made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
     obstacles = [obstacle for obstacle in made if obstacle is not None]
     if scenario.system.name is None and scenario.system.file is None:
         return None, obstacles  # it is among the mistakes already
-    system = _collect(mistakes, partial(find_system, scenario))
-    if system is not None:
-        mistakes += name_mistakes(scenario, system)
+    machine = _collect(mistakes, partial(ScenarioMachine, scenario))
+    if machine is not None:
+        mistakes += name_mistakes(scenario, machine.facts)
     if planner:
         mistakes += [mistake_at(issue, scenario.origin) for issue in planner_issues(scenario)]
-    return system, obstacles
+    return machine, obstacles
 
 
 def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
@@ -136,12 +135,12 @@ def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
         return None
 
 
-def _models(scenario: Scenario, system: System) -> tuple[Model, Model]:
+def _models(scenario: Scenario, machine: ScenarioMachine) -> tuple[Model, Model]:
     """Return the machine, and with the limits of inputs and references that a scenario sets."""
-    whole = system.model()
-    limits = {n: scenario.bounds[n] for n in chosen_names(whole.system) if n in scenario.bounds}
+    whole = machine.model()
+    limits = {n: scenario.bounds[n] for n in chosen_names(whole.machine) if n in scenario.bounds}
     try:
-        return whole, Model(with_tightened_limits(whole.system, limits)) if limits else whole
+        return whole, with_limits(whole, limits) if limits else whole
     except InputError as error:
         raise InputError(
             mistake_at(Issue(("bounds", wrong.where), wrong.what, wrong.remedy), scenario.origin)

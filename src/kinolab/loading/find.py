@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kinolab import systems
-from kinolab.dynamics import System
-from kinolab.dynamics.language.json.machine_file import load_machine
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.scenario import (
     Scenario,
@@ -19,6 +18,9 @@ from kinolab.scenario import (
 )
 from kinolab.scenario.dynobench import is_environment, read_environment
 from kinolab.scenario.user_code import blamed, run_file
+
+if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
+    from kinolab.dynamics import System
 
 
 def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
@@ -98,6 +100,9 @@ def _with_function(what: str) -> str:
 
 def _system_in_file(folder: Path, text: str, where: str) -> System:
     """Return the system in a JSON file, or the one that ``machine.py:function`` makes."""
+    from kinolab.dynamics import System
+    from kinolab.dynamics.language.json.machine_file import load_machine
+
     if text.endswith(".json"):
         path = folder / text
         if not path.is_file():
@@ -108,6 +113,8 @@ def _system_in_file(folder: Path, text: str, where: str) -> System:
 
 
 def _system_from_python(path: Path, function: str, where: str) -> System:
+    from kinolab.dynamics import System
+
     module = run_file(path, where)
     factory = getattr(module, function, None)
     if not callable(factory):

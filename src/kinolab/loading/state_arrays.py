@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.numerics.arrays import Array
 from kinolab.scenario import Scenario
 
@@ -42,7 +40,7 @@ def _bounds(scenario: Scenario, model: Model) -> Array:
     bounds = model.state_bounds.copy()
     for own in model.space.quaternions:
         bounds[own] = -np.inf, np.inf
-    lengths = {c.name for c in model.system.coordinates if c.unit == "m"}
+    lengths = {c.name for c in model.machine.coordinates if c.unit == "m"}
     workspace = {axis: given for axis, given in scenario.world.bounds.items() if axis in lengths}
     for limits in (scenario.bounds, workspace):
         for i, name in enumerate(model.state_names):
@@ -54,10 +52,10 @@ def _bounds(scenario: Scenario, model: Model) -> Array:
 def _rate_bounds(scenario: Scenario, model: Model) -> Array:
     """Limit the rates that follow from others; those of the state have theirs there."""
     bounds = np.tile([-np.inf, np.inf], (model.nt, 1))
-    for i, rate in enumerate(tangent_symbols(model.system)):
-        if rate.name not in model.state_names:
-            speed = (rate.coordinate if isinstance(rate, RateSymbol) else rate.attitude).speed
-            lower, upper = scenario.bounds.get(rate.name, (-np.inf, np.inf))
+    speeds = [c.speed for c in model.machine.coordinates for _ in c.rates]
+    for i, (name, speed) in enumerate(zip(model.rate_names, speeds, strict=True)):
+        if name not in model.state_names:
+            lower, upper = scenario.bounds.get(name, (-np.inf, np.inf))
             bounds[i] = max(-speed, lower), min(speed, upper)
     return bounds
 

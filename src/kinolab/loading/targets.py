@@ -40,7 +40,7 @@ def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Go
     if section.at_rest:
         values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
     indices = [model.state_names.index(name) for name in values]
-    bodies = [body.name for body in model.system.bodies]
+    bodies = [body.name for body in model.machine.bodies]
     return Goal(
         indices=tuple(indices),
         targets=np.array(list(values.values()), dtype=float),
@@ -74,7 +74,7 @@ def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Go
 
 def keep_outs_of(scenario: Scenario, model: Model) -> tuple[KeepOutCone, ...]:
     """Return the forbidden cones, wider by the clearance that plans keep from them."""
-    bodies = [body.name for body in model.system.bodies]
+    bodies = [body.name for body in model.machine.bodies]
     return tuple(
         KeepOutCone(
             bodies.index(cone.body),

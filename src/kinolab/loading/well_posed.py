@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab import planners
 from kinolab.dynamics import Model
-from kinolab.dynamics.language.mechanism_parts import MechanismParts, tangent_symbols
+from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import InputError, MissingPlannerError, Mistake
 from kinolab.loading.state_arrays import StateArrays
 from kinolab.scenario import Issue, Scenario, check_names
@@ -19,22 +19,21 @@ MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world h
 MIN_STEP = 1e-6  # [s]
 
 
-def name_mistakes(scenario: Scenario, system: MechanismParts) -> list[Mistake]:
+def name_mistakes(scenario: Scenario, machine: MachineFacts) -> list[Mistake]:
     """List the names in a scenario that its machine does not have."""
     return check_names(
         scenario,
-        [coordinate.name for coordinate in system.coordinates],
-        [rate.name for rate in tangent_symbols(system)] + [state.name for state in system.states],
-        [parameter.name for parameter in system.parameters],
-        [body.name for body in system.bodies],
-        chosen_names(system),
+        [coordinate.name for coordinate in machine.coordinates],
+        [*machine.rate_names, *(state.name for state in machine.states)],
+        [name for name, _ in machine.parameters],
+        [body.name for body in machine.bodies],
+        chosen_names(machine),
     )
 
 
-def chosen_names(system: MechanismParts) -> list[str]:
+def chosen_names(machine: MachineFacts) -> list[str]:
     """Return the names of inputs, and of the references of feedback."""
-    references = () if system.feedback is None else system.feedback.references
-    return [entry.name for entry in (*system.inputs, *references)]
+    return [entry.name for entry in (*machine.inputs, *(machine.references or ()))]
 
 
 def planner_issues(scenario: Scenario) -> Iterator[Issue]:

@@ -15,6 +15,7 @@ from typing import Any
 from numba.core import dispatcher
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.event import trigger_event
+from numba.core.runtime.nrt import rtsys
 
 from kinolab.files import FileLock, discard, read_sealed, write_sealed
 from kinolab.numerics.compiling import WAIT
@@ -64,14 +65,24 @@ class SealedCache(FunctionCache):  # type: ignore[misc]
 
         If another process is compiling the function, this one waits for it.
         """
-        found = super().load_overload(signature, context)
+        found = self._load(signature, context)
         if found is None:
             with trigger_event(WAIT):
                 taken = self._lock.acquire()
-            found = super().load_overload(signature, context) if taken else None
+            found = self._load(signature, context) if taken else None
         if found is not None:
             self.release()
         return found
+
+    def _load(self, signature: Any, context: Any) -> Any:
+        """Return what is kept for a signature.
+
+        numba's own method first imports all that compiling may need, SciPy's linear algebra
+        included. What is compiled needs numba's runtime alone; its compiler asks for the rest.
+        """
+        rtsys.initialize(context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(signature, context)
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Save the machine code of a signature; an unwritable folder only costs time."""

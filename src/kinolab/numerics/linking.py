@@ -8,6 +8,7 @@ kept as LLVM IR that is linked into what calls them. It is optimised there, once
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -46,10 +47,29 @@ class Kernel(_Dispatcher):
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         super().__init__(function, {}, options)
-        self._linked = _Dispatcher(function, {}, options, pipeline_class=_LinkedCompiler)
-        self._linked._cache = cache_of(function, _LinkedCache)
-        self._cache = cache_of(function)
+        self._options, self._known_cache = options, None
         self._compiler._compile_core = self._executable
+
+    @property
+    def _cache(self) -> Any:
+        """The cache of its machine code, asked for when Python first calls it.
+
+        To make one, numba writes a file to its folder, and most functions are never called so.
+        """
+        if self._known_cache is None:
+            self._known_cache = cache_of(self.py_func)
+        return self._known_cache
+
+    @_cache.setter
+    def _cache(self, cache: Any) -> None:
+        self._known_cache = cache
+
+    @cached_property
+    def _linked(self) -> Any:
+        """The same function as IR, made where something must be compiled."""
+        linked = _Dispatcher(self.py_func, {}, self._options, pipeline_class=_LinkedCompiler)
+        linked._cache = cache_of(self.py_func, _LinkedCache)
+        return linked
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return the types of a call from compiled code, for numba."""
@@ -64,7 +84,8 @@ class Kernel(_Dispatcher):
         self._linked.compile(args)
         linked = self._linked.overloads[args]
         context, described = linked.target_context, linked.fndesc
-        library = context.codegen().create_library(described.qualname)
+        context.refresh()  # for the wrapper, where the IR was on disk
+        library = _ExecutableLibrary(context.codegen(), described.qualname)
         library.enable_object_caching()
         library.add_linking_library(linked.library)
         context.create_cpython_wrapper(
@@ -75,6 +96,32 @@ class Kernel(_Dispatcher):
         for environment in made._find_referenced_environments():  # of what is linked into it
             library.codegen.set_env(environment.env_name, environment)
         return made
+
+
+class _ExecutableLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Machine code of a function that Python calls.
+
+    numba keeps the IR beside it, for other functions to be compiled with, and parses it whenever
+    the code is loaded. Here those functions have IR of their own: names are enough.
+    """
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Return the code for the disk cache, in numba's form."""
+        self._ensure_finalized()
+        names = _names_in(self._get_module_for_linking())
+        return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
+
+
+def _names_in(module: Any) -> Any:
+    """Return a module that defines what another one defines for others, all of it empty."""
+    own = (llvm.Linkage.internal, llvm.Linkage.private)
+    functions, variables = (
+        [value.name for value in values if not value.is_declaration and value.linkage not in own]
+        for values in (module.functions, module.global_variables)
+    )
+    lines = [f'define void @"{name}"() {{ unreachable }}' for name in functions]
+    lines += [f'@"{name}" = global ptr null' for name in variables]
+    return llvm.parse_assembly("\n".join(lines))
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]

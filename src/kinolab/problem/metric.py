@@ -18,7 +18,7 @@ def projected_coordinates(problem: PlanningTask, *, angles: bool = True) -> list
         angles: Whether to include angles where there are lengths.
     """
     model = problem.model
-    units = {c.name: c.unit for c in problem.system.coordinates}
+    units = {c.name: c.unit for c in problem.machine.coordinates}
     spans = problem.sampling_bounds[:, 1] - problem.sampling_bounds[:, 0]
     lengths = [i for i in range(model.nq) if units.get(model.state_names[i]) == "m"]
     others = [i for i in range(model.nq) if i not in lengths]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,7 @@ from kinolab.dynamics.analysis.consistent_states import (
     nearest_consistent_state,
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
+from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import EndpointError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import (
@@ -31,6 +30,9 @@ from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import Mechanism
+
 GOAL_SAMPLES = 200  # of the goal region, checked before it is reported as blocked
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
 SAME = 1e-12  # smaller differences are not printed
@@ -42,7 +44,7 @@ class PlanningTask:
 
     Attributes:
         scenario: The scenario with every default filled in.
-        system: The machine as data.
+        machine: What planning asks of the machine besides its model.
         model: The machine, compiled, with input limits tightened by [bounds].
         world: Obstacles, ground, and the limits of the workspace.
         start: State at time zero, shape (nx,).
@@ -57,7 +59,7 @@ class PlanningTask:
     """
 
     scenario: Scenario
-    system: Mechanism
+    machine: MachineFacts
     model: Model
     world: World
     start: Array
@@ -72,12 +74,18 @@ class PlanningTask:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the picklable state; collision checkers are rebuilt after unpickling."""
-        return {key: value for key, value in vars(self).items() if key not in ("_checker", "space")}
+        rebuilt = ("_checker", "_ground_checker", "space")
+        return {key: value for key, value in vars(self).items() if key not in rebuilt}
 
     @property
     def name(self) -> str:
         """The scenario's name."""
         return self.scenario.name
+
+    @property
+    def system(self) -> Mechanism:
+        """The machine as it is described, with its full input limits; described on demand."""
+        return (self.whole or self.model).system
 
     @property
     def step(self) -> float:
@@ -88,22 +96,15 @@ class PlanningTask:
     def bodies(self) -> tuple[BodyGeometry, ...]:
         """The bodies' shapes with numeric dimensions."""
         return tuple(
-            BodyGeometry(
-                body.name,
-                self.system.resolved_shapes(body),
-                body.touches_ground,
-                body.color,
-                body.whirl,
-            )
-            for body in self.system.bodies
+            BodyGeometry(body.name, body.shapes, body.touches_ground, body.color, body.whirl)
+            for body in self.machine.bodies
         )
 
     @cached_property
     def cables(self) -> tuple[CableGeometry, ...]:
         """The cables with numeric dimensions."""
         return tuple(
-            CableGeometry(cable.name, self.system.number(cable.radius), cable.collides)
-            for cable in self.system.cables
+            CableGeometry(cable.name, cable.radius, cable.collides) for cable in self.machine.cables
         )
 
     def checker(self, margin: float = 0.0) -> CollisionChecker:
@@ -115,12 +116,16 @@ class PlanningTask:
 
     def ground_checker(self) -> CollisionChecker:
         """Return a new collision checker of the ground alone."""
+        return self._ground_checker.inflated(0.0, ground=True)
+
+    @cached_property
+    def _ground_checker(self) -> CollisionChecker:
         return CollisionChecker(self.bodies, World(ground=True), cables=self.cables)
 
     @cached_property
     def _checker(self) -> CollisionChecker:
         """The prototype of all checkers: building the BVHs of large meshes is slow."""
-        pairs = self.system.collisions
+        pairs = self.machine.collisions
         return CollisionChecker(self.bodies, self.world, cables=self.cables, self_pairs=pairs)
 
     def frames(self, x: Array) -> Array:
@@ -270,11 +275,9 @@ class PlanningTask:
 
     def _unmet(self, x: Array) -> Iterator[str]:
         """Name the requirements that no input can satisfy at a state."""
-        decided = (InputSymbol, ForceSymbol)
         margins = self.model.requirements(x).tolist()
-        for requirement, margin in zip(self.system.requirements, margins, strict=True):
-            open_yet = any(isinstance(s, decided) for s in requirement.margin.free_symbols)
-            if not (open_yet or margin >= -LIMIT_TOLERANCE):
+        for requirement, margin in zip(self.machine.requirements, margins, strict=True):
+            if not (requirement.needs_inputs or margin >= -LIMIT_TOLERANCE):
                 yield f"it breaks a requirement ({requirement.name}) by {-margin:g}."
 
     def _goal_mistakes(self) -> Iterator[Mistake]:

@@ -7,11 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from kinolab.dynamics.language.json.machine_file import (
-    FEEDBACK_FILE,
-    feedback_to_json,
-    machine_to_json,
-)
+from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.problem import PlanningTask
 from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
@@ -26,10 +22,8 @@ def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     }
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
-    system = problem.system  # whose feedback is a law, its gains included
-    machine = {"machine.json": machine_to_json(system.with_feedback(None)).encode()}
-    if system.feedback is not None:
-        machine[FEEDBACK_FILE] = feedback_to_json(system.feedback).encode()
+    model = problem.whole or problem.model  # whose feedback is a law, its gains included
+    machine = {name: text.encode() for name, text in model.files.items()}
     return {**machine, **meshes, **code}
 
 
@@ -61,7 +55,7 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
         else entry
         for index, entry in enumerate(scenario.world.obstacle)
     )
-    machine = {"name": None, "file": "assets/machine.json"}
+    machine = {"name": None, "file": f"assets/{MACHINE_FILE}"}
     return scenario.model_copy(
         update={
             "system": scenario.system.model_copy(update=machine),
@@ -88,7 +82,9 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
     hashes = recorded if isinstance(recorded, dict) else {}
     scenario = problem.scenario
     files = [*_meshes(scenario).values(), _planner_file(scenario)]
-    machine = {"machine.json"} | ({FEEDBACK_FILE} if problem.system.feedback else set())
+    machine = {MACHINE_FILE} | (
+        {FEEDBACK_FILE} if problem.machine.references is not None else set()
+    )
     used = {*machine, *(path.name for path in files if path is not None)}
     changed = [
         name

@@ -31,7 +31,7 @@ def report_of(
     return {
         "schema_version": SCHEMA_VERSION,
         "scenario": problem.name,
-        "system": problem.system.name,
+        "system": problem.machine.name,
         "status": plan.status,
         "message": plan.message,
         "planner": plan.planner,

@@ -67,7 +67,7 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         problem.bodies,
         world,
         cables=problem.cables,
-        self_pairs=problem.system.collisions,
+        self_pairs=problem.machine.collisions,
         glides=gliding,
     )
     bodies, cables = len(problem.bodies), len(problem.cables)

@@ -44,7 +44,7 @@ class CompiledStep:
         self.u: Any = (ctypes.c_double * model.nu)()
         self._speeds: Any = (ctypes.c_double * bodies)()
         self._cable_speeds: Any = (ctypes.c_double * cables)()
-        self._margins: Any = (ctypes.c_double * len(problem.system.requirements))()
+        self._margins: Any = (ctypes.c_double * len(problem.machine.requirements))()
         self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
         self.poses, self.ends = np.zeros((bodies, 12)), np.zeros((cables, 6))
         self._has_cables = cables > 0

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.errors import KinolabError, SingularError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
@@ -188,7 +187,7 @@ def _integrated(
 
 def _ode(model: Model, scales: Array, parameters: dict[str, float]) -> Record:
     plant = model.plant
-    loops = any(isinstance(c, PositionConstraint) for c in model.system.constraints)
+    loops = model.machine.closes_loops
     addresses = {
         "f": plant.address("f"),
         "law": 0 if plant is model else model.address("law"),

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from kinolab import trajopt
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import charge, counted_work
@@ -22,7 +23,6 @@ from kinolab.solve.attempt import judging, motion
 from kinolab.solve.plan import REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.solve.solution_pool import CENTRE_TOLERANCE, rank
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import is_long, make_exact, shortened
 from kinolab.verification import verify
 
 T = TypeVar("T")
@@ -225,7 +225,7 @@ class PlanImprover:
     def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
         """Shorten a motion and make it exact: what is long and verified first loses its detours."""
         shortest, solved = given, incumbent.best.status == "solved"
-        if not (solved and is_long(self.problem, given)):
+        if not (solved and trajopt.is_long(self.problem, given)):
             shortest = self._exact(incumbent, given, remaining, given)
         while not remaining.over:
             before = shortest
@@ -241,9 +241,11 @@ class PlanImprover:
         self, incumbent: Incumbent, motion: Trajectory, remaining: Budget, given: Trajectory
     ) -> Trajectory:
         """Return a motion into the goal's centre, or the same one."""
-        part = EXACTNESS_FRACTION if is_long(self.problem, given) else 1.0
+        part = EXACTNESS_FRACTION if trajopt.is_long(self.problem, given) else 1.0
         spent = remaining.fraction(part)
-        exact = incumbent.tried(lambda: make_exact(self.problem, motion, lambda: spent() >= 1.0))
+        exact = incumbent.tried(
+            lambda: trajopt.make_exact(self.problem, motion, lambda: spent() >= 1.0)
+        )
         if exact is None:
             return motion
         incumbent.take(exact, "repair")
@@ -254,7 +256,7 @@ class PlanImprover:
 
         Those that are better than the best plan are verified on the way.
         """
-        motions = shortened(self.problem, given, remaining.fraction())
+        motions = trajopt.shortened(self.problem, given, remaining.fraction())
         best, refusals = given, 0
         while refusals < MAX_REFUSALS:
             motion = incumbent.tried(lambda: next(motions, None))

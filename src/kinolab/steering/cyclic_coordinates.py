@@ -64,7 +64,7 @@ def _turned(states: Array, i: int) -> Array:
 
 def _demands(problem: PlanningTask, states: Array, i: int) -> bool:
     """Say whether the machine's requirements depend on an entry of the state."""
-    if not problem.system.requirements:
+    if not problem.machine.requirements:
         return False
     u = _inputs(problem)
     before, after = (problem.model.requirements(x, u) for x in (states, _turned(states, i)))

@@ -19,14 +19,16 @@ class FlatOutputPaths:
     """Paths along straight lines of the flat outputs.
 
     Attributes:
-        coordinates: The coordinates that the paths determine.
+        coordinates: Names of the coordinates that the paths determine.
 
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """
 
-    def __init__(self, problem: PlanningTask, flat: FlatOutputs) -> None:
+    def __init__(self, problem: PlanningTask) -> None:
+        flat = problem.system.flat
+        assert isinstance(flat, FlatOutputs)
         self._problem, self._flat = problem, flat
-        self.coordinates = flat.coordinates
+        self.coordinates = tuple(c.name for c in flat.coordinates)
         system = problem.system
         self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
 

@@ -52,10 +52,10 @@ class GoalConnection:
         *,
         shoots: bool = True,
     ) -> None:
-        self._shoots = shoots or problem.system.flat is None
+        self._shoots = shoots or problem.machine.flat is None
         self._problem, self._propagator, self._stop = problem, propagator, stop
         self._rollout = ZeroOrderHold(problem)
-        self._steering = Steering(problem, stop) if problem.system.flat is not None else None
+        self._steering = Steering(problem, stop) if problem.machine.flat is not None else None
         self._goals = [] if self._steering is None else _goals(problem, self._steering)
         self._failed: Array | None = None  # last state that failed, not to be retried
         self._holds = [max(1, round(length * steps / CONTROL_INTERVALS)) for length in DURATIONS]
@@ -184,7 +184,7 @@ class SteeredGoalConnection:
     ) -> None:
         self.inputs: list[list[float]] = []
         self._every, self._met = every, 0
-        self._within = goal_region_scale if problem.system.flat is None else np.inf
+        self._within = goal_region_scale if problem.machine.flat is None else np.inf
         propagator = Propagator(problem)
         self._arrival = GoalConnection(problem, MAX_SHOOTING_STEPS, propagator, stop, shoots=False)
 

@@ -40,6 +40,6 @@ def _holds(problem: PlanningTask, x: Array, u: Array) -> bool:
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     if (np.abs(u - middle) > INPUT_FRACTION * half + 1e-12).any():
         return False
-    if problem.system.requirements and (problem.model.requirements(x, u) < 0).any():
+    if problem.machine.requirements and (problem.model.requirements(x, u) < 0).any():
         return False
     return not any(problem.limit_violations(x))

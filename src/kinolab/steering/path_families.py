@@ -7,11 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves
-from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.steering.flat_outputs import FlatOutputPaths
 from kinolab.steering.path_motion import Path
 from kinolab.steering.plane_curves import PlanePaths
 
@@ -20,12 +17,12 @@ class StraightLines:
     """Straight lines, which a machine may be unable to follow; none for attitudes.
 
     Attributes:
-        coordinates: The coordinates that the paths determine.
+        coordinates: Names of the coordinates that the paths determine.
     """
 
     def __init__(self, problem: PlanningTask) -> None:
-        coordinates = problem.system.coordinates
-        self.coordinates = tuple(c for c in coordinates if isinstance(c, Coordinate))
+        coordinates = problem.machine.coordinates
+        self.coordinates = tuple(c.name for c in coordinates if not c.quaternion)
         self._can = len(self.coordinates) == len(coordinates)
         self._nq = problem.model.nq
 
@@ -48,8 +45,8 @@ class PathFamily(Protocol):
     """Rest-to-rest paths."""
 
     @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The coordinates that the paths determine."""
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates that the paths determine."""
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield sequences of paths from x0 to x1, shape (nx,), with a stop after each path."""
@@ -63,9 +60,11 @@ class PathFamily(Protocol):
 
 def path_family(problem: PlanningTask) -> PathFamily:
     """Return the machine's path family: that of its flat map, or straight lines."""
-    match problem.system.flat:
-        case PlaneCurves() as flat:
-            return PlanePaths(problem, flat)
-        case FlatOutputs() as flat:
-            return FlatOutputPaths(problem, flat)
-    return StraightLines(problem)
+    flat = problem.machine.flat
+    if flat is None:
+        return StraightLines(problem)
+    if flat.plane_curves:
+        return PlanePaths(problem, flat)
+    from kinolab.steering.flat_outputs import FlatOutputPaths  # late: its maps are symbols
+
+    return FlatOutputPaths(problem)

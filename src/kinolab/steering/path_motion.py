@@ -12,7 +12,6 @@ import numpy as np
 
 from kinolab.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.dynamics import Model
-from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.task import LIMIT_TOLERANCE
@@ -111,19 +110,19 @@ class PathMotion:
 
     Args:
         problem: The planning problem.
-        known: The coordinates that paths determine, in order.
+        known: Names of the coordinates that paths determine, in order.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 
     def __init__(
         self,
         problem: PlanningTask,
-        known: tuple[Coordinate, ...],
+        known: tuple[str, ...],
         stop: CancellationToken = never_cancelled,
     ) -> None:
         model, self._stop = problem.model, stop
         self._problem, self._model = problem, model
-        self._known = [model.coordinate_names.index(c.name) for c in known]
+        self._known = [model.coordinate_names.index(name) for name in known]
         self._rates = [_rate_of(model, i) for i in self._known]
         self._other = [i for i in range(model.nq) if i not in self._known]
         self._other_rates = [_rate_of(model, i) for i in self._other]
@@ -224,7 +223,7 @@ class PathMotion:
         The time is a fraction of the duration.
         """
         shares = (np.abs(motion.u - self._middle) / self._half).max(axis=1) / LIMIT_FRACTION
-        if self._problem.system.requirements:
+        if self._problem.machine.requirements:
             margins = self._model.requirements(motion.x[:-1], motion.u)
             shares = np.where((margins < 0).any(axis=1), np.maximum(shares, 1.5), shares)
         worst = int(np.argmax(shares))

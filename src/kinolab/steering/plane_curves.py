@@ -11,8 +11,7 @@ import numpy as np
 import scipy
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.dynamics.derivation.lowering import evaluate
-from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
+from kinolab.dynamics.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import Path, SampledPath
@@ -45,22 +44,22 @@ class PlanePaths:
     shortest curve of arcs and straight lines, with a stop wherever the steering must change.
 
     Attributes:
-        coordinates: The coordinates that the paths determine.
+        coordinates: Names of the coordinates that the paths determine.
 
     Source: Reeds, Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific J.
     Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
     """
 
-    def __init__(self, problem: PlanningTask, flat: PlaneCurves) -> None:
-        self._problem, self._flat = problem, flat
+    def __init__(self, problem: PlanningTask, flat: FlatFacts) -> None:
+        self._problem, self._steers = problem, bool(flat.steered)
         self.coordinates = flat.coordinates
-        self._index = [problem.model.coordinate_names.index(c.name) for c in flat.coordinates]
+        self._index = [problem.model.coordinate_names.index(name) for name in flat.coordinates]
         self._sharpest = _sharpest(problem, flat)
 
     @property
     def radius(self) -> float:
         """Minimum turning radius in [m]; 0 if the machine turns on the spot."""
-        return 1.0 / (CURVATURE_FRACTION * self._sharpest) if self._flat.steered else 0.0
+        return 1.0 / (CURVATURE_FRACTION * self._sharpest) if self._steers else 0.0
 
     def straightened(self, x: Array) -> Array:
         """Return the state, shape (nx,), with the steering straight."""
@@ -74,7 +73,7 @@ class PlanePaths:
         straight = self._pose(self.straightened(x0))
         for path in self._smooth(straight, end):
             yield [*self._shifts([begin, straight]), path]
-        if self._flat.steered:
+        if self._steers:
             yield self._reeds_shepp(begin, end)[0]
         else:
             for gear in GEARS:
@@ -83,7 +82,7 @@ class PlanePaths:
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield paths with a straight final approach, for ends without clearance to turn."""
         begin, end = self._pose(x0), self._pose(x1)
-        if not self._flat.steered or float(np.hypot(end.x - begin.x, end.y - begin.y)) < MIN_LENGTH:
+        if not self._steers or float(np.hypot(end.x - begin.x, end.y - begin.y)) < MIN_LENGTH:
             return
         straight = tuple(map(float, self._steered(np.zeros(1))[0]))
         for lead in LEADS:
@@ -127,14 +126,9 @@ class PlanePaths:
             yield _SampledCurve(gone / gone[-1], poses)
 
     def _steered(self, curvature: Array) -> Array:
-        if not self._flat.steered:
+        if not self._steers:
             return np.empty((len(curvature), 0))
-        values = {
-            p: self._problem.system.parameter_values[p.name]
-            for p in self._problem.system.parameters
-        }
-        columns = [evaluate(e, {CURVATURE: curvature, **values}) for _, e in self._flat.steered]
-        return np.column_stack(columns)
+        return np.column_stack(_steered_at(self._problem, curvature))
 
     def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Path]:
         path = np.array([end.x - begin.x, end.y - begin.y])
@@ -168,17 +162,27 @@ class PlanePaths:
         return [*paths, *self._shifts([here, arrived])], arrived
 
 
-def _sharpest(problem: PlanningTask, flat: PlaneCurves) -> float:
+def _sharpest(problem: PlanningTask, flat: FlatFacts) -> float:
     """Return the largest curvature in [1/m] within the steering limits."""
-    values = {p: problem.system.parameter_values[p.name] for p in problem.system.parameters}
     curvatures = np.geomspace(1e-3, MAX_CURVATURE, 400)
     possible = np.ones(len(curvatures), dtype=bool)
-    for coordinate, expression in flat.steered:
-        lower, upper = problem.bounds[problem.model.state_names.index(coordinate.name)]
-        for sign in (1.0, -1.0):
-            angles = evaluate(expression, {CURVATURE: sign * curvatures, **values})
-            possible &= (lower <= angles) & (angles <= upper)
+    for sign in (1.0, -1.0) if flat.steered else ():
+        angles = _steered_at(problem, sign * curvatures)
+        for name, values in zip(flat.steered, angles, strict=True):
+            lower, upper = problem.bounds[problem.model.state_names.index(name)]
+            possible &= (lower <= values) & (values <= upper)
     return float(curvatures[possible].max(initial=1e-3))
+
+
+def _steered_at(problem: PlanningTask, curvature: Array) -> list[Array]:
+    """Return what each steered coordinate is where a curve has curvatures (m,) in [1/m]."""
+    from kinolab.dynamics.derivation.lowering import evaluate  # late: a coin steers nothing
+    from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
+
+    system = problem.system
+    assert isinstance(system.flat, PlaneCurves)
+    given = {p: system.parameter_values[p.name] for p in system.parameters}
+    return [evaluate(e, {CURVATURE: curvature, **given}) for _, e in system.flat.steered]
 
 
 def _hermite(ends: Array, tangents: Array) -> tuple[Array, Array, Array]:

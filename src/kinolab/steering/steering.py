@@ -73,7 +73,7 @@ class Steering(AbstractSteering):
         self.family = path_family(problem)
         attitudes = bool(problem.model.attitudes)
         self.paths = None if attitudes else PathMotion(problem, self.family.coordinates, stop)
-        self.flat = problem.system.flat is not None
+        self.flat = problem.machine.flat is not None
         # The reverse motion follows the same curves and collides with the same obstacles.
         self.reversible = self.flat and _goes_both_ways(problem)
 
@@ -166,6 +166,6 @@ def _goes_both_ways(problem: PlanningTask) -> bool:
 
 def _speed(problem: PlanningTask, coordinate: str) -> float:
     """Return the speed limit of a coordinate, or its scale per second."""
-    found = {c.name: c for c in problem.system.coordinates}.get(coordinate)
+    found = {c.name: c for c in problem.machine.coordinates}.get(coordinate)
     speed = getattr(found, "speed", np.inf)
     return float(speed if np.isfinite(speed) else getattr(found, "scale", 1.0))

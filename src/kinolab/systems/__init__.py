@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module, resources
+from typing import TYPE_CHECKING
 
-from kinolab.dynamics import System
 from kinolab.errors import UnknownNameError
+
+if TYPE_CHECKING:
+    from kinolab.dynamics import System
 
 
 @cache

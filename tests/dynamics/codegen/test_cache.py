@@ -14,7 +14,7 @@ import pytest
 
 import kinolab.systems
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.codegen import machine_code
+from kinolab.dynamics.codegen import derived_code
 from kinolab.dynamics.codegen.cache import MAGIC, folder
 from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
@@ -38,7 +38,7 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         seen.append(system.name)
         return derive(system)
 
-    monkeypatch.setattr(machine_code, "derive", counted)
+    monkeypatch.setattr(derived_code, "derive", counted)
     return seen
 
 

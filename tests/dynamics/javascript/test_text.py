@@ -19,7 +19,8 @@ from kinolab.dynamics import (
     rot_z,
     zero,
 )
-from kinolab.dynamics.javascript import javascript_of, module
+from kinolab.dynamics.javascript import emitted_module, javascript_of
+from kinolab.dynamics.javascript.facts import as_json
 from tests.dynamics.javascript.machines import MAKERS, model
 from tests.javascript_engine import Engine
 
@@ -36,7 +37,7 @@ def test_a_machine_is_derived_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     made = MAKERS["rolling_disk"]().model()
     monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path))
     first = javascript_of(made)
-    monkeypatch.setattr(module, "derive", None)
+    monkeypatch.setattr(emitted_module, "derive", None)
     assert javascript_of(made) == first
 
 
@@ -62,7 +63,7 @@ def test_names_stay_data(engine: Engine) -> None:
         inputs=[Force("push", on=body, along=cart.x, limit=1.0)],
     )
     made = system.model()
-    assert "<" not in module.as_json({"name": hostile})
+    assert "<" not in as_json({"name": hostile})
     assert "</script" not in javascript_of(made)
     machine = engine.machine(made)
     assert engine.run(f"return {machine}.bodies") == [hostile]

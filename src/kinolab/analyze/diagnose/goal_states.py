@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
@@ -85,4 +84,4 @@ def _reached(problem: PlanningTask, guess: Array) -> Array:
 
 def has_loops(problem: PlanningTask) -> bool:
     """Whether the machine has position constraints."""
-    return any(isinstance(entry, PositionConstraint) for entry in problem.system.constraints)
+    return problem.machine.closes_loops

@@ -97,9 +97,7 @@ def _why(problem: PlanningTask, held: StaticHolding) -> str:
     if not held.needed:
         return f"no inputs keep {name} from changing"
     limits = dict(zip(problem.model.control_names, problem.model.control_bounds, strict=True))
-    system = problem.system
-    chosen = system.inputs if system.feedback is None else system.feedback.references
-    units = {entry.name: entry.unit for entry in chosen}
+    units = {entry.name: entry.unit for entry in problem.machine.chosen}
     wanted = [
         f"{which} = {value:.4g} {units[which]}".rstrip()
         + f" (its limit is {limits[which][0 if value < limits[which][0] else 1]:g})"

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Literal, TypeAlias
 
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.machine_facts import facts_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
@@ -53,6 +54,6 @@ class CollisionMonitor:
 
         If they do not, it is the same one, whose mesh search trees exist already.
         """
-        built = replace(self._problem, system=system)
+        built = replace(self._problem, machine=facts_of(system))
         same = built.bodies == self._problem.bodies and built.cables == self._problem.cables
         return self._problem if same else built

@@ -12,10 +12,7 @@ import numpy as np
 import scipy
 
 from kinolab.dynamics.codegen.state_space import whole_turns
-from kinolab.dynamics.derivation.symbol_table import SymbolTable
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.units import position_unit, velocity_unit
 from kinolab.numerics.arrays import Array
 
 CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]; allows for rounding only
@@ -62,22 +59,27 @@ def nearest_consistent_state(model: Model, x: Array, limits: Array) -> Array | N
         limits: Lower and upper limits of the state, kept by the configuration, shape (nx, 2).
     """
     plant, found = model.plant, np.array(x, dtype=float)
-    loops = _LoopClosure(plant)
-    if loops.count:
+    if (loops := _LoopClosure(plant)).count:
         q = loops.nearest(found[: plant.nq], limits[: plant.nq])
         if q is None:
             return None
         found[: plant.nq] = q
-    if plant.system.velocities == "all":
+    if plant.machine.all_rates:
         found = _without_slip(plant, found)
     return None if constraint_violations(plant, found) else found
 
 
 def _residuals(plant: Model, x: Array) -> Iterator[ConstraintViolation]:
-    constraints = plant.system.constraints
-    if plant.system.velocities == "all":
+    if not (plant.machine.all_rates or plant.machine.closes_loops):
+        return
+    from kinolab.dynamics.analysis.constraint_units import (  # late: they are derived
+        position_unit,
+        velocity_unit,
+    )
+
+    if plant.machine.all_rates:
         slips = np.abs(plant.constraint_residual(x))
-        for constraint, slip in zip(constraints, slips.tolist(), strict=False):
+        for constraint, slip in zip(plant.system.constraints, slips.tolist(), strict=False):
             yield ConstraintViolation(constraint.name, slip, velocity_unit(constraint))
     loops = _LoopClosure(plant, redundant=True)
     gaps = np.abs(loops.gaps(x[: plant.nq])).tolist()
@@ -91,7 +93,7 @@ def _without_slip(plant: Model, x: Array) -> Array:
     still[moving] = 0.0
     sizes = plant.state_scales[moving]
     units = still + np.eye(len(x))[moving] * sizes[:, None]
-    rows = plant.constraint_residual(units)[:, : len(plant.system.constraints)].T
+    rows = plant.constraint_residual(units)[:, : len(plant.machine.constraints)].T
     shares = x[moving] / sizes
     still[moving] = (shares - np.linalg.pinv(rows, rcond=1e-12) @ (rows @ shares)) * sizes
     return still
@@ -106,6 +108,9 @@ class _LoopClosure:
     """
 
     def __init__(self, plant: Model, *, redundant: bool = False) -> None:
+        from kinolab.dynamics.derivation.symbol_table import SymbolTable
+        from kinolab.dynamics.language.constraints import PositionConstraint
+
         self.constraints = [
             c
             for c in plant.system.constraints

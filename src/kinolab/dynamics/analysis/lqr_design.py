@@ -11,7 +11,7 @@ import sympy
 from numpy.polynomial import chebyshev
 
 from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
-from kinolab.dynamics.codegen.cache import cached
+from kinolab.dynamics.codegen.cache import cached, key_of
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_file import (
@@ -63,7 +63,7 @@ def with_law(system: AnySystem) -> AnySystem:
         law = lqr_design(Model(system.with_feedback(None)), regulator)
         return {"feedback": feedback_to_tree(law)}, b""
 
-    facts, _ = cached(machine_to_json(system), design)
+    facts, _ = cached(key_of(machine_to_json(system)), design)
     return system.with_feedback(feedback_from_tree(system, facts["feedback"]))
 
 

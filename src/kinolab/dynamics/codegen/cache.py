@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import pickle
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -16,9 +17,10 @@ from typing import Any
 import platformdirs
 
 from kinolab.dynamics.codegen.llvm_jit import processor
-from kinolab.files import read_sealed, write_sealed
+from kinolab.files import discard, read_sealed, write_sealed
 
 MAGIC = b"kinolab object 1\n"
+RECORD_MAGIC = b"kinolab record 1\n"
 
 
 def folder() -> Path:
@@ -28,15 +30,15 @@ def folder() -> Path:
 
 
 def cached(
-    content: str, build: Callable[[], tuple[dict[str, Any], bytes]]
+    key: str, build: Callable[[], tuple[dict[str, Any], bytes]]
 ) -> tuple[dict[str, Any], bytes]:
     """Return the facts and machine code of a machine, built only where they are not on disk.
 
     Args:
-        content: The machine as text, all of it.
+        key: The ``key_of`` the machine as text, all of it.
         build: Makes facts (JSON) and code.
     """
-    path = folder() / f"{_key(content)}.machine"
+    path = folder() / f"{key}.machine"
     entry = _read(path)
     if entry is None:
         entry = build()
@@ -45,15 +47,39 @@ def cached(
     return entry
 
 
-def code_in(folder: Path) -> str:
-    """Return a digest of the code below a folder: any change of it makes another thing."""
+def read_record(key: str) -> Any:
+    """Return what was kept by ``write_record``; None where there is none or it is damaged."""
+    path = _record_path(key)
+    content = read_sealed(path, RECORD_MAGIC)
+    if content is None:
+        return None
+    try:
+        return pickle.loads(content)
+    except Exception:  # unpickling what another version wrote may raise anything
+        discard(path)
+        return None
+
+
+def write_record(key: str, record: Any) -> None:
+    """Keep plain data on disk under a ``key_of`` all that determines it."""
+    write_sealed(_record_path(key), RECORD_MAGIC, pickle.dumps(record))
+
+
+def _record_path(key: str) -> Path:
+    return folder() / f"{key}.record"
+
+
+def code_in(*places: Path) -> str:
+    """Return a digest of the code in files and below folders: any change makes another thing."""
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.read_bytes())
+    for place in places:
+        for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
-def _key(content: str) -> str:
+def key_of(content: str) -> str:
+    """Return what stands for a machine as text, this processor, and the code that compiles it."""
     parts = (content, processor(), _own_code())
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 

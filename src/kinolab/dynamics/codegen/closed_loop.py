@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from kinolab.dynamics.codegen.compiled_functions import PREFIX, RATES, STEPPERS
 from kinolab.dynamics.codegen.emission import emit_function, emit_jacobian, emit_rows
 from kinolab.dynamics.codegen.exports import Function
-from kinolab.dynamics.codegen.integrators import METHODS, STEP
+from kinolab.dynamics.codegen.integrators import STEP
 from kinolab.dynamics.codegen.llvm import Register, Routine
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
@@ -22,15 +23,6 @@ from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, Mistake
-
-PREFIX = "closed_"
-RATES = (  # functions of (x, u, p, out, mode)
-    *("f", "velocity", "point_speed", "cable_speed", "energy", "power"),
-    *("constraint_residual", "constraint_forces", "requirements"),
-)
-STEPPERS = tuple(f"step_{method}" for method in METHODS)
-# have a twin of references
-CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")
 
 
 def emit_closed_loop(derivation: Derivation, system: Mechanism, feedback: Feedback) -> str:

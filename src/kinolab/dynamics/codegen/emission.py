@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from kinolab.dynamics.codegen.compiled_functions import NOT_FINITE, SINGULAR
 from kinolab.dynamics.codegen.exports import Function, frames_tangent_of, outputs_of, tangent_of
 from kinolab.dynamics.codegen.integrators import emit_integrators, emit_linear_algebra
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
@@ -28,8 +29,6 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
-
-SINGULAR, NOT_FINITE = 1, 2
 
 
 def emit_module(derivation: Derivation) -> str:

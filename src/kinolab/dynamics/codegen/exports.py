@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from kinolab.dynamics.codegen.compiled_functions import NEED_CHART
 from kinolab.dynamics.derivation.cancellation import Cancellation
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import Node
 
-NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
 STATE_ONLY = ("frames", "cables", "mass_matrix", "project")
 
 

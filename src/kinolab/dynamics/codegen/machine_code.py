@@ -13,20 +13,14 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics.codegen.cache import cached
-from kinolab.dynamics.codegen.closed_loop import (
+from kinolab.dynamics.codegen.compiled_functions import (
     CLOSED_LOOP_FUNCTIONS,
+    NEED_CHART,
     PREFIX,
     STEPPERS,
-    emit_closed_loop,
 )
-from kinolab.dynamics.codegen.emission import emit_module
-from kinolab.dynamics.codegen.exports import NEED_CHART, results_of
 from kinolab.dynamics.codegen.integrators import METHODS
-from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
-from kinolab.dynamics.derivation.derivation import derive
-from kinolab.dynamics.language.feedback import Feedback
-from kinolab.dynamics.language.json.machine_file import machine_to_json
-from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.codegen.llvm_jit import link
 from kinolab.numerics.arrays import Array
 
 STATUS, POINTER, INTEGER = ctypes.c_int32, ctypes.c_void_p, ctypes.c_int64
@@ -42,8 +36,9 @@ class MachineCode:
     """The compiled functions of a mechanism.
 
     Args:
-        system: The mechanism.
-        law: Its feedback; functions of inputs are then functions of the law's references.
+        key: By which it is kept on disk.
+        build: Derives and compiles it, as ``derived_code``, where it is not there.
+        closed: Whether it has feedback; functions of inputs are then functions of references.
 
     Attributes:
         sizes: Length of each function's result, by the function's name.
@@ -54,12 +49,14 @@ class MachineCode:
         InputError: If the mechanism cannot be derived.
     """
 
-    def __init__(self, system: Mechanism, law: Feedback | None) -> None:
-        facts, code = cached(machine_to_json(system), lambda: _build(system, law))
+    def __init__(
+        self, key: str, build: Callable[[], tuple[dict[str, Any], bytes]], *, closed: bool
+    ) -> None:
+        facts, code = cached(key, build)
         self.sizes: dict[str, int] = facts["sizes"]
         self.independent: tuple[int, ...] = tuple(facts["independent"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
-        self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if law}
+        self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if closed}
         self._library = link(code, {*self.sizes, *FUNCTIONS, *self._closed.values()})
 
     def address(self, name: str) -> int:
@@ -133,21 +130,6 @@ def bound(address: int, *arrays: Any) -> Callable[[], int]:
     return partial(
         ctypes.CFUNCTYPE(STATUS, *(POINTER,) * len(arrays), INTEGER)(address), *pointers, 0
     )
-
-
-def _build(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
-    """Derive and compile a mechanism; returns facts about it, and the machine code."""
-    d = derive(system)
-    nx, nu = len(d.state), len(d.binding.inputs)
-    sizes = {name: len(nodes) for name, nodes in results_of(d).items()}
-    sizes |= {"f": nx, "frames_jacobian": nx * len(d.frames), "jacobian": nx * (nx + nu)}
-    text = emit_module(d)
-    if law is not None:
-        along = nx + len(law.references)
-        sizes |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
-        text += "\n" + emit_closed_loop(d, system, law)
-    facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
-    return facts, compile_ir(text)
 
 
 def _pointer(array: Array) -> int:

@@ -8,13 +8,14 @@ its axis of symmetry, if any, along a named axis of that frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
-
-import sympy
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from kinolab.arguments import checked
 
-Scalar: TypeAlias = float | sympy.Expr
+if TYPE_CHECKING:  # a machine that is in the cache needs no expressions
+    import sympy
+
+Scalar: TypeAlias = "float | sympy.Expr"
 AxisName: TypeAlias = Literal["x", "y", "z"]
 Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics import Coordinate
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import random_attitude
 from kinolab.problem import PlanningTask
@@ -67,11 +66,7 @@ def sample_states(problem: PlanningTask, count: int) -> Array:
 def length_entries(problem: PlanningTask) -> list[int]:
     """Return the entries of the state that are coordinates in [m]."""
     names = problem.model.state_names
-    return [
-        names.index(c.name)
-        for c in problem.system.coordinates
-        if isinstance(c, Coordinate) and c.unit == "m"
-    ]
+    return [names.index(c.name) for c in problem.machine.coordinates if c.unit == "m"]
 
 
 def _lengths_of(problem: PlanningTask, body: int, states: Array) -> tuple[int, ...]:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
 from kinolab.problem import PlanningTask
@@ -19,6 +18,8 @@ from kinolab.steering import cyclic_coordinates
 
 def fingerprints(problem: PlanningTask) -> dict[str, str]:
     """Return hashes of everything that the motions of a roadmap depend on, by kind."""
+    from kinolab.dynamics.language.json.machine_file import machine_to_json
+
     world, integration = problem.world, problem.scenario.integration
     shapes = [array.tobytes() for o in world.obstacles for array in (o.vertices, o.faces)]
     solids = [(o.solid, o.primitive is None) for o in world.obstacles]

@@ -44,7 +44,7 @@ def limit_arrays(problem: PlanningTask) -> LimitArrays:
     """Collect a problem's limits."""
     model, cones = problem.model, problem.keep_outs
     rates = problem.rate_bounds if np.isfinite(problem.rate_bounds).any() else np.zeros((0, 2))
-    requirements = len(problem.system.requirements)
+    requirements = len(problem.machine.requirements)
     return LimitArrays(
         lower=np.ascontiguousarray(problem.bounds[:, 0]),
         upper=np.ascontiguousarray(problem.bounds[:, 1]),

@@ -85,8 +85,8 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
         poses: Of the bodies, shape (times, bodies, 12).
         cables: Their ends, shape (times, cables, 2, 3).
     """
-    gravity = problem.system.gravity
-    up = np.array([0.0, 0.0, 1.0]) if gravity is None else -np.array(gravity.down)
+    down = problem.machine.down
+    up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
     return Picture(
         bodies=problem.bodies,
         obstacles=problem.world.obstacles,

@@ -16,8 +16,6 @@ from types import TracebackType
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
-from kinolab.show.film.animation import animate, film_of
-from kinolab.show.film.drawing import Compiling, DrawingFailed, Drawn
 from kinolab.solve.processes import Process, bury, start_process
 from kinolab.trajectory import Trajectory
 
@@ -67,6 +65,8 @@ class FilmProcess:
         Raises:
             DrawingError: If the process was ended from outside.
         """
+        from kinolab.show.film.animation import animate, film_of  # late: the user waits for a plan
+
         if self._started is None:
             self._result = partial(animate, problem, trajectory)
             return
@@ -88,6 +88,8 @@ class FilmProcess:
             return self._result()
 
     def _received(self, connection: Connection) -> bytes:
+        from kinolab.show.film.drawing import Compiling, DrawingFailed, Drawn
+
         while True:
             match connection.recv():
                 case Compiling(functions, seconds):

@@ -59,16 +59,15 @@ def content_of(
     shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)
     x, model = shown.x, problem.model
     scene = picture(problem, model.frames(x), model.cables(x))
-    system = problem.system
     return Content(
         title=problem.scenario.title,
         name=str(facts.get("scenario", problem.name)),  # a run's file is always scenario.toml
-        machine=system.name,
+        machine=problem.machine.name,
         picture=scene if trajectory is not None else replace(scene, path=None, start=None),
         keys=key_poses(problem, shown),
         knots=shown.t,
         series=plotted(model, shown),
-        constraints=[constraint.name for constraint in system.constraints],
+        constraints=[constraint.name for constraint in problem.machine.constraints],
         facts=facts,
         tree=None if graph is None else branches(problem, graph),
         speed=problem.scenario.render.speed,

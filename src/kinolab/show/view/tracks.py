@@ -62,7 +62,7 @@ def tracks(model: Model, x: Array, rate: Array) -> list[Track]:
     bodies = range(poses.shape[1])
     found = [Track(poses[:, i, 3::4], slopes[:, i, 3::4]) for i in bodies]
     found += [Track(q[:, i], w[:, i], turns=True) for i in bodies]
-    if model.system.cables:
+    if model.machine.cables:
         ends, pulls = model.cables(x), _slope(model.cables, x, rate)
         found.append(Track(ends.reshape(len(x), -1), pulls.reshape(len(x), -1)))
     return found

@@ -23,7 +23,7 @@ from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, signed_gap
 from kinolab.world.collision.triangle_gaps import box_bound, own_bound, plane_bound
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.collision.triangle_tree import TriangleTree, triangle_tree
+from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
 from kinolab.world.geometry import sizes
 from kinolab.world.redundant_obstacles import without_redundant
 
@@ -157,7 +157,7 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
     """
     model, bodies, cables = problem.model, problem.bodies, problem.cables
     world = replace(problem.world, obstacles=without_redundant(problem.world.obstacles))
-    scene, mesh = make_broadphase(bodies, cables, world, problem.system.collisions)
+    scene, _ = make_broadphase(bodies, cables, world, problem.machine.collisions)
     record = Record(
         CollisionArrays(
             frames=model.address("frames"),
@@ -166,7 +166,7 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
             scene=scene,
             strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
             fixtures=obstacle_arrays(world),
-            tree=triangle_tree(mesh.triangles),
+            tree=mesh_tree(world.obstacles),
             bodies=len(bodies),
             strings=len(cables),
             coordinates=model.nq,

@@ -37,7 +37,7 @@ class PathConstraints:
         self._rates = [
             k for k, limits in enumerate(problem.rate_bounds) if np.isfinite(limits).any()
         ]
-        anything = problem.system.requirements or self._rates or problem.world.bounds
+        anything = problem.machine.requirements or self._rates or problem.world.bounds
         self._any = bool(self._decided.any() if begins else anything or problem.keep_outs)
 
     def margins(self, x: Array, u: Array) -> Array:
@@ -93,7 +93,7 @@ class PathConstraints:
             if self._any:
                 yield model.requirements(x, u)[:, self._decided]
             return
-        if problem.system.requirements:
+        if problem.machine.requirements:
             yield model.requirements(x, u)
         if self._rates:
             rates = model.velocity(x, u)[:, self._rates]
@@ -108,7 +108,7 @@ class PathConstraints:
 
 def _decided_by_inputs(problem: PlanningTask) -> NDArray[np.bool_]:
     """Say which requirements depend on the inputs, tested at random states, shape (m,)."""
-    if not problem.system.requirements:
+    if not problem.machine.requirements:
         return np.zeros(0, dtype=bool)
     random, half = np.random.default_rng(0), _half_ranges(problem)
     x = np.array([problem.start, *(problem.sample_goal(random) for _ in range(NLP.random_states))])

@@ -13,7 +13,7 @@ Violations = Iterator[tuple[float, str]]
 
 def requirements(context: CheckContext) -> Check | None:
     """Check the machine's requirements along the motion, under zero-order-hold inputs."""
-    if not context.problem.system.requirements or not len(context.stored.u):
+    if not context.problem.machine.requirements or not len(context.stored.u):
         return None
     return worst_along("requirements", _unmet(context))
 
@@ -25,7 +25,7 @@ def limits(context: CheckContext) -> Check:
 
 def _unmet(context: CheckContext) -> Violations:
     """Yield the largest requirement violation of each batch of samples."""
-    named, plant = context.problem.system.requirements, context.problem.model.plant
+    named, plant = context.problem.machine.requirements, context.problem.model.plant
     for times, states, held in context.dense_motion.samples():
         margins = plant.requirements(states, held)
         short = np.where(np.isfinite(margins), -margins, np.inf)

@@ -40,7 +40,7 @@ def constraints(context: CheckContext) -> Check:
     """Check w(q) q_dot and h(q) at every knot, under the input held from it on."""
     problem, trajectory = context.problem, context.trajectory
     plant, u, residual = problem.model.plant, trajectory.u, np.zeros((0, 0))
-    if problem.system.constraints and len(u):
+    if problem.machine.constraints and len(u):
         held = np.vstack([u, u[-1:]])
         residual = np.abs(plant.constraint_residual(trajectory.x, held))
 

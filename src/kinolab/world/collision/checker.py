@@ -24,7 +24,7 @@ from kinolab.world.collision.broadphase import (
 from kinolab.world.collision.clearance import clearance_at, obstacle_arrays
 from kinolab.world.collision.contact_report import Contact, ContactReport
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
-from kinolab.world.collision.triangle_tree import triangle_tree
+from kinolab.world.collision.triangle_tree import mesh_tree
 from kinolab.world.geometry import BodyGeometry, sizes
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
@@ -63,7 +63,7 @@ class CollisionChecker:
         self.world = world
         self._owners = shape_owners(bodies, cables)
         self.scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
-        self._fixed, self._tree = obstacle_arrays(world), triangle_tree(self.grid.triangles)
+        self._fixed, self._tree = obstacle_arrays(world), mesh_tree(world.obstacles)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._obstacles = Obstacles(world.obstacles)

@@ -16,7 +16,7 @@ from kinolab.world.collision.distance_field import DistanceField
 from kinolab.world.collision.distance_field_cache import shared_distance_field
 from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
-from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree, triangle_tree
+from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree, mesh_tree
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.world import World
 
@@ -81,7 +81,7 @@ def collision_scene(
     return CollisionScene(
         broadphase,
         mesh,
-        triangle_tree(mesh.triangles),
+        mesh_tree(world.obstacles),
         obstacle_arrays(world),
         sphere_tree(shapes, grid.width),
         grid,

@@ -7,14 +7,17 @@ Graphics and Applications 7(5), 1987; here split at the median, which needs no c
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.numerics.kd_forest import partition_median
-from kinolab.world.collision.triangle_grid import Integers
+from kinolab.world.collision.triangle_grid import Integers, mesh_grid
+from kinolab.world.obstacle import Obstacle
 
 LEAF_SIZE = 4  # triangles in a leaf at most
 STACK_SIZE = 64  # nodes that wait at most in a search, at a tree's depth
@@ -28,6 +31,24 @@ class TriangleTree(NamedTuple):
     boxes: Array  # (nodes, 6): lowest and highest x, y, z
     child: Integers  # (nodes, 2) the two parts; of a leaf -1 and nothing
     span: Integers  # (nodes, 2) the triangles below, one past the last
+
+
+_known: WeakKeyDictionary[Obstacle, tuple[list[ref[Obstacle]], TriangleTree]] = WeakKeyDictionary()
+
+
+def mesh_tree(obstacles: Sequence[Obstacle]) -> TriangleTree:
+    """Build the tree of the triangles of all meshes among obstacles, in the order of ``mesh_grid``.
+
+    It is kept as long as the first mesh is, for its last company: nobody may write to it.
+    """
+    meshes = [obstacle for obstacle in obstacles if obstacle.primitive is None]
+    together = [ref(mesh) for mesh in meshes]
+    company, tree = _known.get(meshes[0], ([], None)) if meshes else ([], None)
+    if tree is None or company != together:
+        tree = triangle_tree(mesh_grid(meshes).triangles)
+        if meshes:
+            _known[meshes[0]] = together, tree
+    return tree
 
 
 def triangle_tree(triangles: Array) -> TriangleTree:

@@ -33,6 +33,7 @@ from kinolab.dynamics.language.forces import (
 from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
 from kinolab.dynamics.language.json.expression_tree import expression_to_tree, tree_to_expression
+from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.shapes import SHAPES
@@ -55,7 +56,6 @@ from kinolab.files import read_ordinary
 
 FORMAT, VERSION = "kinolab machine", 1
 MOST_MISTAKES = 20  # reported at most
-FEEDBACK_FILE = "feedback.json"  # controller file in the machine's folder, if it has one
 DAMAGED = (
     *(InputError, ArithmeticError, AttributeError, LookupError),
     *(RecursionError, TypeError, ValueError),
@@ -143,6 +143,14 @@ def feedback_from_tree(system: Mechanism, tree: Mapping[str, Any]) -> Feedback |
     if not isinstance(feedback, Feedback | Regulator):
         raise TypeError("it is no controller")
     return feedback
+
+
+def files_of(system: Mechanism) -> dict[str, str]:
+    """Return the texts that ``load_machine`` reads, by the files' names."""
+    files = {MACHINE_FILE: machine_to_json(system.with_feedback(None))}
+    if system.feedback is not None:
+        files[FEEDBACK_FILE] = feedback_to_json(system.feedback)
+    return files
 
 
 def load_machine(path: Path) -> Mechanism:

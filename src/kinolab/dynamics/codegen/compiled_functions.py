@@ -1,0 +1,16 @@
+"""Names and status codes of a machine's functions: what is emitted, and what calls it."""
+
+from __future__ import annotations
+
+from kinolab.dynamics.codegen.integrators import METHODS
+
+SINGULAR, NOT_FINITE = 1, 2  # bits of the status that a function returns
+NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
+PREFIX = "closed_"  # of functions with feedback
+RATES = (  # functions of (x, u, p, out, mode)
+    *("f", "velocity", "point_speed", "cable_speed", "energy", "power"),
+    *("constraint_residual", "constraint_forces", "requirements"),
+)
+STEPPERS = tuple(f"step_{method}" for method in METHODS)
+# have a twin of references
+CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")

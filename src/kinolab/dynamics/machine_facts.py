@@ -1,0 +1,223 @@
+"""What planning asks of a machine besides its equations of motion: plain facts, without SymPy.
+
+They are kept with the compiled machine, so that one from the cache needs no symbols.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from kinolab.dynamics.language.shapes import Shape
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, MechanismParts
+
+Limits = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class CoordinateFacts:
+    """A coordinate or an attitude; limits, scale and speed in ``unit``, the latter per second.
+
+    Attributes:
+        on_circle: Whether it is an angle that wraps at +-pi.
+        quaternion: Names of an attitude's entries x, y, z, w; none for a single number.
+        rates: Names of its velocities: one, or three for an attitude.
+    """
+
+    name: str
+    unit: str
+    limits: Limits
+    speed: float
+    scale: float
+    on_circle: bool
+    quaternion: tuple[str, ...]
+    rates: tuple[str, ...]
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """Names of its entries in a configuration."""
+        return self.quaternion or (self.name,)
+
+
+@dataclass(frozen=True)
+class StateFacts:
+    """An auxiliary state; ``is_speed`` says whether it is a velocity of the machine."""
+
+    name: str
+    unit: str
+    limits: Limits
+    scale: float
+    is_speed: bool
+
+
+@dataclass(frozen=True)
+class InputFacts:
+    """An input, or a reference of feedback."""
+
+    name: str
+    unit: str
+    limits: Limits
+
+
+@dataclass(frozen=True)
+class BodyFacts:
+    """A body as ``Body`` describes it, with the dimensions of its shapes in [m]."""
+
+    name: str
+    shapes: tuple[Shape, ...]
+    touches_ground: bool
+    color: tuple[float, float, float] | None
+    whirl: float
+
+
+@dataclass(frozen=True)
+class CableFacts:
+    """A cable as ``Cable`` describes it, with its radius in [m]."""
+
+    name: str
+    radius: float
+    collides: bool
+
+
+@dataclass(frozen=True)
+class ConstraintFacts:
+    """A constraint; ``of_position`` says whether it closes a loop."""
+
+    name: str
+    of_position: bool
+
+
+@dataclass(frozen=True)
+class RequirementFacts:
+    """A requirement; ``needs_inputs`` says whether inputs or forces decide on it."""
+
+    name: str
+    needs_inputs: bool
+
+
+@dataclass(frozen=True)
+class FlatFacts:
+    """A flat map, ``PlaneCurves`` or another, by the names of the coordinates it determines."""
+
+    plane_curves: bool
+    coordinates: tuple[str, ...]
+
+    @property
+    def steered(self) -> tuple[str, ...]:
+        """The coordinates that the curvature of a plane curve determines."""
+        return self.coordinates[3:] if self.plane_curves else ()
+
+
+@dataclass(frozen=True)
+class MachineFacts:
+    """A machine without its mechanics, in the order of ``Mechanism``'s own fields.
+
+    Attributes:
+        all_rates: Whether every rate is a state.
+        references: Those of its feedback; None where it has none.
+        parameters: Values in SI units, by name.
+        flat: What its flat outputs determine; None where none are known.
+        down: Unit vector of gravity in the world; None where there is none.
+    """
+
+    name: str
+    coordinates: tuple[CoordinateFacts, ...]
+    states: tuple[StateFacts, ...]
+    inputs: tuple[InputFacts, ...]
+    references: tuple[InputFacts, ...] | None
+    parameters: tuple[tuple[str, float], ...]
+    bodies: tuple[BodyFacts, ...]
+    cables: tuple[CableFacts, ...]
+    constraints: tuple[ConstraintFacts, ...]
+    requirements: tuple[RequirementFacts, ...]
+    collisions: tuple[tuple[str, str], ...]
+    all_rates: bool
+    flat: FlatFacts | None
+    down: tuple[float, float, float] | None
+
+    @property
+    def rate_names(self) -> tuple[str, ...]:
+        """Names of all velocities, the dependent ones included."""
+        return tuple(name for c in self.coordinates for name in c.rates)
+
+    @property
+    def chosen(self) -> tuple[InputFacts, ...]:
+        """What planners choose: inputs, or the references of feedback."""
+        return self.inputs if self.references is None else self.references
+
+    @property
+    def closes_loops(self) -> bool:
+        """Whether a constraint is on positions."""
+        return any(constraint.of_position for constraint in self.constraints)
+
+
+def facts_of(system: MechanismParts) -> MachineFacts:
+    """Return the facts of a machine that is described by symbols.
+
+    Raises:
+        InputError: If the limits of an input are not finite, or lower is not below upper.
+    """
+    from kinolab.dynamics.language.constraints import PositionConstraint
+    from kinolab.dynamics.language.flatness import PlaneCurves
+    from kinolab.dynamics.language.inputs import bounds_of
+    from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
+
+    references = None if system.feedback is None else system.feedback.references
+    return MachineFacts(
+        name=system.name,
+        coordinates=tuple(map(_coordinate, system.coordinates)),
+        states=tuple(
+            StateFacts(s.name, s.unit, s.limits, s.scale, s.velocity is not None)
+            for s in system.states
+        ),
+        inputs=tuple(InputFacts(u.name, u.unit, bounds_of(u)) for u in system.inputs),
+        references=None
+        if references is None
+        else tuple(InputFacts(r.name, r.unit, bounds_of(r)) for r in references),
+        parameters=tuple((p.name, system.parameter_values[p.name]) for p in system.parameters),
+        bodies=tuple(
+            BodyFacts(b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl)
+            for b in system.bodies
+        ),
+        cables=tuple(
+            CableFacts(c.name, system.number(c.radius), c.collides) for c in system.cables
+        ),
+        constraints=tuple(
+            ConstraintFacts(c.name, isinstance(c, PositionConstraint)) for c in system.constraints
+        ),
+        requirements=tuple(
+            RequirementFacts(r.name, bool(r.margin.atoms(InputSymbol, ForceSymbol)))
+            for r in system.requirements
+        ),
+        collisions=system.collisions,
+        all_rates=system.velocities == "all",
+        flat=None
+        if system.flat is None
+        else FlatFacts(
+            isinstance(system.flat, PlaneCurves), tuple(c.name for c in system.flat.coordinates)
+        ),
+        down=None if system.gravity is None else system.gravity.down,
+    )
+
+
+def _coordinate(c: AnyCoordinate) -> CoordinateFacts:
+    from kinolab.dynamics.language.symbols import Coordinate, rate
+
+    shared: dict[str, Any] = {"name": c.name, "unit": c.unit, "speed": c.speed, "scale": c.scale}
+    if isinstance(c, Coordinate):
+        return CoordinateFacts(
+            **shared,
+            limits=(c.lower, c.upper),
+            on_circle=c.topology == "circle",
+            quaternion=(),
+            rates=(rate(c).name,),
+        )
+    return CoordinateFacts(
+        **shared,
+        limits=(-1.0, 1.0),
+        on_circle=False,
+        quaternion=tuple(entry.name for entry in c.quaternion),
+        rates=tuple(entry.name for entry in c.turn_rate),
+    )

@@ -1,0 +1,121 @@
+"""The machine of a scenario, from the cache where nothing that describes it has changed.
+
+To describe a machine, Python builds expressions. What was described once is found again by all that
+it came from: kinolab's own code, if the machine is registered; the text, if it is in a JSON file;
+and the values of parameters. A user's Python file may read whatever it likes, so what is in one is
+always described anew.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinolab import systems
+from kinolab.dynamics import Model
+from kinolab.dynamics.codegen.cache import code_in
+from kinolab.dynamics.language.json.machine_folder import texts_of
+from kinolab.dynamics.machine_facts import MachineFacts, facts_of
+from kinolab.loading.find import find_system
+from kinolab.scenario import Scenario
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import Mechanism
+
+Limits = dict[str, tuple[float, float]]
+
+LIBRARIES = ("sympy", "numpy", "scipy")  # machines are described and regulators designed with them
+
+
+class ScenarioMachine:
+    """The machine that a scenario names; the scenario need not fit it.
+
+    Attributes:
+        facts: What there is to know before its equations of motion are derived.
+
+    Raises:
+        InputError: If the machine does not exist, or describing it fails.
+    """
+
+    facts: MachineFacts
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario, self._content = scenario, content_of(scenario)
+        self._kept: Model | None = None
+        if self._content is not None:
+            self._kept = Model.kept(self._content, partial(_with_law, scenario))
+        if self._kept is None:
+            self._system = find_system(scenario)
+            self.facts = facts_of(self._system)
+        else:
+            self.facts = self._kept.machine
+
+    def model(self) -> Model:
+        """Return its equations of motion, its regulator designed.
+
+        Raises:
+            InputError: If they cannot be derived.
+        """
+        if self._kept is not None:
+            return self._kept
+        model = self._system.model()
+        if self._content is not None:
+            model.keep(self._content)
+            model.keep(_content_of_texts(model.files, self._scenario))  # a run's, checked later
+        return model
+
+
+def with_limits(model: Model, limits: Limits) -> Model:
+    """Return a machine with narrower limits of its inputs or references, by their names.
+
+    Raises:
+        InputError: Where limits do not intersect those of the machine.
+    """
+    content = json.dumps([model.key, "limited", sorted(limits.items())])
+    return Model.described_by(content, partial(_limited, model, limits))
+
+
+def content_of(scenario: Scenario) -> str | None:
+    """Return all that a scenario's machine is described by, as text; None where it may be more."""
+    section = scenario.system
+    if section.name in systems.names():
+        return _content("registered", section.name, systems_code(), section.parameters)
+    if section.file is None or not section.file.endswith(".json"):
+        return None
+    try:
+        return _content_of_texts(texts_of(scenario.folder / section.file), scenario)
+    except (OSError, UnicodeDecodeError):
+        return None  # loading it will say what is wrong
+
+
+def _content_of_texts(texts: dict[str, str], scenario: Scenario) -> str:
+    return _content("texts", texts, scenario.system.parameters)
+
+
+def _content(*parts: Any) -> str:
+    return json.dumps([*parts, *map(version, LIBRARIES)], sort_keys=True)
+
+
+@cache
+def systems_code() -> str:
+    """Return a digest of the code that describes registered machines.
+
+    That is all that they may import, but for ``kinolab.dynamics``, which the cache adds.
+    """
+    package = Path(systems.__file__).parents[1]
+    return code_in(package / "systems", package / "numerics", *sorted(package.glob("*.py")))
+
+
+def _with_law(scenario: Scenario) -> Mechanism:
+    from kinolab.dynamics.analysis.lqr_design import with_law
+
+    return with_law(find_system(scenario))
+
+
+def _limited(model: Model, limits: Limits) -> Mechanism:
+    from kinolab.dynamics.language.tightened_limits import with_tightened_limits
+
+    return with_tightened_limits(model.system, limits)
