@@ -25,12 +25,12 @@ IMPORTED = "import sys, kinolab.show.film.drawing; print(*sys.modules)"
 LOADED = """
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from kinolab.show.film import drawing, palette
+from kinolab.show.film import changes, drawing, palette
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.raster import rasterizer
 
 def loaded():
-    loops = {**vars(palette), **vars(rasterizer)}
+    loops = {**vars(changes), **vars(palette), **vars(rasterizer)}
     found = {name: one for name, one in loops.items() if isinstance(one, Dispatcher)}
     return {name: len(one.signatures) for name, one in found.items()}
 

@@ -1,22 +1,17 @@
 """The side of the process that draws a film: its messages, and what it does.
 
-It ignores Ctrl-C, which a terminal sends to the whole process group: the process that started it
-decides, and ends it. Only what draws is imported, no machine and no world.
+Only what draws is imported, no machine and no world.
 """
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
 import traceback
-from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-
-import numpy as np
+from multiprocessing.connection import Connection
 
 from kinolab.numerics.compiling import compilation
+from kinolab.processes.serving import leave_with, serve
+from kinolab.show.film.changes import change
 from kinolab.show.film.film import Film
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.palette import shared_palette
@@ -57,14 +52,14 @@ def enter(handle: int) -> None:
     Args:
         handle: File descriptor of the connection to the process that started this one.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    connection = Connection(handle)
-    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        load()
-        film, size = connection.recv()
-        threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
-        connection.send(_result(connection, film, size))
-    os._exit(0)  # skips slow clean-up of libraries
+    serve(handle, _draw)
+
+
+def _draw(connection: Connection) -> None:
+    load()
+    film, size = connection.recv()
+    leave_with(connection)
+    connection.send(_result(connection, film, size))
 
 
 def load() -> None:
@@ -74,7 +69,7 @@ def load() -> None:
     extent(NO_FACETS.corners, (SMALL, SMALL))
     palette = shared_palette([image])
     shown = palette.indices(image)
-    palette.change(image, image, shown, np.empty_like(shown))
+    change(shown, shown, [])
 
 
 def _result(connection: Connection, film: Film, size: tuple[int, int]) -> Drawn | DrawingFailed:
@@ -87,9 +82,3 @@ def _result(connection: Connection, film: Film, size: tuple[int, int]) -> Drawn 
         return DrawingFailed("", of_memory=True)
     except Exception:
         return DrawingFailed(traceback.format_exc(), of_memory=False)
-
-
-def _leave_with(connection: Connection) -> None:
-    """Leave with the process that started this one: it sends no more, so readable is closed."""
-    wait([connection])
-    os._exit(1)

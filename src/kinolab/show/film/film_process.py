@@ -16,9 +16,9 @@ from types import TracebackType
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
+from kinolab.processes.starting import Process, bury, start_process
 from kinolab.show.film.animation import animate, film_of
 from kinolab.show.film.drawing import Compiling, DrawingFailed, Drawn
-from kinolab.solve.processes import Process, bury, start_process
 from kinolab.trajectory import Trajectory
 
 MODULE = "kinolab.show.film.drawing"
