@@ -61,7 +61,9 @@ def change(after: Bytes, before: Bytes, boxes: Sequence[Box]) -> tuple[Bytes, tu
         The smallest rectangle with all changes, one pixel at least, and its upper left corner.
     """
     out = np.full_like(after, UNCHANGED)
-    left, top, right, bottom = _change(after, before, np.array(boxes).reshape(-1, 4), out)
+    left, top, right, bottom = _change(
+        after, before, np.array(boxes, dtype=np.int64).reshape(-1, 4), out
+    )
     if left >= right:
         return np.full((1, 1), UNCHANGED, dtype=np.uint8), (0, 0)
     return np.ascontiguousarray(out[top:bottom, left:right]), (left, top)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from kinolab.processes.processors import processors
+
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -15,12 +17,12 @@ class Crew:
     """Some threads, for work that mostly releases Python's lock: compiled loops, compression.
 
     Args:
-        threads: How many work at once; one means that nothing is done ahead.
+        threads: How many may work at once, asked again and again; with one, nothing is done ahead.
     """
 
-    def __init__(self, threads: int) -> None:
-        self.threads = threads
-        self._pool = ThreadPoolExecutor(threads)
+    def __init__(self, threads: Callable[[], int] = processors) -> None:
+        self._threads = threads
+        self._pool = ThreadPoolExecutor(processors())
 
     def __enter__(self) -> Crew:
         return self
@@ -30,14 +32,14 @@ class Crew:
 
     def in_order(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
         """Apply a function to each item; as many results as there are threads wait to be taken."""
-        if self.threads == 1:
-            yield from map(work, items)
-            return
         waiting: deque[Future[R]] = deque()
         try:
             for item in items:
-                waiting.append(self._pool.submit(work, item))
-                if len(waiting) > self.threads:
+                if self._threads() > 1 or waiting:
+                    waiting.append(self._pool.submit(work, item))
+                else:
+                    yield work(item)
+                while len(waiting) > self._threads():
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()

@@ -1,53 +1,91 @@
-"""The side of the process that draws a film: its messages, and what it does.
+"""The side of the process that draws films.
 
-Only what draws is imported, no machine and no world.
+Only what draws is imported, no machine and no world. Orders are read by a thread of their own, so
+that a newer one, or the end of the process that sends them, is noticed while a film is drawn.
 """
 
 from __future__ import annotations
 
+import os
+import threading
 import traceback
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from multiprocessing.connection import Connection
 
 from kinolab.numerics.compiling import compilation
-from kinolab.processes.serving import leave_with, serve
+from kinolab.processes.processors import processors
+from kinolab.processes.serving import serve
 from kinolab.show.film.changes import change
-from kinolab.show.film.film import Film
 from kinolab.show.film.gif import gif_parts
+from kinolab.show.film.messages import (
+    Compiling,
+    DrawingFailed,
+    Drawn,
+    Final,
+    Order,
+    World,
+)
 from kinolab.show.film.palette import shared_palette
+from kinolab.show.film.picture import Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, drawn
 from kinolab.show.film.raster.light import LIGHT_SAMPLES
 from kinolab.show.film.raster.rasterizer import NO_FACETS, average, extent
 from kinolab.show.film.scene import PAPER
+from kinolab.show.film.staging.set_up import staged
 
 SMALL = 8  # [pixel] per side of the picture that is drawn beforehand
 
 
-@dataclass(frozen=True)
-class Compiling:
-    """An inner loop is being compiled."""
+class OrderBook:
+    """What is to be drawn, as it is told by the process that started this one."""
 
-    functions: int
-    seconds: float
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._obstacles: Sequence[Surface] = ()
+        self._newest: Order | None = None
+        self._changed = threading.Condition()
+        self._final = False
+        threading.Thread(target=self._read, daemon=True).start()
 
+    def after(self, number: int) -> Order:
+        """Wait for an order that is newer than the one with a number."""
+        with self._changed:
+            while not self.beyond(number):
+                self._changed.wait()
+            assert self._newest is not None
+            picture = replace(self._newest.script.picture, obstacles=self._obstacles)
+            return replace(self._newest, script=replace(self._newest.script, picture=picture))
 
-@dataclass(frozen=True)
-class Drawn:
-    """The finished file."""
+    def beyond(self, number: int) -> bool:
+        """Say whether there is a newer order than the one with a number."""
+        return self._newest is not None and self._newest.number > number
 
-    content: bytes
+    def threads(self) -> int:
+        """How many may draw: one processor is left to the search until the film is waited for."""
+        return processors() if self._final else max(1, processors() - 1)
 
+    def _read(self) -> None:
+        try:
+            while True:
+                self._note(self._connection.recv())
+        except (EOFError, OSError):
+            os._exit(1)  # nobody waits for a film any more
 
-@dataclass(frozen=True)
-class DrawingFailed:
-    """Drawing has failed."""
-
-    reason: str
-    of_memory: bool
+    def _note(self, message: World | Order | Final) -> None:
+        with self._changed:
+            match message:
+                case World(obstacles):
+                    self._obstacles = obstacles
+                case Order():
+                    self._newest = message
+                case Final():
+                    self._final = True
+            self._changed.notify()
 
 
 def enter(handle: int) -> None:
-    """Entry point of the process: get ready, draw the film that is sent, and leave.
+    """Entry point of the process: get ready, and draw what is ordered, newest first.
 
     Args:
         handle: File descriptor of the connection to the process that started this one.
@@ -56,10 +94,14 @@ def enter(handle: int) -> None:
 
 
 def _draw(connection: Connection) -> None:
+    orders, number = OrderBook(connection), 0
     load()
-    film, size = connection.recv()
-    leave_with(connection)
-    connection.send(_result(connection, film, size))
+    while True:
+        order = orders.after(number)
+        number = order.number
+        result = _result(connection, order, orders)
+        if result:
+            connection.send(result)
 
 
 def load() -> None:
@@ -72,13 +114,21 @@ def load() -> None:
     change(shown, shown, [])
 
 
-def _result(connection: Connection, film: Film, size: tuple[int, int]) -> Drawn | DrawingFailed:
+def _result(
+    connection: Connection, order: Order, orders: OrderBook
+) -> Drawn | DrawingFailed | None:
+    """The film, or why there is none; None if a newer one is wanted instead."""
     try:
         with compilation(lambda one: connection.send(Compiling(one.functions, one.seconds))):
-            return Drawn(b"".join(gif_parts(film, size)))
+            parts = []
+            for part in gif_parts(staged(order.script), order.script.size, orders.threads):
+                if orders.beyond(order.number):
+                    return None
+                parts.append(part)
+            return Drawn(order.number, b"".join(parts))
     except (BrokenPipeError, ConnectionResetError):
         raise  # nobody waits for it
     except MemoryError:
-        return DrawingFailed("", of_memory=True)
+        return DrawingFailed(order.number, "", of_memory=True)
     except Exception:
-        return DrawingFailed(traceback.format_exc(), of_memory=False)
+        return DrawingFailed(order.number, traceback.format_exc(), of_memory=False)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset
+from kinolab.show.film.playback import Playback
 from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.text import letter, time_stamp
@@ -19,26 +20,6 @@ from kinolab.show.film.text import letter, time_stamp
 Bytes: TypeAlias = NDArray[np.uint8]
 
 RUN = 8  # frames that are prepared at once
-
-
-@dataclass(frozen=True, eq=False)
-class Playback:
-    """Sample times of the frames, and their display rate.
-
-    Args:
-        times: In [s], shape (nf,), from the start to the end of the motion.
-        period: Duration of a frame, in [s].
-        speed: Seconds of motion per second of film.
-    """
-
-    times: Array
-    period: float
-    speed: float
-
-    @property
-    def delay(self) -> int:
-        """Duration of a frame, in [1/100 s]."""
-        return round(100.0 * self.period)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ merges equal ones, and takes two and a half times as long for the same bytes.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import chain, pairwise
 from typing import TypeAlias
 
@@ -31,15 +31,17 @@ LAST_DELAY = 100  # [1/100 s] for which the last frame is shown before the loop 
 PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
-def gif_parts(film: Film, size: tuple[int, int], threads: int | None = None) -> Iterator[bytes]:
+def gif_parts(
+    film: Film, size: tuple[int, int], threads: Callable[[], int] = processors
+) -> Iterator[bytes]:
     """Yield a film as the bytes of a GIF file, in chunks.
 
     Args:
         film: The film.
         size: Width and height in [pixel].
-        threads: How many draw, which changes no byte; one per processor if left out.
+        threads: How many may draw at once, which changes no byte.
     """
-    with Crew(threads or processors()) as crew:
+    with Crew(threads) as crew:
         sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int)).tolist()
         palette = shared_palette(list(crew.in_order(film.frame, sampled)))
         yield _header(size, palette)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.picture import Floor
+from kinolab.show.film.picture import Floor, pose_table
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
 from kinolab.show.film.raster.rasterizer import Box, Bytes, Canvas, Facets, average, draw, extent
 from kinolab.show.film.raster.shading import Pen
@@ -101,9 +101,3 @@ def machine_facets(
                 face + edge + pen.line(cable, CABLE, INK),
                 [np.concatenate(parts) for parts in both],
             )
-
-
-def pose_table(poses: ArrayLike) -> Array:
-    """Poses given as (..., nb, 12) or (..., nb, 3, 4), as rows of 12 numbers."""
-    table = np.asarray(poses, dtype=np.float64)
-    return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table
