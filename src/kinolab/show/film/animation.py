@@ -8,9 +8,9 @@ from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
 from kinolab.show.film.film import Film
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.motion_script import motion_script
 from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.raster.camera import View
+from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.show.film.staging.set_up import staged
 from kinolab.trajectory import Trajectory
 

@@ -17,6 +17,7 @@ from kinolab.numerics.compiling import compilation
 from kinolab.processes.processors import processors
 from kinolab.processes.serving import serve
 from kinolab.show.film.changes import change
+from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.messages import (
     Compiling,
@@ -61,9 +62,9 @@ class OrderBook:
         """Say whether there is a newer order than the one with a number."""
         return self._newest is not None and self._newest.number > number
 
-    def threads(self) -> int:
-        """How many may draw: one processor is left to the search until the film is waited for."""
-        return processors() if self._final else max(1, processors() - 1)
+    def share(self) -> Share:
+        """What drawing may take: until the film is waited for, what the search leaves."""
+        return everything() if self._final else Share(processors() - 1, others_first=True)
 
     def _read(self) -> None:
         try:
@@ -120,8 +121,9 @@ def _result(
     """The film, or why there is none; None if a newer one is wanted instead."""
     try:
         with compilation(lambda one: connection.send(Compiling(one.functions, one.seconds))):
-            parts = []
-            for part in gif_parts(staged(order.script), order.script.size, orders.threads):
+            with Crew(orders.share) as crew:
+                film, parts = crew.do(staged, order.script), []
+            for part in gif_parts(film, order.script.size, orders.share):
                 if orders.beyond(order.number):
                     return None
                 parts.append(part)

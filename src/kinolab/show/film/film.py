@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset
-from kinolab.show.film.playback import Playback
 from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
+from kinolab.show.film.staging.playback import Playback
 from kinolab.show.film.text import letter, time_stamp
 
 Bytes: TypeAlias = NDArray[np.uint8]

@@ -26,7 +26,7 @@ from kinolab.problem import PlanningTask
 from kinolab.processes.processors import processors
 from kinolab.processes.starting import Process, bury, start_process
 from kinolab.show.film.messages import Compiling, DrawingFailed, Drawn, Final, Order, World
-from kinolab.show.film.motion_script import motion_script
+from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
 
 MODULE = "kinolab.show.film.drawing"

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.GifImagePlugin import getdata
 
-from kinolab.processes.processors import processors
 from kinolab.show.film.changes import UNCHANGED, Patches, change, patches
-from kinolab.show.film.crew import Crew
+from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film import Film
 from kinolab.show.film.palette import Palette, shared_palette
 
@@ -32,18 +31,18 @@ PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
 def gif_parts(
-    film: Film, size: tuple[int, int], threads: Callable[[], int] = processors
+    film: Film, size: tuple[int, int], share: Callable[[], Share] = everything
 ) -> Iterator[bytes]:
     """Yield a film as the bytes of a GIF file, in chunks.
 
     Args:
         film: The film.
         size: Width and height in [pixel].
-        threads: How many may draw at once, which changes no byte.
+        share: What may be taken of the computer, which changes no byte.
     """
-    with Crew(threads) as crew:
+    with Crew(share) as crew:
         sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int)).tolist()
-        palette = shared_palette(list(crew.in_order(film.frame, sampled)))
+        palette = crew.do(shared_palette, list(crew.in_order(film.frame, sampled)))
         yield _header(size, palette)
         yield from _blocks(film, palette, crew)
     yield b";"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinolab.show.film.picture import Surface
-from kinolab.show.film.script import Script
+from kinolab.show.film.staging.script import Script
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.rotor import whirled
 from kinolab.show.film.picture import Picture, pose_table
-from kinolab.show.film.script import Script
+from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.timing import interpolate_lines, interpolate_poses, schedule
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from kinolab.show.film.film import Film
-from kinolab.show.film.script import Script
 from kinolab.show.film.staging.inset_place import build_inset
+from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.stage import build_scene
 
 

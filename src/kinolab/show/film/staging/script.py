@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.playback import Playback
+from kinolab.show.film.staging.playback import Playback
 
 
 @dataclass(frozen=True, eq=False)

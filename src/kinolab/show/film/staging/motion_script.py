@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
-from kinolab.show.film.script import Script
+from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import BodyGeometry, triangles
