@@ -17,8 +17,8 @@ from kinolab.analyze.simulate import simulate
 from kinolab.problem import PlanningTask
 from kinolab.show.film import film_process
 from kinolab.show.film.animation import animate
+from kinolab.show.film.film_messages import DrawingFailed, Order
 from kinolab.show.film.film_process import DrawingError, FilmProcess
-from kinolab.show.film.messages import DrawingFailed, Order
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script

@@ -18,15 +18,15 @@ from kinolab.processes.processors import processors
 from kinolab.processes.serving import serve
 from kinolab.show.film.changes import change
 from kinolab.show.film.crew import Crew, Share, everything
-from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.messages import (
+from kinolab.show.film.film_messages import (
     Compiling,
     DrawingFailed,
     Drawn,
     Final,
     Order,
-    World,
+    Scenery,
 )
+from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, drawn
@@ -73,10 +73,10 @@ class OrderBook:
         except (EOFError, OSError):
             os._exit(1)  # nobody waits for a film any more
 
-    def _note(self, message: World | Order | Final) -> None:
+    def _note(self, message: Scenery | Order | Final) -> None:
         with self._changed:
             match message:
-                case World(obstacles):
+                case Scenery(obstacles):
                     self._obstacles = obstacles
                 case Order():
                     self._newest = message

@@ -25,7 +25,7 @@ from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
 from kinolab.processes.processors import processors
 from kinolab.processes.starting import Process, bury, start_process
-from kinolab.show.film.messages import Compiling, DrawingFailed, Drawn, Final, Order, World
+from kinolab.show.film.film_messages import Compiling, DrawingFailed, Drawn, Final, Order, Scenery
 from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
 
@@ -112,7 +112,7 @@ class FilmProcess:
         script = motion_script(problem, trajectory)
         picture = script.picture.plain()
         if not self._orders:
-            self._outbox.put(World(picture.surfaces()))
+            self._outbox.put(Scenery(picture.surfaces()))
         self._orders += 1
         bare = replace(script, picture=replace(picture, obstacles=()))
         self._outbox.put(Order(self._orders, bare))

@@ -91,7 +91,7 @@ def _look_up(image: Bytes, left: int, top: int, colors: Bytes, table: Bytes, out
         image: RGB, (h, w, 3).
         left, top: The part's corner.
         colors, table: Of ``Palette``, (COLORS, 3) and flat.
-        out: The part's indices.
+        out: The part's indices, of its own (h, w).
     """
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):

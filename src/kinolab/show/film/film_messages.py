@@ -10,7 +10,7 @@ from kinolab.show.film.staging.script import Script
 
 
 @dataclass(frozen=True)
-class World:
+class Scenery:
     """The obstacles in all films that follow."""
 
     obstacles: Sequence[Surface]
