@@ -26,6 +26,7 @@ from kinolab.problem import PlanningTask
 from kinolab.processes.processors import processors
 from kinolab.processes.starting import Process, bury, start_process
 from kinolab.show.film.film_messages import Compiling, DrawingFailed, Drawn, Final, Order, Scenery
+from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
 
@@ -51,6 +52,7 @@ class FilmProcess:
         self._outbox: SimpleQueue[Any] = SimpleQueue()
         self._ordered: Trajectory | None = None
         self._orders = 0
+        self._still: Picture | None = None  # surfaces, which are the same in all orders
         self._result: Callable[[], bytes] | None = None
 
     def __enter__(self) -> FilmProcess:
@@ -110,12 +112,12 @@ class FilmProcess:
     def _order(self, problem: PlanningTask, trajectory: Trajectory) -> None:
         """Have a trajectory drawn, and nothing that was ordered before."""
         script = motion_script(problem, trajectory)
-        picture = script.picture.plain()
-        if not self._orders:
-            self._outbox.put(Scenery(picture.surfaces()))
+        if self._still is None:
+            self._still = script.picture.plain()
+            self._outbox.put(Scenery(self._still.surfaces()))
         self._orders += 1
-        bare = replace(script, picture=replace(picture, obstacles=()))
-        self._outbox.put(Order(self._orders, bare))
+        moving = replace(script.picture, bodies=self._still.bodies, obstacles=())
+        self._outbox.put(Order(self._orders, replace(script, picture=moving)))
         self._ordered = trajectory
 
     def _received(self, connection: Connection) -> bytes:
