@@ -29,8 +29,8 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios, dynobench
-from kinolab.show.film.animation import picture
 from kinolab.show.film.staging.film_making import write_gif
+from kinolab.show.film.staging.motion_script import picture
 from kinolab.trajectory import Trajectory
 from kinolab.world import Obstacle
 

@@ -21,9 +21,10 @@ import kinolab
 from kinolab import cli
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import PlanningTask
+from kinolab.processes import starting
 from kinolab.runs import check_run, write_run
 from kinolab.scenario import builtin_scenarios
-from kinolab.solve import PlanResult, processes, worker
+from kinolab.solve import PlanResult, worker
 from kinolab.solve.parallel import JobsError
 from kinolab.solve.plan import Request
 from kinolab.solve.solution_pool import SolutionPool, rank
@@ -312,12 +313,12 @@ def test_a_system_without_room_for_so_many_processes_is_told(
     table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second process is refused; the first one is ended."""
-    start, started = processes.start_process, []
+    start, started = starting.start_process, []
 
-    def refuse() -> Any:
+    def refuse(module: str) -> Any:
         if started:
             raise BlockingIOError(11, "Resource temporarily unavailable")
-        started.append(start())
+        started.append(start(module))
         return started[0]
 
     monkeypatch.setattr("kinolab.solve.jobs.start_process", refuse)

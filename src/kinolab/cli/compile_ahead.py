@@ -6,18 +6,15 @@ function that the other one has in hand (`numerics/jit_cache.py`).
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from kinolab.solve.processes import Process
+    from kinolab.processes.starting import Process
 
 MODULE = __name__
 
@@ -29,7 +26,8 @@ def compiled_ahead() -> Iterator[None]:
     A machine without a second processor, or Windows, does without.
     """
     from kinolab.numerics.compiling import Compilation, compilation
-    from kinolab.solve.processes import bury, processors, start_process
+    from kinolab.processes.processors import processors
+    from kinolab.processes.starting import bury, start_process
 
     started: list[tuple[Process, Connection]] = []
 
@@ -57,18 +55,18 @@ def enter(handle: int) -> None:
     Args:
         handle: The file descriptor of the connection to that process.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(Connection(handle),), daemon=True).start()
+    from kinolab.processes.serving import serve
+
+    serve(handle, _compile)
+
+
+def _compile(starter: Connection) -> None:
+    from kinolab.processes.serving import leave_with
+
+    leave_with(starter)
     for part in in_order():
         with suppress(Exception):  # the command will say what is wrong
             part()
-    os._exit(0)
-
-
-def _end_with(starter: Connection) -> NoReturn:
-    with suppress(EOFError, OSError):
-        starter.recv()  # nothing is ever sent
-    os._exit(0)
 
 
 def in_order() -> tuple[Callable[[], None], ...]:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
 from kinolab.cli.warm_up_parts import PARTS
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
-from kinolab.solve.processes import bury, processors, start_process
+from kinolab.processes.processors import processors
+from kinolab.processes.serving import serve
+from kinolab.processes.starting import bury, start_process
 
 REPORT_PERIOD = 0.25  # [s] between two reports of one process
 MODULE = __name__
@@ -111,12 +110,12 @@ def enter(handle: int) -> None:
     Args:
         handle: The file descriptor of the connection to the process that started this one.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    connection = Connection(handle)
-    with suppress(EOFError, BrokenPipeError):
-        while True:
-            connection.send(_compiled(connection.recv(), connection.send))
-    os._exit(0)
+    serve(handle, _compile)
+
+
+def _compile(connection: Connection) -> None:
+    while True:
+        connection.send(_compiled(connection.recv(), connection.send))
 
 
 def _compiled(part: str, tell: Callable[[Warmed], None]) -> Warmed:

@@ -12,9 +12,9 @@ from multiprocessing.connection import Connection
 from typing import final
 
 from kinolab.problem import PlanningTask
+from kinolab.processes.starting import bury, start_process
 from kinolab.search import Budget
 from kinolab.solve.plan import Attempt, Request
-from kinolab.solve.processes import bury, start_process
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import (
     INTERNAL,
@@ -26,6 +26,7 @@ from kinolab.solve.worker import (
     search_and_tell,
 )
 
+SEARCHES = "kinolab.solve.worker"  # runs in the processes
 INTERRUPTED = "interrupted."
 PROCESS_EXIT_SECONDS = 5.0  # [s] for a process to exit after its last message
 # [s] for a thread to exit; after that it ends in the background
@@ -124,7 +125,7 @@ class ProcessJob(AbstractJob):
     """
 
     def __init__(self, parcel: bytes, request: Request, pool: SolutionPool) -> None:
-        self._process, connection = start_process()
+        self._process, connection = start_process(SEARCHES)
         super().__init__(connection, request, pool)
         # Most problems exceed the pipe's buffer, and the process reads only once it has started.
         deliver = threading.Thread(target=_deliver, args=(connection, request, parcel))

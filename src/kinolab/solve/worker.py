@@ -1,23 +1,20 @@
 """Worker side of a parallel search, and the messages it sends to its parent.
 
-A worker process ignores Ctrl-C, which a terminal sends to the whole process group; its parent
-decides. The parent ends a search by SIGTERM, which keeps what was found, and a process by SIGKILL.
+The parent ends a search by SIGTERM, which keeps what was found, and a process by SIGKILL.
 """
 
 from __future__ import annotations
 
-import os
 import pickle
 import signal
-import threading
 import traceback
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
+from kinolab.processes.serving import leave_with, serve
 from kinolab.search import Budget
 from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
@@ -62,13 +59,13 @@ def enter(handle: int) -> None:
     Args:
         handle: File descriptor of the connection to the parent process.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    connection = Connection(handle)
-    with suppress(EOFError, BrokenPipeError):
-        request, parcel = connection.recv()
-        threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
-        work(connection, request, parcel)
-    os._exit(0)  # skips slow library clean-up and complaints of OMPL's binding
+    serve(handle, _work)
+
+
+def _work(connection: Connection) -> None:
+    request, parcel = connection.recv()
+    leave_with(connection)
+    work(connection, request, parcel)
 
 
 def work(connection: Connection, request: Request, parcel: bytes) -> None:
@@ -125,9 +122,3 @@ def _search(
         better=lambda plan: connection.send(Better(plan)),
     ):
         connection.send(Found(found, after))
-
-
-def _leave_with(connection: Connection) -> None:
-    """Exit with the parent: it sends nothing more, so readable means closed."""
-    wait([connection])
-    os._exit(1)

@@ -6,8 +6,10 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kinolab import cli
@@ -15,8 +17,11 @@ from kinolab.analyze.simulate import simulate
 from kinolab.problem import PlanningTask
 from kinolab.show.film import film_process
 from kinolab.show.film.animation import animate
-from kinolab.show.film.drawing import DrawingFailed
+from kinolab.show.film.film_messages import DrawingFailed, Order
 from kinolab.show.film.film_process import DrawingError, FilmProcess
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.staging.script import Script
+from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, environment
 
@@ -25,12 +30,12 @@ IMPORTED = "import sys, kinolab.show.film.drawing; print(*sys.modules)"
 LOADED = """
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from kinolab.show.film import drawing, palette
+from kinolab.show.film import changes, drawing, palette
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.raster import rasterizer
 
 def loaded():
-    loops = {**vars(palette), **vars(rasterizer)}
+    loops = {**vars(changes), **vars(palette), **vars(rasterizer)}
     found = {name: one for name, one in loops.items() if isinstance(one, Dispatcher)}
     return {name: len(one.signatures) for name, one in found.items()}
 
@@ -54,6 +59,11 @@ def motion(table: PlanningTask) -> Trajectory:
     return simulate(table, 0.2)
 
 
+def a_script() -> Script:
+    """Of nothing that does not move."""
+    return write_script(Picture(bodies=()), [0.0, 1.0], np.zeros((2, 0, 12)))
+
+
 def drawn(film: FilmProcess, problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """The film that a process draws."""
     film.begin(problem, trajectory)
@@ -63,6 +73,50 @@ def drawn(film: FilmProcess, problem: PlanningTask, trajectory: Trajectory) -> b
 def test_the_process_draws_the_same_film(table: PlanningTask, motion: Trajectory) -> None:
     with FilmProcess() as film:
         assert drawn(film, table, motion) == animate(table, motion)
+
+
+def test_only_the_final_motion_is_shown_whatever_was_better_for_a_while(
+    table: PlanningTask, motion: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(film_process, "processors", lambda: 2)
+    with FilmProcess() as film:
+        for duration in (0.5, 0.4, 0.3):
+            film.suggest(table, simulate(table, duration))
+        assert drawn(film, table, motion) == animate(table, motion)
+
+
+def test_a_film_that_is_under_way_is_not_begun_again(
+    table: PlanningTask, motion: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(film_process, "processors", lambda: 2)
+    with FilmProcess() as film:
+        film.suggest(table, motion)
+        assert drawn(film, table, simulate(table, 0.2)) == animate(table, motion)
+        assert film._orders == 1
+
+
+def test_with_one_processor_nothing_is_drawn_before_the_plan_is_final(
+    table: PlanningTask, motion: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(film_process, "processors", lambda: 1)
+    with FilmProcess() as film:
+        film.suggest(table, motion)
+        assert film._orders == 0
+        assert drawn(film, table, motion) == animate(table, motion)
+
+
+def test_a_suggestion_that_goes_wrong_disturbs_nothing_until_the_film_is_wanted(
+    table: PlanningTask, motion: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(*_: object) -> None:
+        raise ValueError("no script")
+
+    monkeypatch.setattr(film_process, "processors", lambda: 2)
+    monkeypatch.setattr(film_process, "motion_script", failing)
+    with FilmProcess() as film:
+        film.suggest(table, motion)
+        with pytest.raises(ValueError, match="no script"):
+            film.begin(table, motion)
 
 
 def test_without_a_process_the_film_is_drawn_here(
@@ -92,6 +146,12 @@ def test_what_draws_imports_neither_a_machine_nor_a_world() -> None:
     assert not any(name.startswith("kinolab.world") for name in names)
 
 
+def test_what_plans_loads_nothing_that_draws() -> None:
+    names = python("import sys, kinolab.show.film.film_process; print(*sys.modules)").split()
+    assert "kinolab.show.film.staging.script" in names
+    assert [name for name in names if name.endswith((".rasterizer", ".gif", ".palette"))] == []
+
+
 def test_all_loops_are_loaded_before_the_film_comes() -> None:
     """In the same types: nothing is left to be loaded, or compiled, once the plan is there."""
     python(LOADED)
@@ -109,7 +169,7 @@ def test_a_process_that_is_killed_is_told_of(table: PlanningTask, motion: Trajec
 def test_where_memory_is_short_it_says_so_as_ever() -> None:
     class Full:
         def recv(self) -> DrawingFailed:
-            return DrawingFailed("", of_memory=True)
+            return DrawingFailed(0, "", of_memory=True)
 
     with pytest.raises(MemoryError):
         FilmProcess()._received(Full())  # type: ignore[arg-type]
@@ -163,12 +223,13 @@ def test_one_object_of_json_is_printed_when_all_is_written(
 def test_a_film_that_cannot_be_drawn_is_a_mistake_and_the_plan_stays(
     home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(film_process, "film_of", lambda *_: None)  # nothing that has frames
+    unfit = Order(1, replace(a_script(), size=(0, 0)))  # of which nothing can be drawn
+    monkeypatch.setattr(film_process, "Order", lambda number, _: replace(unfit, number=number))
     assert cli.run(["table.toml", "--quiet"]) == 70
     captured = capsys.readouterr()
     assert captured.out.startswith("solved: ")
     assert "written to" not in captured.out
-    assert "gif.py" in captured.err  # where in the process it failed
+    assert "drawing.py" in captured.err  # where in the process it failed
     assert captured.err.endswith("error: this is a mistake in kinolab; please report it.\n")
     assert (home / "scene.html").is_file()
     assert not (home / "animation.gif").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from PIL import Image
 from kinolab.dynamics.language.shapes import Disk
 from kinolab.files import whole_file
 from kinolab.show.film import gif
+from kinolab.show.film.changes import UNCHANGED, Patches, change
+from kinolab.show.film.crew import Crew, Share
+from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.film_making import make_film, write_gif
@@ -175,3 +179,47 @@ def test_text_changes_the_head_of_the_picture_and_nothing_else() -> None:
     letter(image, "A title that is far too long for a picture of this width, you see", "t")
     assert (image[40:] == 250).all()
     assert (image[:40] < 150).any()
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_one_thread_draws_the_same_bytes_as_several(threads: int) -> None:
+    film = make_film(PICTURE, *rolling(2.0), size=SIZE, magnify=True)
+    alone, together = (b"".join(gif_parts(film, SIZE, lambda n=n: Share(n))) for n in (1, threads))
+    assert alone == together
+
+
+def test_the_number_of_threads_may_change_while_a_film_is_drawn() -> None:
+    film, asked = make_film(PICTURE, *rolling(2.0), size=SIZE), count()
+    turns = b"".join(
+        gif_parts(film, SIZE, lambda: Share(1 + next(asked) // 5 % 3, next(asked) % 7 < 3))
+    )
+    assert turns == b"".join(gif_parts(film, SIZE))
+
+
+def test_a_frame_is_the_one_before_and_what_changes() -> None:
+    rng = np.random.default_rng(1)
+    before = rng.integers(0, 4, (20, 30), dtype=np.uint8)
+    boxes = [(3, 2, 11, 9), (9, 5, 25, 18)]  # which overlap
+    after = Patches(boxes, [rng.integers(0, 4, (7, 8)), rng.integers(0, 4, (13, 16))]).over(before)
+    part, (left, top) = change(after, before, boxes)
+    shown = before.copy()
+    window = shown[top : top + part.shape[0], left : left + part.shape[1]]
+    window[part != UNCHANGED] = part[part != UNCHANGED]
+    assert (shown == after).all()
+    assert (part[:, [0, -1]] != UNCHANGED).any(axis=0).all()  # no smaller rectangle would do
+    assert (part[[0, -1]] != UNCHANGED).any(axis=1).all()
+
+
+def test_machines_are_drawn_alike_one_at_a_time_and_many() -> None:
+    film = make_film(PICTURE, *rolling(), size=SIZE)
+    for i, image in enumerate(film.frames()):
+        assert (image == film.frame(i)).all()
+
+
+def test_results_are_taken_in_order_and_little_is_done_ahead() -> None:
+    begun: list[int] = []
+    with Crew(lambda: Share(2)) as crew:
+        results = crew.in_order(lambda i: begun.append(i) or i, range(100))
+        assert [next(results) for _ in range(5)] == [0, 1, 2, 3, 4]
+        assert len(begun) <= 5 + 2
+        assert list(results) == list(range(5, 100))

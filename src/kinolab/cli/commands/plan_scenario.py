@@ -186,6 +186,7 @@ def _search(
     optimize: bool,
 ) -> tuple[PlanResult, dict[str, Any]]:
     """Search and write the result before rendering; return it with its report."""
+    from kinolab.processes.processors import processors
     from kinolab.runs import write_run
     from kinolab.solve import solve
 
@@ -207,7 +208,9 @@ def _search(
 
     def improved(found: PlanResult) -> None:
         if film:
-            film()  # imports what it needs while the plan is improved
+            drawing = film()  # imports what it needs while the plan is improved
+            if found.trajectory is not None and jobs < processors():
+                drawing.suggest(problem, found.trajectory)
         if page and found.trajectory is not None:
             page.found(found.trajectory)
         if anytime or optimising:

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
 from kinolab.show.film.film import Film
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.mp4 import mp4
-from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import View
-from kinolab.show.film.staging.film_making import make_film
+from kinolab.show.film.staging.motion_script import motion_script
+from kinolab.show.film.staging.set_up import staged
 from kinolab.trajectory import Trajectory
-from kinolab.world.geometry import BodyGeometry, triangles
-
-CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
@@ -62,85 +55,4 @@ def film_of(
     **options: Any,
 ) -> Film:
     """Build the film of a trajectory, with the scenario's or other settings."""
-    settings = settings or problem.scenario.render
-    poses = problem.model.frames(trajectory.x)
-    shown = picture(problem, poses, problem.model.cables(trajectory.x))
-    return make_film(
-        replace(shown, view=settings.view),
-        trajectory.t,
-        poses,
-        size=settings.size,
-        speed=settings.speed,
-        title=problem.scenario.title,
-        magnify=settings.magnify,
-        **options,
-    )
-
-
-def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Picture:
-    """Return the picture in which bodies and cables move.
-
-    Args:
-        problem: The machine and its world.
-        poses: Of the bodies, shape (times, bodies, 12).
-        cables: Their ends, shape (times, cables, 2, 3).
-    """
-    down = problem.machine.down
-    up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
-    return Picture(
-        bodies=problem.bodies,
-        obstacles=problem.world.obstacles,
-        ground=problem.world.ground,
-        bounds=problem.world.bounds,
-        up=up,
-        view=problem.scenario.render.view,
-        path=poses[:, 0, 3::4],
-        start=Ghost(poses[0]),
-        lines=cables if cables.size else None,
-        goal=_goal(problem),
-        cones=list(_cones(problem, poses[0])),
-    )
-
-
-def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
-    """Yield goal and keep-out cones, with apexes at the start of their bodies."""
-    length = CONE_LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
-    for target in problem.goal.directions:
-        apex = _place(poses[target.body])
-        yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
-    for cone in problem.keep_outs:
-        apex = _place(poses[cone.body])
-        half_angle = cone.forbidden.half_angle
-        yield Cone(apex, cone.direction, half_angle, length, forbidden=True)
-
-
-def _reach(body: BodyGeometry) -> float:
-    """Return the bounding radius of a body's shapes about its origin, in [m]."""
-    return max(
-        (float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in body.shapes), default=0.0
-    )
-
-
-def _place(pose: np.ndarray) -> tuple[float, float, float]:
-    x, y, z = pose[3::4].tolist()
-    return x, y, z
-
-
-def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
-    """Return the goal's marker: a ball or ring, or the machine at the goal; None if undefined."""
-    goal = problem.goal
-    if goal.points:
-        return GoalMarker(goal.points[0].position, goal.points[0].tolerance)
-    if goal.directions or not (goal.indices or goal.attitudes):
-        return None  # cones mark directions; the attitude is not determined by them
-    x = problem.start.copy()
-    x[list(goal.indices)] = goal.targets
-    for attitude in goal.attitudes:
-        x[attitude.entries] = attitude.target
-    pose = problem.frames(x)
-    names = [problem.model.state_names[i] for i in goal.indices]
-    if set(names) == {"x", "y"}:
-        radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
-        px, py, pz = pose[0, 3::4]
-        return GoalMarker((float(px), float(py), float(pz)), float(radius))
-    return Ghost(pose)
+    return staged(motion_script(problem, trajectory, settings, **options))

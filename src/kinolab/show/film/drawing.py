@@ -1,70 +1,108 @@
-"""The side of the process that draws a film: its messages, and what it does.
+"""The side of the process that draws films.
 
-It ignores Ctrl-C, which a terminal sends to the whole process group: the process that started it
-decides, and ends it. Only what draws is imported, no machine and no world.
+Only what draws is imported, no machine and no world. Orders are read by a thread of their own, so
+that a newer one, or the end of the process that sends them, is noticed while a film is drawn.
 """
 
 from __future__ import annotations
 
 import os
-import signal
 import threading
 import traceback
-from contextlib import suppress
-from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import replace
+from multiprocessing.connection import Connection
 
 from kinolab.numerics.compiling import compilation
-from kinolab.show.film.film import Film
+from kinolab.processes.processors import processors
+from kinolab.processes.serving import serve
+from kinolab.show.film.changes import change
+from kinolab.show.film.crew import Crew, Share, everything
+from kinolab.show.film.film_messages import (
+    Compiling,
+    DrawingFailed,
+    Drawn,
+    Final,
+    Order,
+    Scenery,
+)
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.palette import shared_palette
+from kinolab.show.film.picture import Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, drawn
 from kinolab.show.film.raster.light import LIGHT_SAMPLES
 from kinolab.show.film.raster.rasterizer import NO_FACETS, average, extent
 from kinolab.show.film.scene import PAPER
+from kinolab.show.film.staging.set_up import staged
 
 SMALL = 8  # [pixel] per side of the picture that is drawn beforehand
 
 
-@dataclass(frozen=True)
-class Compiling:
-    """An inner loop is being compiled."""
+class OrderBook:
+    """What is to be drawn, as it is told by the process that started this one."""
 
-    functions: int
-    seconds: float
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._obstacles: Sequence[Surface] = ()
+        self._newest: Order | None = None
+        self._changed = threading.Condition()
+        self._final = False
+        threading.Thread(target=self._read, daemon=True).start()
 
+    def after(self, number: int) -> Order:
+        """Wait for an order that is newer than the one with a number."""
+        with self._changed:
+            while not self.beyond(number):
+                self._changed.wait()
+            assert self._newest is not None
+            picture = replace(self._newest.script.picture, obstacles=self._obstacles)
+            return replace(self._newest, script=replace(self._newest.script, picture=picture))
 
-@dataclass(frozen=True)
-class Drawn:
-    """The finished file."""
+    def beyond(self, number: int) -> bool:
+        """Say whether there is a newer order than the one with a number."""
+        return self._newest is not None and self._newest.number > number
 
-    content: bytes
+    def share(self) -> Share:
+        """What drawing may take: until the film is waited for, what the search leaves."""
+        return everything() if self._final else Share(processors() - 1, others_first=True)
 
+    def _read(self) -> None:
+        try:
+            while True:
+                self._note(self._connection.recv())
+        except (EOFError, OSError):
+            os._exit(1)  # nobody waits for a film any more
 
-@dataclass(frozen=True)
-class DrawingFailed:
-    """Drawing has failed."""
-
-    reason: str
-    of_memory: bool
+    def _note(self, message: Scenery | Order | Final) -> None:
+        with self._changed:
+            match message:
+                case Scenery(obstacles):
+                    self._obstacles = obstacles
+                case Order():
+                    self._newest = message
+                case Final():
+                    self._final = True
+            self._changed.notify()
 
 
 def enter(handle: int) -> None:
-    """Entry point of the process: get ready, draw the film that is sent, and leave.
+    """Entry point of the process: get ready, and draw what is ordered, newest first.
 
     Args:
         handle: File descriptor of the connection to the process that started this one.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    connection = Connection(handle)
-    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        load()
-        film, size = connection.recv()
-        threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
-        connection.send(_result(connection, film, size))
-    os._exit(0)  # skips slow clean-up of libraries
+    serve(handle, _draw)
+
+
+def _draw(connection: Connection) -> None:
+    orders, number = OrderBook(connection), 0
+    load()
+    while True:
+        order = orders.after(number)
+        number = order.number
+        result = _result(connection, order, orders)
+        if result:
+            connection.send(result)
 
 
 def load() -> None:
@@ -74,22 +112,25 @@ def load() -> None:
     extent(NO_FACETS.corners, (SMALL, SMALL))
     palette = shared_palette([image])
     shown = palette.indices(image)
-    palette.change(image, image, shown, np.empty_like(shown))
+    change(shown, shown, [])
 
 
-def _result(connection: Connection, film: Film, size: tuple[int, int]) -> Drawn | DrawingFailed:
+def _result(
+    connection: Connection, order: Order, orders: OrderBook
+) -> Drawn | DrawingFailed | None:
+    """The film, or why there is none; None if a newer one is wanted instead."""
     try:
         with compilation(lambda one: connection.send(Compiling(one.functions, one.seconds))):
-            return Drawn(b"".join(gif_parts(film, size)))
+            with Crew(orders.share) as crew:
+                film, parts = crew.do(staged, order.script), []
+            for part in gif_parts(film, order.script.size, orders.share):
+                if orders.beyond(order.number):
+                    return None
+                parts.append(part)
+            return Drawn(order.number, b"".join(parts))
     except (BrokenPipeError, ConnectionResetError):
         raise  # nobody waits for it
     except MemoryError:
-        return DrawingFailed("", of_memory=True)
+        return DrawingFailed(order.number, "", of_memory=True)
     except Exception:
-        return DrawingFailed(traceback.format_exc(), of_memory=False)
-
-
-def _leave_with(connection: Connection) -> None:
-    """Leave with the process that started this one: it sends no more, so readable is closed."""
-    wait([connection])
-    os._exit(1)
+        return DrawingFailed(order.number, traceback.format_exc(), of_memory=False)

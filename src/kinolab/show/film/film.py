@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import repeat
 from typing import TypeAlias
 
 import numpy as np
@@ -11,30 +12,14 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset
+from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
+from kinolab.show.film.staging.playback import Playback
 from kinolab.show.film.text import letter, time_stamp
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-
-@dataclass(frozen=True, eq=False)
-class Playback:
-    """Sample times of the frames, and their display rate.
-
-    Args:
-        times: In [s], shape (nf,), from the start to the end of the motion.
-        period: Duration of a frame, in [s].
-        speed: Seconds of motion per second of film.
-    """
-
-    times: Array
-    period: float
-    speed: float
-
-    @property
-    def delay(self) -> int:
-        """Duration of a frame, in [1/100 s]."""
-        return round(100.0 * self.period)
+RUN = 8  # frames that are prepared at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +48,24 @@ class Film:
 
     def frame(self, i: int) -> Bytes:
         """RGB pixels of frame ``i``, shape (h, w, 3)."""
-        lines = None if self.lines is None else self.lines[i]
-        image = self.stage.shot(self.poses[i], lines)
-        if self.magnifier is not None:
-            self.magnifier.put(image, self.poses[i], lines)
-        stamp = time_stamp(float(self.playback.times[i]), self.playback.speed)
-        letter(image, self.title, stamp)
-        return image
+        return next(self.shots(slice(i, i + 1)))[0]
 
     def frames(self) -> Iterator[Bytes]:
         """All frames in order, rendered lazily."""
-        return (self.frame(i) for i in range(len(self)))
+        return (image for run in self.runs() for image, _ in self.shots(run))
+
+    def runs(self) -> list[slice]:
+        """Frames that follow each other, which are drawn in one go."""
+        return [slice(i, min(i + RUN, len(self))) for i in range(0, len(self), RUN)]
+
+    def shots(self, run: slice) -> Iterator[tuple[Bytes, list[Box]]]:
+        """Draw some frames: RGB pixels, and the boxes in which they differ from the backdrop."""
+        poses, lines = self.poses[run], None if self.lines is None else self.lines[run]
+        views = repeat(None) if self.magnifier is None else self.magnifier.views(poses, lines)
+        shots = zip(self.playback.times[run], self.stage.shots(poses, lines), views, strict=False)
+        for time, (image, box), view in shots:
+            boxes = [box]
+            if self.magnifier is not None and view is not None:
+                boxes.append(self.magnifier.put(view, image))
+            stamp = time_stamp(float(time), self.playback.speed)
+            yield image, [*boxes, *letter(image, self.title, stamp)]

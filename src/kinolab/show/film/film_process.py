@@ -1,22 +1,33 @@
-"""A process that draws a film while the user looks at the plan.
+"""A process that draws a film while the plan is improved, and while the user looks at it.
 
-It is told early that a film will be wanted, and imports what it needs while the plan is improved.
-The film is made here: the process gets meshes and poses, and loads neither machine nor world.
+It is told of each better motion and begins to draw it; if that turns out to be the last one, the
+film is under way or done. It gets meshes and poses, and loads neither machine nor world; and what
+draws is not loaded here.
 """
 
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
+from queue import SimpleQueue
 from types import TracebackType
+from typing import Any
+
+import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
-from kinolab.solve.processes import Process, bury, start_process
+from kinolab.processes.processors import processors
+from kinolab.processes.starting import Process, bury, start_process
+from kinolab.show.film.film_messages import Compiling, DrawingFailed, Drawn, Final, Order, Scenery
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
 
 MODULE = "kinolab.show.film.drawing"
@@ -29,7 +40,7 @@ class DrawingError(KinolabError):
 
 
 class FilmProcess:
-    """Draws one film; leaving the context ends its process, finished or not.
+    """Draws a film; leaving the context ends its process, finished or not.
 
     Args:
         progress: Called with messages, if inner loops have to be compiled.
@@ -38,12 +49,19 @@ class FilmProcess:
     def __init__(self, progress: Callable[[str], None] = lambda _: None) -> None:
         self._progress = progress
         self._started: tuple[Process, Connection] | None = None
+        self._outbox: SimpleQueue[Any] = SimpleQueue()
+        self._ordered: Trajectory | None = None
+        self._orders = 0
+        self._still: Picture | None = None  # surfaces, which are the same in all orders
         self._result: Callable[[], bytes] | None = None
 
     def __enter__(self) -> FilmProcess:
         if sys.platform != "win32":
             with suppress(OSError):  # no room for another process
                 self._started = start_process(MODULE)
+        if self._started:
+            posting = (self._started[1], self._outbox)
+            threading.Thread(target=_post, args=posting, daemon=True).start()
         return self
 
     def __exit__(
@@ -52,6 +70,7 @@ class FilmProcess:
         error: BaseException | None,
         at: TracebackType | None,
     ) -> None:
+        self._outbox.put(None)
         if self._started:
             process, connection = self._started
             self._started = None
@@ -59,21 +78,24 @@ class FilmProcess:
             bury(process)
             connection.close()
 
-    def begin(self, problem: PlanningTask, trajectory: Trajectory) -> None:
-        """Begin to draw a trajectory; without a process it is drawn by ``animation``.
+    def suggest(self, problem: PlanningTask, trajectory: Trajectory) -> None:
+        """Begin to draw a trajectory that may be the last one, if a processor is idle.
 
-        Raises:
-            DrawingError: If the process was ended from outside.
+        What goes wrong here is said when the film is wanted.
         """
-        from kinolab.show.film.animation import animate, film_of  # late: the user waits for a plan
+        if self._started and processors() > 1:
+            with suppress(Exception):
+                self._order(problem, trajectory)
 
+    def begin(self, problem: PlanningTask, trajectory: Trajectory) -> None:
+        """Draw this trajectory; without a process it is drawn by ``animation``."""
         if self._started is None:
-            self._result = partial(animate, problem, trajectory)
+            self._result = partial(_drawn_here, problem, trajectory)
             return
-        _, connection = self._started
-        with _ended():
-            connection.send((film_of(problem, trajectory), problem.scenario.render.size))
-        self._result = partial(self._received, connection)
+        if not _same(self._ordered, trajectory):
+            self._order(problem, trajectory)
+        self._outbox.put(Final())
+        self._result = partial(self._received, self._started[1])
 
     def animation(self) -> bytes:
         """Return what was begun as an animated GIF.
@@ -87,17 +109,46 @@ class FilmProcess:
         with _ended():
             return self._result()
 
-    def _received(self, connection: Connection) -> bytes:
-        from kinolab.show.film.drawing import Compiling, DrawingFailed, Drawn
+    def _order(self, problem: PlanningTask, trajectory: Trajectory) -> None:
+        """Have a trajectory drawn, and nothing that was ordered before."""
+        script = motion_script(problem, trajectory)
+        if self._still is None:
+            self._still = script.picture.plain()
+            self._outbox.put(Scenery(self._still.surfaces()))
+        self._orders += 1
+        moving = replace(script.picture, bodies=self._still.bodies, obstacles=())
+        self._outbox.put(Order(self._orders, replace(script, picture=moving)))
+        self._ordered = trajectory
 
+    def _received(self, connection: Connection) -> bytes:
         while True:
             match connection.recv():
                 case Compiling(functions, seconds):
                     self._progress(running(functions, seconds))
-                case Drawn(content):
+                case Drawn(number, content) if number == self._orders:
                     return content
-                case DrawingFailed(reason, of_memory):
+                case DrawingFailed(number, reason, of_memory) if number == self._orders:
                     raise MemoryError if of_memory else RuntimeError(reason)
+
+
+def _drawn_here(problem: PlanningTask, trajectory: Trajectory) -> bytes:
+    from kinolab.show.film.animation import animate
+
+    return animate(problem, trajectory)
+
+
+def _same(ordered: Trajectory | None, wanted: Trajectory) -> bool:
+    """Say whether a film shows what is wanted: the same states at the same times."""
+    return ordered is not None and (
+        np.array_equal(ordered.t, wanted.t) and np.array_equal(ordered.x, wanted.x)
+    )
+
+
+def _post(connection: Connection, outbox: SimpleQueue[Any]) -> None:
+    """Send messages, for which the process may not be ready yet, until there is None."""
+    with suppress(OSError):  # it was ended; whoever waits for the film is told
+        while (message := outbox.get()) is not None:
+            connection.send(message)
 
 
 @contextmanager

@@ -7,7 +7,8 @@ merges equal ones, and takes two and a half times as long for the same bytes.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import chain, pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -15,24 +16,35 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.GifImagePlugin import getdata
 
+from kinolab.show.film.changes import UNCHANGED, Patches, change, patches
+from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film import Film
-from kinolab.show.film.palette import UNKNOWN, Palette, shared_palette
-from kinolab.show.film.raster.rasterizer import Box
+from kinolab.show.film.palette import Palette, shared_palette
 
 Bytes: TypeAlias = NDArray[np.uint8]
+Part: TypeAlias = tuple[Bytes, tuple[int, int]]  # palette indices and their upper left corner
+Run: TypeAlias = tuple[slice, list[Patches]]  # frames that follow each other
 
-UNCHANGED = UNKNOWN  # transparent index: shows the previous frame
 KEEP = 1  # GIF's disposal method: the next frame is drawn over this one
 LAST_DELAY = 100  # [1/100 s] for which the last frame is shown before the loop restarts
 PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
-def gif_parts(film: Film, size: tuple[int, int]) -> Iterator[bytes]:
-    """Yield a film as the bytes of a GIF file, in chunks; ``size`` in [pixel]."""
-    sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int))
-    palette = shared_palette([film.frame(i) for i in sampled])
-    yield _header(size, palette)
-    yield from _blocks(film, palette)
+def gif_parts(
+    film: Film, size: tuple[int, int], share: Callable[[], Share] = everything
+) -> Iterator[bytes]:
+    """Yield a film as the bytes of a GIF file, in chunks.
+
+    Args:
+        film: The film.
+        size: Width and height in [pixel].
+        share: What may be taken of the computer, which changes no byte.
+    """
+    with Crew(share) as crew:
+        sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int)).tolist()
+        palette = crew.do(shared_palette, list(crew.in_order(film.frame, sampled)))
+        yield _header(size, palette)
+        yield from _blocks(film, palette, crew)
     yield b";"
 
 
@@ -48,27 +60,35 @@ def _header(size: tuple[int, int], palette: Palette) -> bytes:
     return b"GIF89a" + screen + colors.tobytes() + loop
 
 
-def _blocks(film: Film, palette: Palette) -> Iterator[bytes]:
-    """Each frame as its difference from the one before."""
-    before: Bytes | None = None
-    for i, image in enumerate(film.frames()):
-        if before is None:
-            part, corner = shown, _ = palette.indices(image), (0, 0)
-            changed = np.empty_like(shown)
-        else:
-            part, corner = _part(changed, palette.change(image, before, shown, changed))
-        delay = LAST_DELAY if i == len(film) - 1 else film.playback.delay
-        options = {"duration": 10 * delay, "transparency": UNCHANGED, "disposal": KEEP}
-        yield b"".join(getdata(Image.fromarray(part), corner, **options))
-        before = image
+def _blocks(film: Film, palette: Palette, crew: Crew) -> Iterator[bytes]:
+    """Frames as their differences from the ones before, several in a chunk."""
+    backdrop = palette.indices(film.stage.image)
+    delays = [film.playback.delay] * (len(film) - 1) + [LAST_DELAY]
+
+    def drawn(run: slice) -> Run:
+        return run, [patches(image, boxes, palette) for image, boxes in film.shots(run)]
+
+    def compressed(neighbours: tuple[Run, Run]) -> bytes:
+        (_, before), (run, frames) = neighbours
+        parts = _changes(before[-1:], frames, backdrop)
+        return b"".join(
+            _block(*part, delay) for part, delay in zip(parts, delays[run], strict=True)
+        )
+
+    nothing: Run = (slice(0, 0), [])
+    runs = chain([nothing], crew.in_order(drawn, film.runs()))
+    yield from crew.in_order(compressed, pairwise(runs))
 
 
-def _part(changed: Bytes, box: Box) -> tuple[Bytes, tuple[int, int]]:
-    """The smallest rectangle that holds all changes, and its upper left corner.
+def _changes(before: list[Patches], frames: list[Patches], backdrop: Bytes) -> Iterator[Part]:
+    """What each frame changes; the first one of a film, which has none before it, is whole."""
+    if not before:
+        yield frames[0].over(backdrop), (0, 0)
+    for old, new in pairwise(before + frames):
+        yield change(new.over(backdrop), old.over(backdrop), [*old.boxes, *new.boxes])
 
-    Pixels that stay as they are are ``UNCHANGED``: long runs of it compress to almost nothing.
-    """
-    left, top, right, bottom = box
-    if left >= right:
-        return np.full((1, 1), UNCHANGED, dtype=np.uint8), (0, 0)
-    return np.ascontiguousarray(changed[top:bottom, left:right]), (left, top)
+
+def _block(indices: Bytes, corner: tuple[int, int], delay: int) -> bytes:
+    """A part of a picture, its upper left corner, and how long it is shown in [1/100 s]."""
+    options = {"duration": 10 * delay, "transparency": UNCHANGED, "disposal": KEEP}
+    return b"".join(getdata(Image.fromarray(indices), corner, **options))

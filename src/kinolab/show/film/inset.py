@@ -5,6 +5,7 @@ It shows the same view of the same camera at a higher resolution, in an empty co
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,24 +43,40 @@ class Inset:
     times: float
     shadows: bool
 
-    def put(self, image: Bytes, poses: Array, lines: Array | None) -> None:
-        """Draw the inset into a picture, with poses (nb, 12) and cables (nl, 2, 3)."""
+    def views(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
+        """Draw the insets of frames, with poses (nf, nb, 12) and cables (nf, nl, 2, 3)."""
         left, top, right, bottom = self.box
         size = ((right - left) * SUPERSAMPLING, (bottom - top) * SUPERSAMPLING)
-        column, row = (_middle(self.pen, poses) - np.array(size) / 2).round().astype(int).tolist()
-        part = (column, row, column + size[0], row + size[1])
-        canvas = self.backdrop.window(part)
-        facets, shadows = machine_facets(self.pen, self.machine, poses, lines, self.shadows)
+        corners = (_middles(self.pen, poses) - np.array(size) / 2).round().astype(int).tolist()
+        machine = machine_facets(self.pen, self.machine, poses, lines, self.shadows)
+        for corner, (facets, shadows) in zip(corners, machine, strict=True):
+            yield self._view(corner, size, facets, shadows)
+
+    def _view(
+        self, corner: tuple[int, int], size: tuple[int, int], facets: Facets, shadows: list[Array]
+    ) -> Bytes:
+        """The inset with its frame, for the window at a corner (column, row) of the large picture.
+
+        Sizes are in small pixels.
+        """
+        (column, row), (width, height) = corner, size
+        canvas = self.backdrop.window((column, row, column + width, row + height))
         shift = np.array([column, row, 0.0])
         Shadows([corners - shift for corners in shadows]).on(canvas)
         draw(canvas, Facets(facets.corners - shift, facets.colors))
         seen = average(canvas.color, SUPERSAMPLING)
         label(seen, f"{self.times:.2g}x")
-        image[top:bottom, left:right] = FRAME
-        image[top + 1 : bottom - 1, left + 1 : right - 1] = seen[1:-1, 1:-1]
+        seen[0], seen[-1], seen[:, 0], seen[:, -1] = FRAME, FRAME, FRAME, FRAME
+        return seen
+
+    def put(self, view: Bytes, image: Bytes) -> Box:
+        """Put an inset into its picture, and return where it is."""
+        left, top, right, bottom = self.box
+        image[top:bottom, left:right] = view
+        return self.box
 
 
-def _middle(pen: Pen, poses: Array) -> Array:
-    """Column and row of the middle of all bodies' origins."""
-    origins = poses.reshape(-1, 12)[:, 3::4]
-    return np.asarray(pen.at(origins.mean(axis=0))[:2])
+def _middles(pen: Pen, poses: Array) -> Array:
+    """Column and row of the middle of all bodies' origins, shape (nf, 2), at poses (nf, nb, 12)."""
+    origins = poses[..., 3::4]
+    return np.asarray(pen.at(origins.mean(axis=1, keepdims=True))[:, 0, :2])

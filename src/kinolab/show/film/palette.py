@@ -34,26 +34,17 @@ class Palette:
     colors: Bytes
     table: Bytes
 
-    def indices(self, image: Bytes) -> Bytes:
-        """Replace RGB, shape (h, w, 3), by the nearest colour's index, shape (h, w)."""
-        out = np.empty(image.shape[:2], dtype=np.uint8)
-        _look_up(image, self.colors, self.table, out)
-        return out
-
-    def change(self, image: Bytes, before: Bytes, shown: Bytes, out: Bytes) -> Box:
-        """Find what differs from the image before, and the indices there.
+    def indices(self, image: Bytes, box: Box | None = None) -> Bytes:
+        """Replace RGB, shape (h, w, 3), by the nearest colour's index, shape (h, w).
 
         Args:
             image: RGB, shape (h, w, 3).
-            before: The image before.
-            shown: Its indices, shape (h, w); becomes the image's.
-            out: The image's indices, ``UNKNOWN`` where they stay the same, shape (h, w); written.
-
-        Returns:
-            Left, top, right and bottom of all changes, half open; empty without any.
+            box: What part of it is wanted, all of it if left out.
         """
-        left, top, right, bottom = _change(image, before, self.colors, self.table, shown, out)
-        return left, top, right, bottom
+        left, top, right, bottom = box or (0, 0, image.shape[1], image.shape[0])
+        out = np.empty((bottom - top, right - left), dtype=np.uint8)
+        _look_up(image, left, top, self.colors, self.table, out)
+        return out
 
 
 def shared_palette(images: Sequence[Bytes]) -> Palette:
@@ -93,35 +84,15 @@ def _index(pixel: Bytes, colors: Bytes, table: Bytes) -> int:
 
 
 @kernel  # type: ignore[untyped-decorator]
-def _look_up(image: Bytes, colors: Bytes, table: Bytes, out: Bytes) -> None:
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[i, j] = _index(image[i, j], colors, table)
-
-
-@kernel  # type: ignore[untyped-decorator]
-def _change(
-    image: Bytes, before: Bytes, colors: Bytes, table: Bytes, shown: Bytes, out: Bytes
-) -> tuple[int, int, int, int]:
-    """Find what differs from the image before.
+def _look_up(image: Bytes, left: int, top: int, colors: Bytes, table: Bytes, out: Bytes) -> None:
+    """Look up a part of an image.
 
     Args:
-        image, before, shown, out: Of ``Palette.change``, (h, w, 3), (h, w, 3), (h, w) and (h, w).
+        image: RGB, (h, w, 3).
+        left, top: The part's corner.
         colors, table: Of ``Palette``, (COLORS, 3) and flat.
+        out: The part's indices, of its own (h, w).
     """
-    left, top, right, bottom = out.shape[1], out.shape[0], 0, 0
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = UNKNOWN
-            if (
-                image[i, j, 0] == before[i, j, 0]
-                and image[i, j, 1] == before[i, j, 1]
-                and image[i, j, 2] == before[i, j, 2]
-            ):
-                continue
-            index = _index(image[i, j], colors, table)
-            if index != shown[i, j]:
-                out[i, j] = shown[i, j] = index
-                left, right = min(left, j), max(right, j + 1)
-                top, bottom = min(top, i), i + 1
-    return left, top, right, bottom
+            out[i, j] = _index(image[top + i, left + j], colors, table)

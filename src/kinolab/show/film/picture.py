@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.painted_body import PaintedBody
+from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
@@ -60,6 +63,15 @@ class Floor:
     high: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """An obstacle as it is drawn: points of shape (n, 3) in [m], three of them per face (m, 3)."""
+
+    name: str
+    vertices: Array
+    faces: NDArray[np.signedinteger[Any]]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Picture:
     """The content of a picture.
@@ -79,8 +91,8 @@ class Picture:
             function that gives shape (nl, 2, 3) at a time. Segments that are not finite are slack.
     """
 
-    bodies: Sequence[BodyGeometry]
-    obstacles: Sequence[Obstacle] = ()
+    bodies: Sequence[BodyGeometry | PaintedBody]
+    obstacles: Sequence[Obstacle | Surface] = ()
     ground: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     up: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
@@ -96,3 +108,29 @@ class Picture:
         """Whether a floor is drawn: requested, and with z pointing upward."""
         up = np.asarray(self.up, dtype=np.float64)
         return self.ground and bool(up[2] > 0.999 * np.linalg.norm(up))
+
+    def machine(self, pixel: float = 0.0) -> tuple[SurfaceMesh, ...]:
+        """One mesh per body, as fine as pixels of a size in [m] need it."""
+        return tuple(body.mesh(pixel) for body in self._painted())
+
+    def plain(self) -> Picture:
+        """The same picture for a process that knows neither shapes nor a world."""
+        return replace(self, bodies=self._painted(), obstacles=self.surfaces())
+
+    def surfaces(self) -> list[Surface]:
+        """The obstacles as they are drawn."""
+        return [Surface(each.name, each.vertices, each.faces) for each in self.obstacles]
+
+    def _painted(self) -> Sequence[PaintedBody]:
+        done = [body for body in self.bodies if isinstance(body, PaintedBody)]
+        if len(done) == len(self.bodies):
+            return done
+        from kinolab.show.film.models.paint import painted_bodies
+
+        return painted_bodies([body for body in self.bodies if not isinstance(body, PaintedBody)])
+
+
+def pose_table(poses: ArrayLike) -> Array:
+    """Poses given as (..., nb, 12) or (..., nb, 3, 4), as rows of 12 numbers."""
+    table = np.asarray(poses, dtype=np.float64)
+    return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table

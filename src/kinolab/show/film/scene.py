@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.picture import Floor
+from kinolab.show.film.picture import Floor, pose_table
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
-from kinolab.show.film.raster.rasterizer import Bytes, Canvas, Facets, average, draw, extent
+from kinolab.show.film.raster.rasterizer import Box, Bytes, Canvas, Facets, average, draw, extent
 from kinolab.show.film.raster.shading import Pen
 
 PAPER, INK = (250, 250, 248), (38, 42, 50)
@@ -50,12 +51,20 @@ class Scene:
 
     def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
         """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
-        parts = machine_facets(
-            self.pen, self.machine, pose_table(poses), lines, self.floor is not None
-        )
-        return self._composed(*parts)
+        one = None if lines is None else lines[None]
+        return next(self.shots(pose_table(poses)[None], one))[0]
 
-    def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
+    def shots(self, poses: Array, lines: Array | None) -> Iterator[tuple[Bytes, Box]]:
+        """Draw pictures, each with the box in which it differs from the backdrop.
+
+        Args:
+            poses: Of the bodies, shape (nf, nb, 12).
+            lines: Cables, shape (nf, nl, 2, 3), if any.
+        """
+        for parts in machine_facets(self.pen, self.machine, poses, lines, self.floor is not None):
+            yield self._composed(*parts)
+
+    def _composed(self, facets: Facets, shadows: list[Array]) -> tuple[Bytes, Box]:
         box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
         part = self.canvas.part(box)
         shift = np.array([box[0], box[1], 0.0])
@@ -64,33 +73,31 @@ class Scene:
         left, top, right, bottom = (side // self.pen.scale for side in box)
         image = self.image.copy()
         image[top:bottom, left:right] = average(part.color, self.pen.scale)
-        return image
+        return image, (left, top, right, bottom)
 
 
 def machine_facets(
     pen: Pen, machine: Assembly, poses: Array, lines: Array | None, shadows: bool
-) -> tuple[Facets, list[Array]]:
-    """Return the machine and its cables as facets, and their shadows by lamp if any.
+) -> Iterator[tuple[Facets, list[Array]]]:
+    """Yield the machine and its cables as facets, and their shadows by lamp if any, per frame.
 
     Args:
         pen: Camera and light.
         machine: The bodies.
-        poses: Of the bodies, shape (nb, 12).
-        lines: Cables, shape (nl, 2, 3), if any.
+        poses: Of the bodies, shape (nf, nb, 12).
+        lines: Cables, shape (nf, nl, 2, 3), if any.
         shadows: Whether there is ground for shadows.
     """
     moved = machine.placed(poses)
-    facets = pen.faces(moved, AMBIENT) + pen.edges(moved, OUTLINE, INK)
-    fallen = pen.shadows(moved) if shadows else []
-    if lines is not None:
-        facets += pen.line(lines, CABLE, INK)
-        if shadows:
-            both = zip(fallen, pen.line_shadows(lines, CABLE), strict=True)
-            fallen = [np.concatenate(parts) for parts in both]
-    return facets, fallen
-
-
-def pose_table(poses: ArrayLike) -> Array:
-    """Poses given as (..., nb, 12) or (..., nb, 3, 4), as rows of 12 numbers."""
-    table = np.asarray(poses, dtype=np.float64)
-    return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table
+    faces, edges = pen.faces_at_poses(moved, AMBIENT), pen.edges_at_poses(moved, OUTLINE, INK)
+    fallen = pen.shadows_at_poses(moved) if shadows else [[] for _ in poses]
+    cables = repeat(None) if lines is None else lines
+    for face, edge, dark, cable in zip(faces, edges, fallen, cables, strict=False):
+        if cable is None:
+            yield face + edge, dark
+        else:
+            both = zip(dark, pen.line_shadows(cable, CABLE) if shadows else (), strict=True)
+            yield (
+                face + edge + pen.line(cable, CABLE, INK),
+                [np.concatenate(parts) for parts in both],
+            )

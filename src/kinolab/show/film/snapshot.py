@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.scene import pose_table
+from kinolab.show.film.picture import Picture, pose_table
 from kinolab.show.film.staging.stage import build_scene
 from kinolab.show.film.text import letter, time_stamp
 

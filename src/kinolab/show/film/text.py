@@ -5,17 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from kinolab.show.film.raster.rasterizer import Box
+
 Bytes: TypeAlias = NDArray[np.uint8]
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
 PLAIN, BOLD = "DejaVuSans.ttf", "DejaVuSans-Bold.ttf"
 FONTS = Path(__file__).parent / "fonts"  # DejaVu Sans, which has letters for most languages
+
+_setting = Lock()  # FreeType's faces belong to one thread at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,30 +37,43 @@ class Words:
     left: int
     top: int
 
-    def on(self, image: Bytes, color: tuple[int, int, int]) -> None:
-        """Write them on an image, shape (h, w, 3)."""
+    def on(self, image: Bytes, color: tuple[int, int, int]) -> Box:
+        """Write them on an image, shape (h, w, 3), and return where they are."""
         wide, high = self.mask.size
         part = image[self.top : self.top + high, self.left : self.left + wide]
         sheet = Image.fromarray(np.ascontiguousarray(part))
         sheet.paste(color, (0, 0), self.mask)
         part[:] = np.asarray(sheet)
+        return self.left, self.top, self.left + wide, self.top + high
 
 
-def letter(image: Bytes, title: str, stamp: str) -> None:
-    """Write a title at the upper left of an image (h, w, 3), and a time stamp at the right."""
+def letter(image: Bytes, title: str, stamp: str) -> tuple[Box, Box]:
+    """Write a title at the upper left of an image (h, w, 3), and a time stamp at the right.
+
+    Returns:
+        Where they are.
+    """
     height, width = image.shape[:2]
     size, edge = _sizes(height)
     page = (width, min(height, heading(height)))
-    room = int(width - 3 * edge - _font(PLAIN, size).getlength(stamp))
-    _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page).on(image, TITLE)
-    _words(stamp, PLAIN, size, (width - edge, edge), "ra", page).on(image, STAMP)
+    room = int(width - 3 * edge - _length(stamp, PLAIN, size))
+    words = _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page)
+    time = _words(stamp, PLAIN, size, (width - edge, edge), "ra", page)
+    return words.on(image, TITLE), time.on(image, STAMP)
 
 
 @lru_cache(maxsize=64)  # a longer stamp leaves less space
 def _fitting(title: str, size: int, room: int) -> int:
     """The size of letters at which a title fits."""
-    length = _font(BOLD, size).getlength(title)
+    length = _length(title, BOLD, size)
     return size if length <= room else max(6, int(size * room / length))
+
+
+@lru_cache(maxsize=64)
+def _length(text: str, font: str, size: int) -> float:
+    """How long a text is, in [pixel]."""
+    with _setting:
+        return _font(font, size).getlength(text)
 
 
 @lru_cache(maxsize=64)  # frames follow each other within a tenth of a second
@@ -64,7 +82,8 @@ def _words(
 ) -> Words:
     """Words in a font, anchored at a place of a page, width and height in [pixel]."""
     covered = Image.new("L", page)
-    ImageDraw.Draw(covered).text(place, text, 255, _font(font, size), anchor=anchor)
+    with _setting:
+        ImageDraw.Draw(covered).text(place, text, 255, _font(font, size), anchor=anchor)
     left, top, right, bottom = covered.getbbox() or (0, 0, 0, 0)
     return Words(covered.crop((left, top, right, bottom)), left, top)
 

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.ball import ball
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.paint import ball, paint_machine
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker
 from kinolab.show.film.raster.camera import horizontal_axes
@@ -38,7 +38,7 @@ def glb_scene(content: Content) -> bytes:
     """
     glb, picture = Glb(), content.picture
     root = glb.node(f"kinolab: {content.name}", rotation=_upright(picture.up))
-    machine = paint_machine(picture.bodies)
+    machine = picture.machine()
     _add_machine(glb, root, content, machine)  # first: its bodies keep their names
     hull, floor = extent(content, machine)
     _add_floor(glb, root, floor)

@@ -9,7 +9,6 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.paint import paint_machine
 from kinolab.show.film.models.surface_mesh import Indices, is_room, weld
 from kinolab.show.film.picture import Ghost, GoalMarker, Picture
 from kinolab.show.film.staging.backdrop import GOAL, START, WALL
@@ -24,7 +23,7 @@ FORMAT = 1  # version of the data; the page's modules always match it
 def page_data(content: Content) -> tuple[dict[str, Any], str]:
     """Return the data of a page: an object for JSON, and the text of its pack."""
     pack, picture = Pack(), content.picture
-    machine = paint_machine(picture.bodies)
+    machine = picture.machine()
     hull, floor = extent(content, machine)
     data = {
         "format": FORMAT,

@@ -12,8 +12,8 @@ from PIL import Image
 
 from kinolab.errors import KinolabError
 from kinolab.runs import Run, check_run, margin_to_json, read_run
-from kinolab.show.film.animation import picture
 from kinolab.show.film.staging.film_making import make_film
+from kinolab.show.film.staging.motion_script import picture
 from kinolab.show.page import page_html
 from kinolab.show.page.gallery import Card, gallery_html
 from kinolab.show.view.scenes import content_of

@@ -17,7 +17,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search.graph import SearchGraph
-from kinolab.show.film.animation import picture
+from kinolab.show.film.staging.motion_script import picture
 from kinolab.show.page import Content, Series
 from kinolab.show.view.driving import driving_of
 from kinolab.show.view.keyframes import key_poses

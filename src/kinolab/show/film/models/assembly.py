@@ -27,7 +27,11 @@ class Assembly:
         return join(self.bodies)
 
     def placed(self, poses: Array) -> SurfaceMesh:
-        """All bodies as one mesh, at poses [R | p] of shape (nb, 12)."""
-        pairs = zip(self.bodies, poses.reshape(-1, 3, 4), strict=True)
-        moved = [body.vertices @ g[:, :3].T + g[:, 3] for body, g in pairs]
-        return replace(self._joined, vertices=np.concatenate([np.zeros((0, 3)), *moved]))
+        """All bodies as one mesh, at poses [R | p] of shape (..., nb, 12)."""
+        frames = np.moveaxis(poses.reshape(*poses.shape[:-1], 3, 4), -3, 0)
+        moved = [
+            body.vertices @ g[..., :3].swapaxes(-1, -2) + g[..., None, :, 3]
+            for body, g in zip(self.bodies, frames, strict=True)
+        ]
+        nothing = np.zeros((*poses.shape[:-2], 0, 3))
+        return replace(self._joined, vertices=np.concatenate([nothing, *moved], axis=-2))

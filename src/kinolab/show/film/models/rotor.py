@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import Disk
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.shapes import Disk
 
 SEGMENTS = 48
 RIM, CHORD, HUB = 0.975, 0.075, 0.06  # of the radius: the ring's inside, a blade's width, the hub's

@@ -22,7 +22,7 @@ class SurfaceMesh:
     """A coloured triangle mesh.
 
     Args:
-        vertices: Points in [m], shape (n, 3).
+        vertices: Points in [m], shape (n, 3); of a mesh at nf poses at once (nf, n, 3).
         faces: Three vertices each, shape (m, 3).
         colors: RGB in 0..1 per face, shape (m, 3).
         ends: The two vertices of each edge, shape (e, 2).
@@ -44,7 +44,7 @@ class SurfaceMesh:
 
     @cached_property
     def normals(self) -> Array:
-        """The faces' unit normals, shape (m, 3)."""
+        """The faces' unit normals, shape (m, 3), or (nf, m, 3)."""
         return normals(self.vertices, self.faces)
 
     def moved(self, pose: ArrayLike) -> SurfaceMesh:
@@ -86,10 +86,10 @@ def join(meshes: Sequence[SurfaceMesh]) -> SurfaceMesh:
 
 
 def normals(vertices: Array, faces: Indices) -> Array:
-    """Unit normals by the right-hand rule, shape (m, 3); zero for faces without area."""
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    """Unit normals by the right-hand rule, shape (..., m, 3); zero for faces without area."""
+    a, b, c = (vertices[..., faces[:, i], :] for i in range(3))
     cross = np.cross(b - a, c - a)
-    length = np.linalg.norm(cross, axis=1, keepdims=True)
+    length = np.linalg.norm(cross, axis=-1, keepdims=True)
     return cross / np.where(length > 0.0, length, 1.0)
 
 

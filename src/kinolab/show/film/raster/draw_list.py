@@ -15,11 +15,13 @@ from kinolab.show.film.raster.light import LIGHT_SAMPLES, SHADOW
 from kinolab.show.film.raster.rasterizer import (
     OTHER,
     Box,
+    Bytes,
     Canvas,
     Facets,
     blank,
     darken,
     draw,
+    extent,
     paint_ground,
 )
 
@@ -75,10 +77,10 @@ class FloorPaint(_OfFacets):
         if self.opacity == 1.0:
             paint_ground(canvas, self.facets)
         elif len(self.facets.corners):
-            width, height = canvas.size
-            layer = canvas.part((0, 0, width, height))
+            layer, reach = canvas.copy(), _window(self.facets, canvas)
             paint_ground(layer, self.facets)
-            _mix(canvas, layer, (layer.color != canvas.color).any(axis=-1), self.opacity)
+            changed = (layer.color[reach] != canvas.color[reach]).any(axis=-1)
+            _mix(canvas.color[reach], layer.color[reach], changed, self.opacity)
 
     def within(self, box: Box) -> Layer:
         """Return the layer clipped to a box."""
@@ -95,10 +97,10 @@ class Veil(_OfFacets):
         """Draw the layer."""
         if not len(self.facets.corners):
             return
-        width, height = canvas.size
-        layer = canvas.part((0, 0, width, height))
+        layer, reach = canvas.copy(), _window(self.facets, canvas)
         draw(layer, self.facets)
-        _mix(canvas, layer, layer.nearness != canvas.nearness, self.opacity)
+        changed = layer.nearness[reach] != canvas.nearness[reach]
+        _mix(canvas.color[reach], layer.color[reach], changed, self.opacity)
 
     def within(self, box: Box) -> Layer:
         """Return the layer clipped to a box."""
@@ -151,6 +153,12 @@ def drawn(layers: Sequence[Layer], size: tuple[int, int], paper: ArrayLike) -> C
     return canvas
 
 
-def _mix(canvas: Canvas, layer: Canvas, where: NDArray[np.bool_], opacity: float) -> None:
-    mixed = (1.0 - opacity) * canvas.color[where] + opacity * layer.color[where]
-    canvas.color[where] = (mixed + 0.5).astype(np.uint8)
+def _window(facets: Facets, canvas: Canvas) -> tuple[slice, slice]:
+    """The rows and columns that facets may reach."""
+    left, top, right, bottom = extent(facets.corners, canvas.size)
+    return slice(top, bottom), slice(left, right)
+
+
+def _mix(below: Bytes, above: Bytes, where: NDArray[np.bool_], opacity: float) -> None:
+    mixed = (1.0 - opacity) * below[where] + opacity * above[where]
+    below[where] = (mixed + 0.5).astype(np.uint8)

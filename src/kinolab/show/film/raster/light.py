@@ -33,9 +33,12 @@ def light_samples(light: Array) -> Array:
 def shade(
     colors: Array, normals: Array, light: Array, ambient: float = AMBIENT
 ) -> NDArray[np.uint8]:
-    """Lambert's law with ambient light, for normals (m, 3) to the viewer; RGB in 0..255, (m, 3)."""
+    """Lambert's law with ambient light, RGB in 0..255, shape (..., m, 3).
+
+    The colours, RGB in 0..1, are of shape (m, 3), the normals to the viewer of shape (..., m, 3).
+    """
     brightness = ambient + (FULL - ambient) * np.clip(normals @ light, 0.0, None)
-    return np.clip(255.0 * colors * brightness[:, None] + 0.5, 0.0, 255.0).astype(np.uint8)
+    return np.clip(255.0 * colors * brightness[..., None] + 0.5, 0.0, 255.0).astype(np.uint8)
 
 
 def shadow_points(points: Array, toward: Array) -> Array:

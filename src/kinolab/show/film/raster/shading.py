@@ -1,8 +1,12 @@
-"""Shading: meshes in the world to facets in the picture, faces and edges."""
+"""Shading: meshes in the world to facets in the picture, faces and edges.
+
+What moves is drawn at many poses at once: a film has hundreds, and each call of NumPy takes longer
+than the few facets of a machine.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,10 +48,15 @@ class Pen:
 
     def faces(self, mesh: SurfaceMesh, ambient: float = AMBIENT) -> Facets:
         """All faces, shaded."""
-        corners = self.at(mesh.vertices)
+        return self.faces_at_poses(_as_one_pose(mesh), ambient)[0]
+
+    def faces_at_poses(self, mesh: SurfaceMesh, ambient: float = AMBIENT) -> list[Facets]:
+        """All faces, shaded, of a mesh at nf poses, whose vertices are of shape (nf, n, 3)."""
+        corners = self.at(mesh.vertices)[:, mesh.faces]
         normal, front = self._facing(mesh)
-        toward_viewer = np.where(front[:, None], normal, -normal)
-        return Facets(corners[mesh.faces], shade(mesh.colors, toward_viewer, self.light, ambient))
+        toward_viewer = np.where(front[..., None], normal, -normal)
+        colors = shade(mesh.colors, toward_viewer, self.light, ambient)
+        return [Facets(*drawn) for drawn in zip(corners, colors, strict=True)]
 
     def front_faces(self, mesh: SurfaceMesh) -> Facets:
         """Only the faces toward the viewer, so that a room's near walls are invisible."""
@@ -56,10 +65,19 @@ class Pen:
 
     def edges(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> Facets:
         """Visible creases, and the silhouette of curved surfaces; width in [pixel]."""
-        front = self._facing(mesh)[1][mesh.sides]
-        inked = (mesh.creases & front.any(axis=1)) | (front[:, 0] != front[:, 1])
-        segments = self.at(mesh.vertices)[mesh.ends[inked]]
-        return strokes(segments, width * self.scale, color, EDGE_LEAD)
+        return self.edges_at_poses(_as_one_pose(mesh), width, color)[0]
+
+    def edges_at_poses(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> list[Facets]:
+        """The same of a mesh at nf poses, whose vertices are of shape (nf, n, 3)."""
+        front = self._facing(mesh)[1][:, mesh.sides]
+        inked = (mesh.creases & front.any(axis=-1)) | (front[..., 0] != front[..., 1])
+        pose, edge = np.nonzero(inked)
+        segments = self.at(mesh.vertices)[pose[:, None], mesh.ends[edge]]
+        seen = np.isfinite(segments).all(axis=(1, 2))
+        drawn = strokes(segments[seen], width * self.scale, color, EDGE_LEAD)
+        ends = 2 * np.cumsum(np.bincount(pose[seen], minlength=len(inked)))[:-1]  # triangles
+        parts = zip(np.split(drawn.corners, ends), np.split(drawn.colors, ends), strict=True)
+        return [Facets(*part) for part in parts]
 
     def line(self, segments: ArrayLike, width: float, color: ArrayLike) -> Facets:
         """Segments of the world, shape (n, 2, 3); width in [pixel]."""
@@ -70,10 +88,19 @@ class Pen:
 
         For a closed surface above the ground, the faces toward a lamp suffice.
         """
-        whole = not (mesh.is_closed and mesh.vertices[:, 2].min(initial=0.0) > -GROUND_TOLERANCE)
-        places = self.at(shadow_points(mesh.vertices, self._lamps[:, None]))
-        lit = whole | (self._lamps @ mesh.normals.T > 0.0)
-        return [fallen[mesh.faces[own]] for fallen, own in zip(places, lit, strict=True)]
+        return self.shadows_at_poses(_as_one_pose(mesh))[0]
+
+    def shadows_at_poses(self, mesh: SurfaceMesh) -> list[list[Array]]:
+        """The same of a mesh at nf poses, whose vertices are of shape (nf, n, 3), pose by pose."""
+        lowest = mesh.vertices[..., 2].min(axis=-1, initial=0.0)
+        whole = (lowest <= -GROUND_TOLERANCE) | (not mesh.is_closed)
+        lamps = self._lamps[:, None, :]
+        places = self.at(shadow_points(mesh.vertices[:, None], lamps))
+        lit = whole[:, None, None] | (self._lamps @ mesh.normals.swapaxes(-1, -2) > 0.0)
+        return [
+            [fallen[mesh.faces[own]] for fallen, own in zip(*lamp, strict=True)]
+            for lamp in zip(places, lit, strict=True)
+        ]
 
     def line_shadows(self, segments: ArrayLike, width: float) -> list[Array]:
         """The shadows of segments, shape (n, 2, 3), as strokes of a width in [pixel]."""
@@ -89,8 +116,12 @@ class Pen:
 
     def _facing(self, mesh: SurfaceMesh) -> tuple[Array, NDArray[np.bool_]]:
         normal = mesh.normals
-        to_viewer = self.camera.position - mesh.vertices[mesh.faces[:, 0]]
-        return normal, np.sum(normal * to_viewer, axis=1) > 0.0
+        to_viewer = self.camera.position - mesh.vertices[..., mesh.faces[:, 0], :]
+        return normal, np.sum(normal * to_viewer, axis=-1) > 0.0
+
+
+def _as_one_pose(mesh: SurfaceMesh) -> SurfaceMesh:
+    return replace(mesh, vertices=mesh.vertices[None])
 
 
 def pen(camera: Camera, size: tuple[int, int], up: Array, scale: int) -> Pen:

@@ -13,7 +13,8 @@ def strokes(segments: Array, width: float, color: ArrayLike, lead: float = 0.0) 
     """Draw segments as bars with square ends.
 
     Args:
-        segments: End points as column, row and nearness, shape (n, 2, 3).
+        segments: End points as column, row and nearness, shape (n, 2, 3); each that is finite gives
+            two triangles, which follow each other.
         width: In [pixel].
         color: RGB in 0..255.
         lead: Fraction by which the line is moved toward the viewer, so that an edge is in front of
@@ -31,7 +32,7 @@ def strokes(segments: Array, width: float, color: ArrayLike, lead: float = 0.0) 
     start, end = segments[:, 0, :2] - along, segments[:, 1, :2] + along
     a, b = _lift(start + normal, nearness[:, 0]), _lift(start - normal, nearness[:, 0])
     c, d = _lift(end - normal, nearness[:, 1]), _lift(end + normal, nearness[:, 1])
-    corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    corners = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3)
     return Facets(corners, np.tile(np.asarray(color, dtype=np.uint8), (len(corners), 1)))
 
 

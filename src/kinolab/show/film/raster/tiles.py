@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from threading import Lock
 
 from kinolab.show.film.raster.draw_list import Layer, drawn
 from kinolab.show.film.raster.rasterizer import Box, Canvas, empty
@@ -25,6 +26,7 @@ class Tiles:
     layers: Sequence[Layer]
     paper: tuple[int, int, int]
     _kept: dict[tuple[int, int], Canvas] = field(default_factory=dict)
+    _lock: Lock = field(default_factory=Lock)  # frames are drawn by several threads
 
     def window(self, box: Box) -> Canvas:
         """The layers inside a box, which may reach beyond the picture."""
@@ -44,11 +46,12 @@ class Tiles:
     def _tile(self, column: int, row: int) -> Canvas:
         """A tile, which becomes the one used last; the one used longest ago is forgotten."""
         place = (column, row)
-        found = self._kept.pop(place, None) or self._drawn(column, row)
-        self._kept[place] = found
-        if len(self._kept) > MOST_TILES:
-            del self._kept[next(iter(self._kept))]
-        return found
+        with self._lock:
+            found = self._kept.pop(place, None) or self._drawn(column, row)
+            self._kept[place] = found
+            if len(self._kept) > MOST_TILES:
+                del self._kept[next(iter(self._kept))]
+            return found
 
     def _drawn(self, column: int, row: int) -> Canvas:
         box = (column * TILE, row * TILE, (column + 1) * TILE, (row + 1) * TILE)

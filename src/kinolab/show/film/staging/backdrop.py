@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.ball import Color, ball
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, grid, slab
-from kinolab.show.film.models.paint import Color, ball
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid, Veil

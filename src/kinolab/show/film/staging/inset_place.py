@@ -9,7 +9,6 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import SUPERSAMPLING, Inset
 from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.models.paint import paint_machine
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.raster.rasterizer import Box, Bytes
 from kinolab.show.film.raster.shading import Pen
@@ -56,7 +55,7 @@ def build_inset(
     large = (round(size[0] * times * SUPERSAMPLING), round(height * times * SUPERSAMPLING))
     pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
     pixel = nearest_pixel(camera, stage.machine.bodies, motion, large)
-    machine = paint_machine(picture.bodies, SUPERSAMPLING * pixel)
+    machine = picture.machine(SUPERSAMPLING * pixel)
     layers = backdrop(picture, machine, pen, stage.floor)
     return Inset(pen, Assembly(machine), Tiles(layers, PAPER), box, times, stage.floor is not None)
 

@@ -9,12 +9,11 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.paint import paint_machine
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
+from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture, pose_table
 from kinolab.show.film.raster.camera import Camera, frame_scene
 from kinolab.show.film.raster.shading import pen
-from kinolab.show.film.scene import SUPERSAMPLING, Scene, pose_table
+from kinolab.show.film.scene import SUPERSAMPLING, Scene
 from kinolab.show.film.staging.backdrop import backdrop
 
 
@@ -26,7 +25,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
         motion: Poses that the picture must contain, shape (nt, nb, 12).
         size: Width and height of the picture in [pixel].
     """
-    machine = paint_machine(picture.bodies)
+    machine = picture.machine()
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
     cloud = seen_points(picture, machine, motion)
     floor = floor_under(cloud) if picture.stands_on_ground else None
@@ -34,7 +33,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
         cloud = np.concatenate([cloud, _corners(floor)])
     camera = frame_scene(cloud, up, picture.view, size)
     tool = pen(camera, size, up, SUPERSAMPLING)
-    machine = paint_machine(picture.bodies, nearest_pixel(camera, machine, motion, size))
+    machine = picture.machine(nearest_pixel(camera, machine, motion, size))
     return Scene(tool, Assembly(machine), backdrop(picture, machine, tool, floor), floor)
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.film import Playback
+from kinolab.show.film.staging.playback import Playback
 
 MAX_FRAMES = 400  # of a GIF
 MIN_DELAY = 2  # [1/100 s]; viewers slow down shorter delays

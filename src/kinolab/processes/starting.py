@@ -1,4 +1,4 @@
-"""Worker processes connected by a pipe and shielded from Ctrl-C.
+"""Starting other processes, connected by a pipe and shielded from Ctrl-C.
 
 They are fresh interpreters, not forks, since native libraries do not survive a fork; and unlike
 those of ``multiprocessing`` they do not re-import the user's script.
@@ -7,7 +7,6 @@ those of ``multiprocessing`` they do not re-import the user's script.
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -26,24 +25,17 @@ ENTRY = (
 )
 
 
-def processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-SEARCHES = "kinolab.solve.worker"
 STDERR = 2  # all output goes there: stdout is for the result
 
 _running: set[Process] = set()
 
 
-def start_process(module: str = SEARCHES) -> tuple[Process, Connection]:
+def start_process(module: str) -> tuple[Process, Connection]:
     """Start a process and return it with the connection to it.
 
     Args:
-        module: Its ``enter`` is run with the file descriptor of the other end of the connection.
+        module: Its ``enter`` is run with the file descriptor of the other end of the connection,
+            and passes it to ``serving.serve``.
 
     Raises:
         InputError: If this platform cannot inherit a connection.

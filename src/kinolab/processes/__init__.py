@@ -1,0 +1,1 @@
+"""Other processes: how they are started, do their work and end; it imports only Python's own."""

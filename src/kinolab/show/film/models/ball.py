@@ -1,0 +1,52 @@
+"""Balls whose octants differ in colour, so that rotation is visible."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.painted_body import fineness
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
+
+Color: TypeAlias = tuple[float, float, float]
+
+PALE: Color = (0.99, 0.97, 0.93)
+QUARTERED = (1, 2, 3)  # subdivisions of an octahedron
+
+
+def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> SurfaceMesh:
+    """A sphere about (x, y, z) whose octants alternate between a colour and a pale tint of it."""
+    corners = _octahedron()
+    for _ in range(QUARTERED[fineness(radius, pixel)]):
+        corners = _quartered(corners)
+    parity = np.prod(corners.mean(axis=1), axis=1) > 0.0
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    colors = np.where(parity[:, None], color, pale(color))
+    return weld(centre + radius * corners.reshape(-1, 3), faces, colors)
+
+
+def pale(color: Array) -> Array:
+    """A light tint of a colour, shape (3,)."""
+    return np.asarray(0.2 * color + 0.8 * np.asarray(PALE), dtype=np.float64)
+
+
+def _octahedron() -> Array:
+    """The eight faces of the regular octahedron, seen counterclockwise, shape (8, 3, 3)."""
+    x, y, z = np.eye(3)
+    signs = [(i, j, k) for i in (1, -1) for j in (1, -1) for k in (1, -1)]
+    faces = [[i * x, j * y, k * z][:: i * j * k] for i, j, k in signs]
+    return np.array(faces)
+
+
+def _quartered(corners: Array) -> Array:
+    """Split every triangle on the unit sphere into four."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ab, bc, ca = ((p + q) / np.linalg.norm(p + q, axis=1)[:, None] for p, q in _pairs(a, b, c))
+    split = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.concatenate([np.stack(triangle, axis=1) for triangle in split])
+
+
+def _pairs(a: Array, b: Array, c: Array) -> list[tuple[Array, Array]]:
+    return [(a, b), (b, c), (c, a)]

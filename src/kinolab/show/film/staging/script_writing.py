@@ -1,0 +1,75 @@
+"""From a motion to the script of a film: frames at even times, and poses in between rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.rotor import whirled
+from kinolab.show.film.picture import Picture, pose_table
+from kinolab.show.film.staging.script import Script
+from kinolab.show.film.staging.timing import interpolate_lines, interpolate_poses, schedule
+
+
+def write_script(
+    picture: Picture,
+    times: ArrayLike,
+    poses: ArrayLike,
+    *,
+    size: tuple[int, int] = (800, 600),
+    fps: float = 25.0,
+    speed: float = 1.0,
+    title: str = "",
+    video: bool = False,
+    magnify: bool = False,
+) -> Script:
+    """Resample a motion to frames; a video may have more of them than a GIF.
+
+    Args:
+        picture: The picture to draw.
+        times: Row times in [s], shape (nt,), not decreasing.
+        poses: One pose per row and body, shape (nt, nb, 12).
+        size: Width and height in [pixel].
+        fps: Frames per second of film.
+        speed: Seconds of motion per second of film.
+        title: One line of text.
+        video: Whether it may be long.
+        magnify: Whether a tiny machine is also shown enlarged in a free corner.
+
+    Raises:
+        ValueError: If shapes are inconsistent, values are not finite, or times decrease.
+    """
+    t, table = np.asarray(times, dtype=np.float64), pose_table(poses)
+    _check(t, table, len(picture.bodies))
+    playback = schedule(float(t[0]), float(t[-1]), fps, speed, video=video)
+    motion = table
+    if len(t) == 1:
+        t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
+    moved = interpolate_poses(t, table, playback.times)
+    moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
+    cables = _cables(picture, t, playback.times)
+    return Script(picture, motion, playback, moved, cables, size, title, magnify)
+
+
+def _cables(picture: Picture, times: Array, at: Array) -> Array | None:
+    if picture.lines is None:
+        return None
+    if callable(picture.lines):
+        return np.stack([np.asarray(picture.lines(float(t)), dtype=np.float64) for t in at])
+    lines = np.asarray(picture.lines, dtype=np.float64)
+    if len(lines) == 1:
+        lines = np.repeat(lines, len(times), axis=0)
+    return interpolate_lines(times, lines, at)
+
+
+def _check(times: Array, poses: Array, bodies: int) -> None:
+    if poses.shape != (len(times), bodies, 12) or len(times) == 0:
+        raise ValueError(
+            f"{len(times)} times and {bodies} bodies need poses of shape "
+            f"({len(times)}, {bodies}, 12), at least one row; got {poses.shape}"
+        )
+    if not (np.isfinite(times).all() and np.isfinite(poses).all()):
+        raise ValueError("a motion that is shown must be finite; found NaN or infinity")
+    if (np.diff(times) < 0.0).any():
+        raise ValueError("times must not decrease")

@@ -1,0 +1,17 @@
+"""From a script to a film: the scene that its frames are drawn in, and the inset."""
+
+from __future__ import annotations
+
+from kinolab.show.film.film import Film
+from kinolab.show.film.staging.inset_place import build_inset
+from kinolab.show.film.staging.script import Script
+from kinolab.show.film.staging.stage import build_scene
+
+
+def staged(script: Script) -> Film:
+    """Build the scene of a film, which can then be drawn."""
+    stage = build_scene(script.picture, script.motion, script.size)
+    inset = (
+        build_inset(script.picture, stage, script.poses, script.size) if script.magnify else None
+    )
+    return Film(stage, script.playback, script.poses, script.lines, script.title, inset)
