@@ -51,8 +51,7 @@ class Model:
         InputError: If the machine cannot be derived, or its regulator is still to be designed.
 
     Attributes:
-        system: What is derived; made on demand where the model came from the cache.
-        machine: What planning asks of it besides: names, limits, shapes.
+        machine: What planning asks besides equations: names, limits, shapes.
         key: Stands for the machine, all of it, on this processor.
         independent: Indices, among all velocities, of those that are states.
         redundant: Names of constraints that follow from the others.
