@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import warnings
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -322,7 +321,6 @@ def test_the_ompl_objects_outlive_the_bridge(table: PlanningTask) -> None:
 
 @pytest.mark.parametrize("name", ["rrt", "est", "syclop_rrt"])
 def test_thirty_solves_leave_nothing_behind(table: PlanningTask, name: str) -> None:
-    import_module("scipy.interpolate")  # which the first curve that is free loads
     for seed in range(1, 4):  # whatever is kept once is kept by now
         table.solve(planner=name, seed=seed, max_iterations=100)
     gc.collect()

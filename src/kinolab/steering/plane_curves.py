@@ -8,11 +8,11 @@ from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.cubic_spline import CubicSpline
 from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import Path, SampledPath
 from kinolab.steering.reeds_shepp import Arc, arcs
@@ -216,7 +216,7 @@ class _SampledCurve(SampledPath):
 
     def __call__(self, s: Array, _rate: Array, _slope: Array) -> Array:
         """Return the coordinates at fractions s (m,), twice differentiable."""
-        return np.asarray(self._spline(s))
+        return self._spline(s)
 
     def sampled(self, s: Array) -> Array:
         """Return the coordinates at fractions s (m,), by straight lines between samples.
@@ -226,8 +226,8 @@ class _SampledCurve(SampledPath):
         return np.column_stack([np.interp(s, self._fraction, c) for c in self._coordinates.T])
 
     @cached_property
-    def _spline(self) -> scipy.interpolate.CubicSpline:
-        return scipy.interpolate.CubicSpline(self._fraction, self._coordinates)
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self._fraction, self._coordinates)
 
 
 def _straight(begin: Pose, end: Pose) -> Path:
