@@ -20,8 +20,7 @@ from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import judging, motion
-from kinolab.solve.plan import REFUSED, Improvement, PlanResult, Request, stream
-from kinolab.solve.solution_pool import CENTRE_TOLERANCE, rank
+from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 
@@ -84,13 +83,13 @@ class Incumbent:
 
     def beaten_by(self, trajectory: Trajectory, gain: float = 0.0) -> bool:
         """Say whether a motion would improve on the best, by a fraction of the time if alike."""
-        new, old = rank(self._with(trajectory)), rank(self.best)
+        new, old = self._with(trajectory).rank, self.best.rank
         return new < old and (new[:2] < old[:2] or new[2] < (1 - gain) * old[2])
 
     def take(self, trajectory: Trajectory, by: str) -> bool:
         """Verify a motion that would improve on the best; return whether it is kept."""
         found, certificate = self._with(trajectory), None
-        if rank(found) < rank(self.best):
+        if found.rank < self.best.rank:
             charge(VERIFICATION_SECONDS * len(trajectory.t))
             with judging:  # may block for a while
                 if not self.cancelled():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import count
@@ -18,7 +19,10 @@ from kinolab.search.plugins import full_reference
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
 
+CENTRE_TOLERANCE = 1e-4  # SI units, goal distance of a motion that ends in the goal's centre
 REFUSED = "verification_failed"  # the status of a plan that the verifier rejected
+CLASSES = ("solved", "nearest", REFUSED, "not_found")  # best first
+NEAREST = {"approximate", "local_minimum", "interrupted"}  # statuses of motions that end elsewhere
 EXIT_CODES = {
     "solved": 0,
     "simulated": 0,
@@ -132,6 +136,21 @@ class PlanResult:
     def cost(self) -> float | None:
         """Duration in [s], None if nothing was found."""
         return None if self.trajectory is None else self.trajectory.duration
+
+    @property
+    def rank(self) -> tuple[int, float, float]:
+        """Sort key, smaller is better.
+
+        Verified plans that end in the goal's centre come before those that end elsewhere within
+        its tolerance, then shorter ones first; plans that miss the goal or are unverified are
+        ordered by their distance from it.
+        """
+        if self.status == "solved":
+            return 0, float(self.goal_distance > CENTRE_TOLERANCE), self.cost or 0.0
+        near = self.status in NEAREST and self.trajectory is not None
+        kind = "nearest" if near else self.status
+        place = CLASSES.index(kind) if kind in CLASSES else len(CLASSES)
+        return place, self.goal_distance if math.isfinite(self.goal_distance) else math.inf, 0.0
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,6 @@ from dataclasses import dataclass, field, replace
 
 from kinolab.solve.plan import Attempt, Improvement, PlanResult
 
-CENTRE_TOLERANCE = 1e-4  # SI units, goal distance of a motion that ends in the goal's centre
-CLASSES = ("solved", "nearest", "verification_failed", "not_found")  # best first
-
 
 @dataclass
 class SolutionPool:
@@ -44,7 +41,7 @@ class SolutionPool:
     def compare(self, found: PlanResult) -> None:
         """Keep a plan if it is the best so far, and report it if it is verified."""
         self._improvements.update(found.improvements)
-        if self.best is None or rank(found) < rank(self.best):
+        if self.best is None or found.rank < self.best.rank:
             self.best = found
             if found.status == "solved" and self.improved:
                 self.improved(self._with_all(found))
@@ -72,22 +69,3 @@ def ended(found: PlanResult, after: float) -> Attempt:
         after,
         refused=sum(found.refused.values()),
     )
-
-
-def rank(found: PlanResult) -> tuple[int, float, float]:
-    """Sort key of a plan, smaller is better.
-
-    Verified plans that end in the goal's centre come before those that end elsewhere within its
-    tolerance, then shorter ones first; plans that miss the goal or are unverified are ordered by
-    their distance from it.
-    """
-    if found.status == "solved":
-        return 0, float(found.goal_distance > CENTRE_TOLERANCE), found.cost or 0.0
-    distance = found.goal_distance if math.isfinite(found.goal_distance) else math.inf
-    near = (
-        found.status in {"approximate", "local_minimum", "interrupted"}
-        and found.trajectory is not None
-    )
-    kind = "nearest" if near else found.status
-    place = CLASSES.index(kind) if kind in CLASSES else len(CLASSES)
-    return place, distance, 0.0

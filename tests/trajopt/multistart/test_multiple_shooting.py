@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from kinolab.cancel import CancelledError, never_cancelled
 from kinolab.problem import PlanningTask
-from kinolab.solve.solution_pool import CENTRE_TOLERANCE
+from kinolab.solve.plan import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import shorten
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
