@@ -14,8 +14,8 @@ import numba
 import pytest
 
 from kinolab.cli.compile_ahead import compiled_ahead
-from kinolab.processes import starting
-from kinolab.processes.processors import processors
+from kinolab.concurrency import starting
+from kinolab.concurrency.processors import processors
 from tests.cli.test_warm_up import PLANS
 from tests.support import environment
 
@@ -26,7 +26,7 @@ BUSY = """
 import time
 import numba
 from kinolab.cli.compile_ahead import compiled_ahead
-from kinolab.processes import starting
+from kinolab.concurrency import starting
 
 with compiled_ahead():
     numba.njit(lambda x: x + 1)(1)
@@ -79,7 +79,7 @@ def test_where_all_is_compiled_no_process_starts() -> None:
 def test_a_command_without_a_second_processor_compiles_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("kinolab.processes.processors.processors", lambda: 1)
+    monkeypatch.setattr("kinolab.concurrency.processors.processors", lambda: 1)
     with compiled_ahead():
         assert fresh() == 2
         assert not starting._running

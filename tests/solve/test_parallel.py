@@ -19,9 +19,9 @@ import pytest
 
 import kinolab
 from kinolab import cli
+from kinolab.concurrency import starting
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import PlanningTask
-from kinolab.processes import starting
 from kinolab.runs import check_run, write_run
 from kinolab.scenario import builtin_scenarios
 from kinolab.solve import PlanResult, worker

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from kinolab.processes.starting import Process
+    from kinolab.concurrency.starting import Process
 
 MODULE = __name__
 
@@ -25,9 +25,9 @@ def compiled_ahead() -> Iterator[None]:
 
     A machine without a second processor, or Windows, does without.
     """
+    from kinolab.concurrency.processors import processors
+    from kinolab.concurrency.starting import bury, start_process
     from kinolab.numerics.compiling import Compilation, compilation
-    from kinolab.processes.processors import processors
-    from kinolab.processes.starting import bury, start_process
 
     started: list[tuple[Process, Connection]] = []
 
@@ -55,13 +55,13 @@ def enter(handle: int) -> None:
     Args:
         handle: The file descriptor of the connection to that process.
     """
-    from kinolab.processes.serving import serve
+    from kinolab.concurrency.serving import serve
 
     serve(handle, _compile)
 
 
 def _compile(starter: Connection) -> None:
-    from kinolab.processes.serving import leave_with
+    from kinolab.concurrency.serving import leave_with
 
     leave_with(starter)
     for part in in_order():

@@ -135,7 +135,7 @@ INTERRUPTS = Interrupts()  # signals belong to the process
 
 def _clear_up() -> None:
     """Kill all child processes, and remove half-written files."""
-    processes = sys.modules.get("kinolab.processes.starting")
+    processes = sys.modules.get("kinolab.concurrency.starting")
     if processes:
         processes.kill_all()
     files = sys.modules.get("kinolab.files")

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
 from kinolab.cli.warm_up_parts import PARTS
+from kinolab.concurrency.processors import processors
+from kinolab.concurrency.serving import serve
+from kinolab.concurrency.starting import bury, start_process
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
-from kinolab.processes.processors import processors
-from kinolab.processes.serving import serve
-from kinolab.processes.starting import bury, start_process
 
 REPORT_PERIOD = 0.25  # [s] between two reports of one process
 MODULE = __name__

@@ -11,8 +11,8 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import final
 
+from kinolab.concurrency.starting import bury, start_process
 from kinolab.problem import PlanningTask
-from kinolab.processes.starting import bury, start_process
 from kinolab.search import Budget
 from kinolab.solve.plan import Attempt, Request
 from kinolab.solve.solution_pool import SolutionPool

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
+from kinolab.concurrency.serving import leave_with, serve
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
-from kinolab.processes.serving import leave_with, serve
 from kinolab.search import Budget
 from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs

@@ -186,7 +186,7 @@ def _search(
     optimize: bool,
 ) -> tuple[PlanResult, dict[str, Any]]:
     """Search and write the result before rendering; return it with its report."""
-    from kinolab.processes.processors import processors
+    from kinolab.concurrency.processors import processors
     from kinolab.runs import write_run
     from kinolab.solve import solve
 

@@ -9,7 +9,12 @@ from typing import Any
 import numpy as np
 from ompl import base as ob
 
-from kinolab.cancel import CancellationToken, CancelledError, never_cancelled, raise_if_cancelled
+from kinolab.concurrency.cancellation import (
+    CancellationToken,
+    CancelledError,
+    never_cancelled,
+    raise_if_cancelled,
+)
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

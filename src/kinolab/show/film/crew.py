@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
 
-from kinolab.processes.processors import processors
+from kinolab.concurrency.processors import processors
 
 T = TypeVar("T")
 R = TypeVar("R")

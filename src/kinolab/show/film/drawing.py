@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from multiprocessing.connection import Connection
 
+from kinolab.concurrency.processors import processors
+from kinolab.concurrency.serving import serve
 from kinolab.numerics.compiling import compilation
-from kinolab.processes.processors import processors
-from kinolab.processes.serving import serve
 from kinolab.show.film.changes import change
 from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film_messages import (

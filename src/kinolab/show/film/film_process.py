@@ -20,11 +20,11 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.concurrency.processors import processors
+from kinolab.concurrency.starting import Process, bury, start_process
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
-from kinolab.processes.processors import processors
-from kinolab.processes.starting import Process, bury, start_process
 from kinolab.show.film.film_messages import Compiling, DrawingFailed, Drawn, Final, Order, Scenery
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.motion_script import motion_script

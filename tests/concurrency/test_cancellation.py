@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from kinolab.cancel import CancelledError, never_cancelled, raise_if_cancelled, throttled
+from kinolab.concurrency.cancellation import (
+    CancelledError,
+    never_cancelled,
+    raise_if_cancelled,
+    throttled,
+)
 
 
 def test_looking_raises_only_when_it_is_time() -> None:

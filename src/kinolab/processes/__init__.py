@@ -1,1 +1,0 @@
-"""Other processes: how they are started, do their work and end; it imports only Python's own."""
