@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, final
 
-from kinolab.concurrency.cancellation import CancelledError
+from kinolab.concurrency.cancel import CancelledError
 from kinolab.numerics.arrays import Array
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancelledError, raise_if_cancelled
+from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting

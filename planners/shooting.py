@@ -7,7 +7,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancelledError
+from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.trajectory import Trajectory

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kinolab import planners
-from kinolab.concurrency.cancellation import never_cancelled
+from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.trajopt.multistart.multiple_shooting import Multistart

@@ -27,7 +27,7 @@ from kinolab.scenario import builtin_scenarios
 from kinolab.solve import PlanResult, worker
 from kinolab.solve.parallel import JobsError
 from kinolab.solve.plan import Request
-from kinolab.solve.solution_pool import SolutionPool, rank
+from kinolab.solve.solution_pool import SolutionPool
 from tests.support import ENTER, OPEN, environment, plan, problem_of
 
 Capture = pytest.CaptureFixture[str]
@@ -130,7 +130,7 @@ def test_better_is_verified_then_nearer_then_claimed_then_nothing(short_plan: Pl
         replace(short_plan, status="not_found", trajectory=None, goal_distance=0.0),
     ]
     shuffled = [ranked[k] for k in (3, 0, 5, 2, 4, 1)]
-    assert sorted(shuffled, key=rank) == ranked
+    assert sorted(shuffled, key=lambda plan: plan.rank) == ranked
 
 
 @pytest.fixture

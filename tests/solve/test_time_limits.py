@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 from kinolab import planners
-from kinolab.concurrency.cancellation import raise_if_cancelled
+from kinolab.concurrency.cancel import raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome, SearchResult

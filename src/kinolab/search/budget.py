@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.search.graph import SearchGraph
 
 T = TypeVar("T")

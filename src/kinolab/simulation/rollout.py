@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep, stepper

@@ -15,7 +15,6 @@ from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
-from kinolab.solve.solution_pool import rank
 
 
 def sequential_runs(
@@ -133,7 +132,7 @@ class RepeatedSearch:
             self.refused[_checks(found)] += 1
             self._again = self._known(found)
         if last.status == REFUSED:
-            self._best = min((self._best or last, last), key=rank)
+            self._best = min((self._best or last, last), key=lambda plan: plan.rank)
 
     def plan(self) -> PlanResult:
         """Return the verified plan, else the best rejected one, else the last."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from kinolab.concurrency.cancellation import CancellationToken, CancelledError, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, ZeroOrderHold

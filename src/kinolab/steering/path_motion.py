@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

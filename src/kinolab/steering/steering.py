@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.dynamics.analysis.equilibrium import EQUILIBRIUM_TOLERANCE
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

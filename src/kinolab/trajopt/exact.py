@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import never_cancelled
+from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import even_knots

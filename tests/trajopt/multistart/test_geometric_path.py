@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.concurrency.cancellation import CancelledError
+from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.concurrency.cancellation import CancelledError, never_cancelled
+from kinolab.concurrency.cancel import CancelledError, never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.solve.plan import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory

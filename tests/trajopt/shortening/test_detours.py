@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.concurrency.cancellation import never_cancelled
+from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from ompl import base as ob
 
-from kinolab.concurrency.cancellation import (
+from kinolab.concurrency.cancel import (
     CancellationToken,
     CancelledError,
     never_cancelled,

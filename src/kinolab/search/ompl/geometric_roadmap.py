@@ -11,7 +11,7 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from kinolab.concurrency.cancellation import CancellationToken, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.search.ompl.configuration_space import ConfigurationSpace, PathValidator
 from kinolab.search.ompl.control_search import ompl_seed

@@ -7,7 +7,7 @@ from enum import Enum, auto
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancelledError, raise_if_cancelled
+from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.search.planner import Budget
 from kinolab.search.potential.field import Field

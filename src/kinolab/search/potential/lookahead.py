@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.bounded_lsq import bounded_least_squares

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator

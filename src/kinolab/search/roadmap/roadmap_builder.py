@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancelledError, raise_if_cancelled
+from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search.planner import Budget

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turned_at_random, unit
 from kinolab.numerics.work import charge

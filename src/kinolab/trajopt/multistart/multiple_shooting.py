@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinolab.concurrency.cancellation import never_cancelled
+from kinolab.concurrency.cancel import never_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import trajectory_under

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from kinolab.concurrency.cancellation import throttled
+from kinolab.concurrency.cancel import throttled
 from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search.budget import Budget

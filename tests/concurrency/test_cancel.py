@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kinolab.concurrency.cancellation import (
+from kinolab.concurrency.cancel import (
     CancelledError,
     never_cancelled,
     raise_if_cancelled,
