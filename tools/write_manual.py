@@ -1,4 +1,4 @@
-"""Write docs/machines.md and docs/scenarios.md from the code and its manual.
+"""Write docs/machines.md, docs/scenarios.md and docs/files.md from the code and its manual.
 
     python tools/write_manual.py [--check]
 

@@ -39,6 +39,8 @@ def test_plan_help_prints_the_page(topic: str, capsys: Capture) -> None:
         ("scenario", "goal", "at_rest"),
         ("scenario", "[[world.obstacle]]", "Rz(yaw) Ry(pitch) Rx(roll)"),
         ("scenario", "reserve", "share of every tolerance"),
+        ("files", "assets/", "machine.json"),
+        ("files", "goal_distance_by_unit", "metres and radians do not add up"),
     ],
 )
 def test_plan_help_explains_one_name(topic: str, name: str, found: str, capsys: Capture) -> None:

@@ -1,4 +1,4 @@
-"""The pages of the manual that follow from the code: machines and scenarios."""
+"""The pages of the manual that follow from the code: machines, scenarios, the files of a run."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from kinolab.errors import UnknownNameError
 from kinolab.manual.machine_words import machine_page
+from kinolab.manual.run_files import files_page
 from kinolab.manual.scenario_keys import scenario_page
 from kinolab.manual.sections import ManualSection, sections_of
 
@@ -30,6 +31,7 @@ class ManualPage:
 PAGES: Mapping[str, ManualPage] = {
     "machine": ManualPage("machines.md", machine_page),
     "scenario": ManualPage("scenarios.md", scenario_page),
+    "files": ManualPage("files.md", files_page),
 }
 
 
@@ -38,7 +40,7 @@ def about(topic: str, names: Iterable[str] = ()) -> str:
 
     Args:
         topic: A key of ``PAGES``.
-        names: Words, sections or keys; the whole page if left out.
+        names: Words, sections, keys or files; the whole page if left out.
 
     Raises:
         InputError: If a name is not on the page.
