@@ -7,9 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from kinolab.errors import UnknownNameError
-from kinolab.manual.machine_words import machine_page
-from kinolab.manual.run_files import files_page
-from kinolab.manual.scenario_keys import scenario_page
 from kinolab.manual.sections import ManualSection, sections_of
 
 __all__ = ["PAGES", "ManualPage", "about"]
@@ -28,10 +25,28 @@ class ManualPage:
     text: Callable[[], str]
 
 
+def _machines() -> str:
+    from kinolab.manual.machine_words import machine_page  # each imports what it explains
+
+    return machine_page()
+
+
+def _scenarios() -> str:
+    from kinolab.manual.scenario_keys import scenario_page
+
+    return scenario_page()
+
+
+def _files() -> str:
+    from kinolab.manual.run_files import files_page
+
+    return files_page()
+
+
 PAGES: Mapping[str, ManualPage] = {
-    "machine": ManualPage("machines.md", machine_page),
-    "scenario": ManualPage("scenarios.md", scenario_page),
-    "files": ManualPage("files.md", files_page),
+    "machine": ManualPage("machines.md", _machines),
+    "scenario": ManualPage("scenarios.md", _scenarios),
+    "files": ManualPage("files.md", _files),
 }
 
 

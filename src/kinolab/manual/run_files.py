@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
-import inspect
+import ast
 import re
-from importlib import import_module
+from importlib.resources import files
 
 from kinolab.manual.sections import sections_of, source_of, table
-from kinolab.runs.folder import PLOTS
 
 SOURCE = "files.md"
-ATTRIBUTES = re.compile(r"^\{attributes of ([\w.]+)\.(\w+)\}$", re.MULTILINE)
-PLOTTED = "{plots}"
+ATTRIBUTES = re.compile(r"^\{attributes of kinolab\.([\w.]+)\.(\w+)\}$", re.MULTILINE)
 ENTRY = re.compile(r"^    (\w+): (.*(?:\n     .*)*)", re.MULTILINE)
 
 
 def files_page() -> str:
     """Return the page on the files of a run."""
     text = ATTRIBUTES.sub(lambda found: attributes(found[1], found[2]), source_of(SOURCE))
-    text = text.replace(PLOTTED, ", ".join(f"`{name}`" for name in PLOTS) + ".")
     return "\n".join(map(str, sections_of(text)))
 
 
 def attributes(module: str, name: str) -> str:
-    """Return the attributes of a class as a table, from its docstring."""
-    told = inspect.getdoc(getattr(import_module(module), name)) or ""
-    entries = ENTRY.findall(re.split(r"\n\n(?=\S)", told.partition("Attributes:\n")[2])[0])
-    rows = [(f"`{key}`", _plain(words)) for key, words in entries]
-    return table(("key", "content"), rows)
+    """Return the attributes of a class as a table, from its docstring.
+
+    The file is read, not imported: some of these classes stand among compiled code.
+    """
+    source = files("kinolab").joinpath(f"{module.replace('.', '/')}.py").read_text(encoding="utf-8")
+    (kind,) = (n for n in ast.parse(source).body if isinstance(n, ast.ClassDef) and n.name == name)
+    told = (ast.get_docstring(kind) or "").partition("Attributes:\n")[2]
+    entries = ENTRY.findall(re.split(r"\n\n(?=\S)", told)[0])
+    return table(("key", "content"), [(f"`{key}`", _plain(words)) for key, words in entries])
 
 
 def _plain(words: str) -> str:
