@@ -11,13 +11,13 @@ from __future__ import annotations
 import argparse
 import difflib
 import inspect
-import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+
+from kinolab.manual.docstrings import first_line, markdown, members_of, readable, signature
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 MODULES = (
@@ -41,7 +41,6 @@ parts work together is told in [the tutorial of the README](../README.md), and w
 the code in [the architecture](architecture.md). Arrays are float64 unless something else is said;
 `nx`, `nq`, `nt` and `nu` are the numbers of states, coordinates, independent directions and inputs.
 """
-SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Source", "Note", "Example")
 
 
 def page() -> str:
@@ -58,11 +57,6 @@ def page() -> str:
 def anchor(heading: str) -> str:
     """Return the link to a heading."""
     return heading.replace(".", "")
-
-
-def first_line(thing: Any) -> str:
-    """Return what a docstring says first."""
-    return (inspect.getdoc(thing) or "").partition("\n")[0].replace("``", "`")
 
 
 def public_names(module: ModuleType) -> list[str]:
@@ -102,99 +96,8 @@ def described_class(name: str, kind: type) -> Iterator[str]:
     yield f"### `{name}`"
     yield f"```python\n{signature('class ' + name, kind)}\n```"
     yield markdown(inspect.getdoc(kind) or "")
-    members = [
-        f"- `{shown(member, thing)}`: {first_line(thing)}"
-        for member, thing in sorted(methods(kind).items())
-        if not member.startswith("_") and first_line(thing)
-    ]
-    if members:
+    if members := members_of(kind):
         yield "\n".join(members)
-
-
-def methods(kind: type) -> dict[str, Any]:
-    """Return the methods and properties of a class, inherited ones of kinolab included."""
-    found: dict[str, Any] = {}
-    for base in reversed(kind.__mro__):
-        if base.__module__.startswith("kinolab"):
-            found |= {
-                name: thing
-                for name, thing in vars(base).items()
-                if isinstance(thing, property | classmethod | staticmethod)
-                or inspect.isfunction(thing)
-                or hasattr(thing, "func")
-            }
-    return found
-
-
-def shown(name: str, thing: Any) -> str:
-    """Return a member as one writes it."""
-    function = getattr(thing, "__func__", thing)
-    return signature(name, function, inside=True) if inspect.isfunction(function) else name
-
-
-class Bare(str):
-    """A text that is shown without quotes."""
-
-    __slots__ = ()
-    __repr__ = str.__str__
-
-
-def signature(name: str, thing: Callable[..., Any], *, inside: bool = False) -> str:
-    """Return a call with its arguments; types are left to the docstring inside of a class."""
-    empty = inspect.Parameter.empty
-    parameters = [
-        p.replace(
-            annotation=empty if inside or p.annotation is empty else Bare(p.annotation),
-            default=empty if p.default is empty else Bare(readable(p.default)),
-        )
-        for p in inspect.signature(thing).parameters.values()
-    ]
-    result = inspect.signature(thing).return_annotation
-    back = "" if inside or result is empty or inspect.isclass(thing) else f" -> {result}"
-    if inside and parameters and parameters[0].name in ("self", "cls"):
-        del parameters[0]
-    found = inspect.Signature(parameters)
-    text = f"{name}{found}{back}"
-    return text if inside or len(text) <= 100 else folded(name, found, back)
-
-
-def readable(default: object) -> str:
-    """Return the default of an argument without addresses in memory."""
-    if callable(default):
-        return getattr(default, "__name__", "...")
-    return re.sub(r"<(?:class )?'?([\w.]+)[^>]*>", r"\1", repr(default))
-
-
-def folded(name: str, found: inspect.Signature, back: str) -> str:
-    """Return a long signature with one argument in a line."""
-    lines, keyword_only = [], False
-    for parameter in found.parameters.values():
-        if parameter.kind is parameter.KEYWORD_ONLY and not keyword_only:
-            keyword_only = True
-            lines.append("    *,")
-        keyword_only |= parameter.kind is parameter.VAR_POSITIONAL
-        lines.append(f"    {parameter},")
-    return "\n".join([f"{name}(", *lines, f"){back}"])
-
-
-def markdown(text: str) -> str:
-    """Return a docstring as Markdown: its sections as lists, its literals as code."""
-    lines: list[str] = []
-    inside = False
-    for line in text.replace("``", "`").splitlines():
-        head = re.fullmatch(rf"({'|'.join(SECTIONS)}):\s*(.*)", line)
-        if head:
-            inside = not head[2]
-            lines += ["", f"**{head[1]}**" + (f": {head[2]}" if head[2] else ""), *[""] * inside]
-        elif inside and re.match(r"    \S", line):
-            entry = re.match(r"    (\*{0,2}[\w, .()]+): (.*)", line)
-            lines.append(f"- `{entry[1]}`: {entry[2]}" if entry else f"- {line.strip()}")
-        elif inside and line.startswith("     "):
-            lines.append(f"  {line.strip()}")
-        else:
-            inside = inside and not line
-            lines.append(line)
-    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).strip()
 
 
 def main() -> int:

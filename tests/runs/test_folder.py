@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import math
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from kinolab.errors import InputError
 from kinolab.files import write_whole
 from kinolab.runs import check_run, read_run, write_run
 from kinolab.runs.folder import MOTION_FORMATS, PICTURES
+from kinolab.runs.readme import README
 from kinolab.scenario import load_scenario
 from kinolab.trajectory import Trajectory
 from tests.conftest import Finished, Solved
@@ -45,6 +47,7 @@ def rewrite(path: Path, change: Callable[[Any], Any]) -> None:
 def test_a_run_has_the_files_that_are_promised(maze_run: Finished) -> None:
     found = {str(path.relative_to(maze_run.folder)) for path in maze_run.folder.rglob("*")}
     assert found == {
+        "README.txt",
         "trajectory.csv",
         "trajectory.npz",
         "search.npz",
@@ -59,6 +62,17 @@ def test_a_run_has_the_files_that_are_promised(maze_run: Finished) -> None:
     }
     assert maze_run.folder.name == "rolling_disk_maze"
     assert maze_run.code == 0
+
+
+def test_the_folder_says_what_it_is(maze_run: Finished) -> None:
+    """Every file that README.txt speaks of is there, and every word of it fits on a screen."""
+    text = (maze_run.folder / README).read_text(encoding="utf-8")
+    assert text.startswith("A coin rolls through a maze\nsolved: ")
+    named = re.findall(r"\b[\w.]+\.(?:csv|npz|json|toml|html)\b", text)
+    assert len(named) == 5
+    assert [name for name in named if not (maze_run.folder / Path(name)).is_file()] == []
+    assert "plan help files" in text
+    assert max(map(len, text.splitlines())) <= 100
 
 
 def test_the_report_has_the_keys_that_are_promised(maze_run: Finished) -> None:

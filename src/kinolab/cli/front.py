@@ -19,7 +19,7 @@ from kinolab.errors import KinolabError
 
 COMMANDS = (
     "scenario", "check", "execute", "plot", "video", "gallery", "view", "list", "equations",
-    "describe", "simulate", "examine", "new", "warm-up",
+    "describe", "simulate", "examine", "new", "warm-up", "help",
 )  # fmt: skip
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
 

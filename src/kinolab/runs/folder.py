@@ -21,6 +21,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, portable_scenario, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
+from kinolab.runs.readme import README, readme_of
 from kinolab.runs.report import report_of
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.scenario.dynobench import is_environment
@@ -76,6 +77,7 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
         files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
     if plan.graph is not None:
         files["search.npz"] = plan.graph.to_npz(problem.model.state_names)
+    files[README] = utf_8(readme_of(problem, plan))
     files["report.json"] = _json(report)
     stale = {*MOTION_FORMATS, *OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)

@@ -55,7 +55,7 @@ def {name}() -> System:
         ],
         # What acts besides: here a little drag in each direction.
         efforts=[Viscous(rate(x), b), Viscous(rate(y), b)],
-        # Constraints, springs, gravity, further bodies: see kinolab.dynamics.
+        # Constraints, springs, gravity, further bodies: `plan help machine` has every word.
     )
 '''
 

@@ -47,7 +47,7 @@ class State:
 
 @checked
 def state(name: str) -> StateSymbol:
-    """Return the symbol of an auxiliary state, for use in its own derivative."""
+    """Return the symbol of an auxiliary state, by the state's name, for use in its derivative."""
     return StateSymbol(name)
 
 

@@ -37,7 +37,12 @@ Constraint: TypeAlias = VelocityConstraint | PositionConstraint
 @checked
 @dataclass(frozen=True)
 class Requirement:
-    """A path constraint g(x, u) >= 0 on plans, such as a rope in tension."""
+    """A path constraint g(x, u) >= 0 on plans, such as a rope in tension.
+
+    Attributes:
+        margin: The expression g, in states, inputs, parameters and constraint forces.
+        name: Its name in certificates.
+    """
 
     margin: sympy.Expr
     name: str
@@ -45,19 +50,34 @@ class Requirement:
 
 @checked
 def zero(velocity: Number, name: str) -> VelocityConstraint:
-    """Constrain a velocity, linear in the rates, to zero, such as ``zero(V.y, "no sideslip")``."""
+    """Constrain a velocity, linear in the rates, to zero, such as ``zero(V.y, "no sideslip")``.
+
+    Args:
+        velocity: In [m/s] or [rad/s].
+        name: Its name in equations and certificates.
+    """
     return VelocityConstraint(exact(velocity), name)
 
 
 @checked
 def closed(position: Number, name: str) -> PositionConstraint:
-    """Constrain a function of the coordinates to zero, such as a loop closure."""
+    """Constrain a function of the coordinates to zero, such as a loop closure.
+
+    Args:
+        position: In [m] or [rad].
+        name: Its name in equations and certificates.
+    """
     return PositionConstraint(exact(position), name)
 
 
 @checked
 def require(margin: Number, name: str) -> Requirement:
-    """Require an expression in states and inputs to stay nonnegative in every plan."""
+    """Require an expression in states and inputs to stay nonnegative in every plan.
+
+    Args:
+        margin: The expression, of any unit.
+        name: Its name in certificates.
+    """
     return Requirement(exact(margin), name)
 
 

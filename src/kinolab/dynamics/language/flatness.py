@@ -36,7 +36,7 @@ class OutputSymbol(MachineSymbol):
 
 @checked
 def output(name: str, order: int = 0) -> OutputSymbol:
-    """Return the symbol of a flat output, or of its time derivative of order up to 2."""
+    """Return the symbol of the flat output of a name, or of its derivative of order up to 2."""
     return OutputSymbol(name, order)
 
 

@@ -107,7 +107,12 @@ def _frame(factor: object) -> Frame:
 @checked
 @dataclass(frozen=True)
 class Axis:
-    """A unit vector along an axis of a frame, with which it moves."""
+    """A unit vector along an axis of a frame, with which it moves.
+
+    Attributes:
+        frame: The frame.
+        name: ``x``, ``y`` or ``z``.
+    """
 
     frame: Frame
     name: AxisName

@@ -33,6 +33,7 @@ class Torque(AbstractInput):
     """An input torque in [N m] on a body about an axis.
 
     Attributes:
+        name: Its name in scenarios and files.
         on: The body it acts on.
         about: The axis, fixed in its frame, with which it moves.
         limit: Largest magnitude, or (lower, upper), in [N m].
@@ -57,6 +58,7 @@ class Force(AbstractInput):
     """An input force in [N] on a body's centre of mass along an axis.
 
     Attributes:
+        name: Its name in scenarios and files.
         on: The body it acts on.
         along: The axis, fixed in its frame, with which it moves.
         limit: Largest magnitude, or (lower, upper), in [N].
@@ -81,6 +83,7 @@ class Pull(AbstractInput):
     """An input tension in [N] between two frames' origins, as of a rope or muscle.
 
     Attributes:
+        name: Its name in scenarios and files.
         between: The two frames; their origins must not coincide.
         limit: Largest tension, or (lower, upper), in [N]; a single number means from 0 to it.
     """
@@ -106,6 +109,7 @@ class Rate(AbstractInput):
     """An input that imposes a velocity, for kinematic machines.
 
     Attributes:
+        name: Its name in scenarios and files.
         on: A coordinate whose rate it is, or any expression linear in the rates, such as ``V.x``.
         limit: Largest magnitude, or (lower, upper), in the unit of the velocity.
     """
@@ -131,6 +135,7 @@ class Drive(AbstractInput):
     """An input that imposes the acceleration of a coordinate, whatever force that takes.
 
     Attributes:
+        name: Its name in scenarios and files.
         on: The coordinate.
         limit: Largest magnitude, or (lower, upper), in its unit per s^2.
     """
@@ -151,6 +156,7 @@ class Control(AbstractInput):
     """An input used in expressions: ``throttle.symbol`` in a wrench or a motor.
 
     Attributes:
+        name: Its name in scenarios and files.
         limit: Largest magnitude, or (lower, upper), in ``unit``.
         unit: SI unit as text, empty if dimensionless.
     """

@@ -25,7 +25,10 @@ ORIGIN: Point = (0.0, 0.0, 0.0)
 @checked
 @dataclass(frozen=True)
 class Box:
-    """A cuboid with full edge lengths ``x``, ``y`` and ``z`` in [m]."""
+    """A cuboid with full edge lengths ``x``, ``y`` and ``z`` in [m].
+
+    ``at`` is its centre in the body's frame, in [m].
+    """
 
     x: Scalar
     y: Scalar
@@ -36,7 +39,7 @@ class Box:
 @checked
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere of the given radius in [m]."""
+    """A sphere of the given radius in [m], centred ``at`` a point of the body's frame, in [m]."""
 
     radius: Scalar
     at: Point = ORIGIN
@@ -45,7 +48,7 @@ class Sphere:
 @checked
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder: radius and full length in [m], symmetric about ``axis``."""
+    """A cylinder: radius and full length in [m], symmetric about ``axis``, centred ``at`` [m]."""
 
     radius: Scalar
     length: Scalar
@@ -56,7 +59,10 @@ class Cylinder:
 @checked
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder of ``length`` in [m] with a hemisphere of the same radius on both ends."""
+    """A cylinder of ``length`` in [m] with a hemisphere of the same radius on both ends.
+
+    It is symmetric about ``axis`` and centred ``at`` a point of the body's frame, in [m].
+    """
 
     radius: Scalar
     length: Scalar
@@ -67,7 +73,11 @@ class Capsule:
 @checked
 @dataclass(frozen=True)
 class Disk:
-    """A flat cylinder drawn with sectors, so that its rotation is visible."""
+    """A flat cylinder drawn with sectors, so that its rotation is visible.
+
+    ``radius`` and ``thickness`` are in [m]; it is symmetric about ``axis`` and centred ``at`` a
+    point of the body's frame, in [m].
+    """
 
     radius: Scalar
     thickness: Scalar

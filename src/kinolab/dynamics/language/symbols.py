@@ -253,7 +253,10 @@ class Acceleration(TimeDerivative):
 
 @checked
 class Parameter(MachineSymbol):
-    """A constant of the machine with a default; changing its value needs no recompilation."""
+    """A constant of the machine with a default; changing its value needs no recompilation.
+
+    ``name``, ``default`` and ``unit`` are what ``parameter`` was given.
+    """
 
     __slots__ = ()
 
@@ -391,7 +394,13 @@ def turn_rate(attitude: Attitude) -> tuple[TurnRate, TurnRate, TurnRate]:
 
 @checked
 def parameter(name: str, default: float, unit: str = "") -> Parameter:
-    """Declare a constant of the machine, such as a mass, with its default value and unit."""
+    """Declare a constant of the machine, such as a mass.
+
+    Args:
+        name: Its name in scenarios and equations.
+        default: Its value where none is given, in ``unit``.
+        unit: SI unit as text; left out if dimensionless.
+    """
     return Parameter(name, default, unit)
 
 

@@ -1,0 +1,78 @@
+"""The pages of the manual that follow from the code: machines, scenarios, the files of a run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from kinolab.errors import UnknownNameError
+from kinolab.manual.sections import ManualSection, sections_of
+
+__all__ = ["PAGES", "ManualPage", "about"]
+
+
+@dataclass(frozen=True)
+class ManualPage:
+    """A page of the manual.
+
+    Attributes:
+        file: Its name in docs/.
+        text: Returns it as Markdown.
+    """
+
+    file: str
+    text: Callable[[], str]
+
+
+def _machines() -> str:
+    from kinolab.manual.machine_words import machine_page  # each imports what it explains
+
+    return machine_page()
+
+
+def _scenarios() -> str:
+    from kinolab.manual.scenario_keys import scenario_page
+
+    return scenario_page()
+
+
+def _files() -> str:
+    from kinolab.manual.run_files import files_page
+
+    return files_page()
+
+
+PAGES: Mapping[str, ManualPage] = {
+    "machine": ManualPage("machines.md", _machines),
+    "scenario": ManualPage("scenarios.md", _scenarios),
+    "files": ManualPage("files.md", _files),
+}
+
+
+def about(topic: str, names: Iterable[str] = ()) -> str:
+    """Return a page of the manual, or the sections of it that names ask for.
+
+    Args:
+        topic: A key of ``PAGES``.
+        names: Words, sections, keys or files; the whole page if left out.
+
+    Raises:
+        InputError: If a name is not on the page.
+    """
+    text = PAGES[topic].text()
+    sections = [section for section in sections_of(text) if section.level == 3]
+    asked = [section for name in names for section in _named(sections, name)]
+    return "\n".join(map(str, dict.fromkeys(asked))) if asked else text
+
+
+def _named(sections: list[ManualSection], name: str) -> list[ManualSection]:
+    """Return the section with a title, or else all that list such an entry."""
+    plain = name.strip("[]/")
+    found = [section for section in sections if section.title.strip("[]/") == plain]
+    row = re.compile(rf"^(?:\|[^|]*|- )`{re.escape(plain)}[`(]", re.MULTILINE)
+    found = found or [section for section in sections if row.search(section.text)]
+    if not found:
+        titles = [section.title.strip("[]/") for section in sections]
+        raise UnknownNameError("entry", name, known=titles)
+    return found

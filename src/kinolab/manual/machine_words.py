@@ -1,0 +1,90 @@
+"""The page on machines: each word of ``kinolab.dynamics`` with its docstring and an example."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from enum import EnumMeta
+from textwrap import fill
+from typing import Any, get_args
+
+import kinolab.dynamics
+from kinolab.manual.docstrings import markdown, members_of, signature
+from kinolab.manual.sections import ManualSection, anchors_of, sections_of, source_of
+
+SOURCE = "machines.md"
+CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one
+LINE = 100  # characters
+MAX_MEMBERS = 16  # of a class that are listed here; of more the reference tells
+ARGUMENTS = ("Args:", "Attributes:")
+
+
+def machine_page() -> str:
+    """Return the page on machines."""
+    sections = list(sections_of(source_of(SOURCE)))
+    parts = [str(described(section)) for section in sections]
+    first = next(k for k, section in enumerate(sections) if str(section).startswith(CONTENTS))
+    return "\n".join([*parts[:first], contents(sections), *parts[first:]])
+
+
+def words() -> frozenset[str]:
+    """Return the words that machines are described with."""
+    return frozenset(kinolab.dynamics.__all__)
+
+
+def contents(sections: list[ManualSection]) -> str:
+    """Return the groups of words, a line each, with links."""
+    groups: dict[str, list[str]] = {}
+    titled = [section for section in sections if section.title]
+    for section, link in zip(titled, anchors_of(s.title for s in titled), strict=True):
+        if section.level == 2:
+            groups[section.title] = []
+        elif section.title in words():
+            [*groups.values()][-1].append(f"[`{section.title}`]({link})")
+    return "".join(f"- {group}: {', '.join(links)}\n" for group, links in groups.items() if links)
+
+
+def described(section: ManualSection) -> ManualSection:
+    """Return a section about a word with what its docstring says, any other as it is."""
+    if section.level != 3 or section.title not in words():
+        return section
+    told = "\n\n".join(filter(None, facts(section.title)))
+    return ManualSection(section.level, section.title, f"{told}\n\n{section.text.strip()}")
+
+
+def facts(word: str) -> Iterator[str]:
+    """Yield what the code says about a word: how it is written, what it takes, what it has."""
+    thing = getattr(kinolab.dynamics, word)
+    if inspect.isclass(thing) or inspect.isfunction(thing):
+        yield written(word, thing)
+        yield markdown(docstring(thing))
+    elif get_args(thing):
+        *others, last = (f"`{kind.__name__}`" for kind in get_args(thing))
+        yield f"{', '.join(others)} or {last}."
+    if inspect.isclass(thing):
+        members = members_of(thing)
+        if len(members) > MAX_MEMBERS:
+            (link,) = anchors_of([word])
+            yield f"Its methods are in [the reference](reference.md{link})."
+        elif members:
+            yield "**Members**\n\n" + "\n".join(members)
+
+
+def written(word: str, thing: Any) -> str:
+    """Return how a word is written, its types left to the docstring; of an enumeration nothing."""
+    if isinstance(thing, EnumMeta):
+        return ""
+    text = signature(word, thing, inside=True)
+    return f"`{text}`" if len(text) <= LINE else fill(f"`{text}`", LINE, subsequent_indent="  ")
+
+
+def docstring(thing: Any) -> str:
+    """Return a docstring, of a class with the arguments of the class that it extends."""
+    own = inspect.getdoc(thing) or ""
+    if not inspect.isclass(thing) or any(f"\n{head}" in own for head in ARGUMENTS):
+        return own
+    for base in thing.__mro__[1:]:
+        inherited = inspect.cleandoc(base.__doc__ or "")
+        if base.__module__.startswith("kinolab") and "\nArgs:" in inherited:
+            return f"{own}\n\nArgs:{inherited.partition(chr(10) + 'Args:')[2]}"
+    return own

@@ -1,0 +1,138 @@
+"""docs/scenarios.md has every key of a scenario, and all that it shows can be loaded."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kinolab
+from kinolab.manual import machine_words
+from kinolab.manual.scenario_keys import FREE, SOURCE, meanings, path_of, schema_keys, told
+from kinolab.manual.sections import ManualSection, sections_of, source_of
+from kinolab.scenario.issues import KeyPath
+from kinolab.scenario.locations import has_keys, section_at
+from kinolab.scenario.schema import Scenario, Section
+from kinolab.scenario.toml_text import value_text
+from tests.support import ROOT
+
+SECTIONS = list(sections_of(source_of(SOURCE)))
+(COMPLETE,) = next(s for s in SECTIONS if s.title == "A complete scenario").examples("toml")
+BY_PATH = {path: s for s in SECTIONS if (path := path_of(s)) is not None}
+EXAMPLES = [
+    pytest.param(example, id=f"{section.title} {k + 1}")
+    for section in BY_PATH.values()
+    for k, example in enumerate(section.examples("toml"))
+]
+
+
+def tables(path: KeyPath = ()) -> list[KeyPath]:
+    """Return every table of the schema that has keys, from the top down."""
+    section = section_at(path)
+    assert section is not None
+    below = [(*path, key) for key in field_names(section) if has_keys((*path, key))]
+    named = [one for one in below if section_at(one) is not None]
+    return [path, *(inner for one in named for inner in tables(one))]
+
+
+def field_names(section: type[Section]) -> list[str]:
+    return [field.alias or name for name, field in section.model_fields.items()]
+
+
+def keys_in(example: str, path: KeyPath) -> set[str]:
+    """Return the keys that an example gives in a section."""
+    found: list[Any] = [tomllib.loads(example)]
+    for key in path:
+        found = [part[key] for part in found if key in part]
+        found = [entry for part in found for entry in (part if isinstance(part, list) else [part])]
+    return {key for part in found for key in part}
+
+
+@pytest.mark.parametrize("path", tables(), ids=lambda path: ".".join(path) or "top")
+def test_every_key_has_a_meaning_and_an_example(path: KeyPath) -> None:
+    """If this fails for a new key: tell it in manual/scenarios.md."""
+    section = section_at(path)
+    assert section is not None
+    page, keys = BY_PATH[path], schema_keys(path)
+    if section is not Scenario:
+        assert set(keys) == set(field_names(section))
+    assert set(meanings(page)) - {FREE} == set(keys)
+    shown = set().union(*(keys_in(example, path) for example in page.examples("toml")))
+    assert set(keys) <= shown
+    assert (FREE in meanings(page)) == (section.free is not None)
+    assert not section.free or shown - set(keys)
+
+
+@pytest.mark.parametrize("key", ["bounds", "metric", "start"])
+def test_sections_of_names_alone_are_told_too(key: str) -> None:
+    (page,) = (s for s in SECTIONS if s.title == f"[{key}]")
+    assert set(meanings(page)) == {FREE}
+    assert any(keys_in(example, (key,)) for example in page.examples("toml"))
+
+
+def test_every_section_of_a_scenario_is_on_the_page() -> None:
+    wanted = {path for path in tables() if path} | {(k,) for k in ("bounds", "metric", "start")}
+    assert set(BY_PATH) == wanted | {()}
+
+
+@pytest.mark.parametrize("path", tables(), ids=lambda path: ".".join(path) or "top")
+def test_the_defaults_are_those_that_a_scenario_gets(path: KeyPath) -> None:
+    section, rows = section_at(path), told(BY_PATH[path]).text.splitlines()
+    assert section is not None
+    for name, field in section.model_fields.items():
+        (row,) = [r for r in rows if r.startswith(f"| `{field.alias or name}` |")] or [""]
+        default = row.split(" | ")[2:3]
+        if field.is_required() and row:
+            assert default == ["required"]
+        elif isinstance(field.default, bool | int | float | str) and field.default != "":
+            assert default == [f"`{value_text(field.default)}`"]
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """A folder with the files that the examples name."""
+    (tmp_path / "meshes").mkdir()
+    shutil.copy(ROOT / "scenarios/meshes/rolling_disk_maze.stl", tmp_path / "meshes/maze.stl")
+    text = source_of(machine_words.SOURCE)
+    whole = next(s for s in sections_of(text) if s.title == "A complete machine")
+    (tmp_path / "cart_pendulum.py").write_text(whole.examples("python")[0])
+    return tmp_path
+
+
+def completed(example: str) -> str:
+    """Put a piece in the place of the complete scenario's own sections, as the page says."""
+    own, base = tomllib.loads(example), tomllib.loads(COMPLETE)
+    if "title" in own:
+        return COMPLETE
+    alone = "system" in own and own["system"].get("name") != base["system"]["name"]
+    whole = COMPLETE.partition("[system]")[0]
+    blocks = [] if alone else re.split(r"\n(?=\[)", COMPLETE.partition("\n\n")[2])
+    kept = [b for b in blocks if re.split(r"[\].]", b.strip("["))[0] not in own]
+    return "\n".join([whole, *kept, example])
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_examples_can_be_loaded(example: str, home: Path) -> None:
+    (home / "example.toml").write_text(completed(example))
+    problem = kinolab.load(home / "example.toml")
+    given = tomllib.loads(example)
+    assert problem.scenario.title == tomllib.loads(COMPLETE)["title"]
+    for name, value in given.get("goal", {}).items():
+        if isinstance(value, bool | float):
+            assert dict(problem.scenario.goal)[name] == value
+
+
+def test_the_complete_scenario_is_solved(home: Path) -> None:
+    (home / "crate.toml").write_text(COMPLETE)
+    found = kinolab.load(home / "crate.toml").solve(optimize=False)
+    assert found.status == "solved"
+
+
+def test_a_key_without_a_meaning_would_be_noticed() -> None:
+    silent = ManualSection(3, "[render]", "- `view`: From where one looks.\n")
+    assert set(meanings(silent)) != set(schema_keys(("render",)))
+    assert "| `view` |" in told(silent).text
