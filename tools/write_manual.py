@@ -3,7 +3,7 @@
     python tools/write_manual.py [--check]
 
 With --check nothing is written: it shows how the pages differ and returns 1 if one does. Prose and
-examples stand in the Markdown files of ``kinolab.manual``, everything else in what they explain.
+examples stand in the Markdown files of ``kinolab.cli.manual``, all else in what they explain.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import difflib
 import sys
 from pathlib import Path
 
-from kinolab.manual import PAGES
+from kinolab.cli.manual import PAGES
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 

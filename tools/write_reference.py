@@ -17,7 +17,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from kinolab.manual.docstrings import first_line, markdown, members_of, readable, signature
+from kinolab.cli.manual.docstrings import first_line, markdown, members_of, readable, signature
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 MODULES = (

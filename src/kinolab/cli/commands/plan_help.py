@@ -16,7 +16,7 @@ def command(topic: str, names: tuple[str, ...]) -> int:
     `plan help machine` prints the whole page, `plan help machine Spring` what is said about one
     word, `plan help scenario goal` about one section or key.
     """
-    from kinolab.manual import about
+    from kinolab.cli.manual import about
 
     click.echo_via_pager(about(topic, names))
     return 0

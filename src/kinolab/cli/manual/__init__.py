@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
+from kinolab.cli.manual.sections import ManualSection, sections_of
 from kinolab.errors import UnknownNameError
-from kinolab.manual.sections import ManualSection, sections_of
 
 __all__ = ["PAGES", "ManualPage", "about"]
 
@@ -26,19 +26,19 @@ class ManualPage:
 
 
 def _machines() -> str:
-    from kinolab.manual.machine_words import machine_page  # each imports what it explains
+    from kinolab.cli.manual.machine_words import machine_page  # each imports what it explains
 
     return machine_page()
 
 
 def _scenarios() -> str:
-    from kinolab.manual.scenario_keys import scenario_page
+    from kinolab.cli.manual.scenario_keys import scenario_page
 
     return scenario_page()
 
 
 def _files() -> str:
-    from kinolab.manual.run_files import files_page
+    from kinolab.cli.manual.run_files import files_page
 
     return files_page()
 

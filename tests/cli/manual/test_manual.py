@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from kinolab import cli
-from kinolab.manual import PAGES
-from kinolab.manual.sections import anchors_of, sections_of
+from kinolab.cli.manual import PAGES
+from kinolab.cli.manual.sections import anchors_of, sections_of
 from tests.support import ROOT
 
 Capture = pytest.CaptureFixture[str]

@@ -9,8 +9,8 @@ from textwrap import fill
 from typing import Any, get_args
 
 import kinolab.dynamics
-from kinolab.manual.docstrings import markdown, members_of, signature
-from kinolab.manual.sections import ManualSection, anchors_of, sections_of, source_of
+from kinolab.cli.manual.docstrings import markdown, members_of, signature
+from kinolab.cli.manual.sections import ManualSection, anchors_of, sections_of, source_of
 
 SOURCE = "machines.md"
 CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one

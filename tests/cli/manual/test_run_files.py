@@ -14,8 +14,8 @@ import kinolab
 from kinolab import planners
 from kinolab.analyze.diagnose.diagnosis import Diagnosis
 from kinolab.analyze.execute import Conditions, execute, execution_to_json
-from kinolab.manual.run_files import files_page
-from kinolab.manual.sections import sections_of
+from kinolab.cli.manual.run_files import files_page
+from kinolab.cli.manual.sections import sections_of
 from kinolab.problem import PlanningTask
 from kinolab.runs.folder import MOTION_FORMATS, OPTIONAL
 from kinolab.runs.readme import README

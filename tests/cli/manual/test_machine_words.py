@@ -9,8 +9,8 @@ import re
 import pytest
 
 import kinolab.dynamics
-from kinolab.manual.machine_words import SOURCE, described
-from kinolab.manual.sections import ManualSection, sections_of, source_of
+from kinolab.cli.manual.machine_words import SOURCE, described
+from kinolab.cli.manual.sections import ManualSection, sections_of, source_of
 
 SECTIONS = [s for s in sections_of(source_of(SOURCE)) if s.title]
 WORDS = sorted(kinolab.dynamics.__all__)

@@ -6,7 +6,7 @@ import ast
 import re
 from importlib.resources import files
 
-from kinolab.manual.sections import sections_of, source_of, table
+from kinolab.cli.manual.sections import sections_of, source_of, table
 
 SOURCE = "files.md"
 ATTRIBUTES = re.compile(r"^\{attributes of kinolab\.([\w.]+)\.(\w+)\}$", re.MULTILINE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from kinolab.manual.sections import ManualSection, sections_of, source_of, table
+from kinolab.cli.manual.sections import ManualSection, sections_of, source_of, table
 from kinolab.scenario import shared_settings
 from kinolab.scenario.issues import KeyPath
 from kinolab.scenario.locations import NAME_TABLES, keys_of, section_at, wanted_at

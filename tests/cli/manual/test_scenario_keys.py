@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 import kinolab
-from kinolab.manual import machine_words
-from kinolab.manual.scenario_keys import FREE, SOURCE, meanings, path_of, schema_keys, told
-from kinolab.manual.sections import ManualSection, sections_of, source_of
+from kinolab.cli.manual import machine_words
+from kinolab.cli.manual.scenario_keys import FREE, SOURCE, meanings, path_of, schema_keys, told
+from kinolab.cli.manual.sections import ManualSection, sections_of, source_of
 from kinolab.scenario.issues import KeyPath
 from kinolab.scenario.locations import has_keys, section_at
 from kinolab.scenario.schema import Scenario, Section

@@ -39,7 +39,7 @@ class ManualSection:
 
 def source_of(name: str) -> str:
     """Return the hand-written part of a page: prose and examples, as Markdown."""
-    return files("kinolab.manual").joinpath(name).read_text(encoding="utf-8")
+    return files("kinolab.cli.manual").joinpath(name).read_text(encoding="utf-8")
 
 
 def sections_of(text: str) -> Iterator[ManualSection]:
