@@ -66,7 +66,7 @@ def environment(**extra: str) -> dict[str, str]:
 
 
 def plan(
-    *arguments: str | Path, cwd: Path, timeout: float = 60.0, **extra: str
+    *arguments: str | Path, cwd: Path, timeout: float = 120.0, **extra: str
 ) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process of its own."""
     return subprocess.run(
