@@ -4,7 +4,7 @@ from kinolab.scenario.file_lookup import builtin_scenarios, read_text, scenario_
 from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.load import load_scenario, read_scenario, scenario_from, sound
 from kinolab.scenario.locations import mistake_at, place_at
-from kinolab.scenario.names import check_names
+from kinolab.scenario.names import check_angles, check_names
 from kinolab.scenario.overrides import override_place
 from kinolab.scenario.planner_keys import shared_settings
 from kinolab.scenario.rules import PLANNER_KEYS
@@ -41,6 +41,7 @@ __all__ = [
     "WorldSection",
     "axis_vector",
     "builtin_scenarios",
+    "check_angles",
     "check_names",
     "load_scenario",
     "mistake_at",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kinolab.errors import Mistake, is_broken
+from kinolab.scenario.angles import angle_of
 from kinolab.scenario.issues import KeyPath, Override
 from kinolab.scenario.toml_text import shortened, shown
 
@@ -74,11 +75,23 @@ def _parsed(text: str) -> Any:
         return table["value"]
     if not text:
         raise _RefusedError("nothing follows '='.", _SHAPE)
+    if (entries := _with_angles(text)) is not None:
+        return entries
     if text[0] in "\"'[{":
         raise _RefusedError(
             f"{shortened(text)} is not a TOML value.", "Close every quote, bracket and brace."
         )
     return text
+
+
+def _with_angles(text: str) -> list[Any] | None:
+    """Read a list such as [-pi, pi/2], whose angles TOML wants in quotes; None if it is none."""
+    if not (text.startswith("[") and text.endswith("]")):
+        return None
+    parts = [part.strip() for part in text[1:-1].split(",")]
+    if not all(angle_of(part) is not None or _toml(f"value = {part}") for part in parts):
+        return None
+    return [part if angle_of(part) is not None else _parsed(part) for part in parts]
 
 
 def _toml(text: str) -> dict[str, Any] | None:
