@@ -5,10 +5,15 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
 
 import kinolab
 from kinolab.dynamics import System
 from kinolab.dynamics.language.json.machine_file import machine_to_json
+from kinolab.errors import EndpointError, InputError
 from kinolab.loading import find_machine
 from tests.support import OPEN, problem_of
 
@@ -38,3 +43,108 @@ def test_a_machine_of_another_class_is_the_same_machine() -> None:
     again = System.of(pendulum)
     assert again == pendulum
     assert again.parameter_values["m"] == 3.0
+
+
+TABLE: dict[str, Any] = {
+    "system": {"name": "rolling_disk"},
+    "world": {"bounds": {"x": [-5, 5], "y": (-5.0, 5.0)}, "ground": "plane"},
+    "start": {"x": -1.0},
+    "goal": {"x": 0.0, "y": 0.0, "tolerance": 0.5},
+    "planner": {"name": "rrt", "time_limit": 20.0, "improve": 0},
+}
+
+
+def test_a_table_is_the_scenario_that_its_file_would_be(tmp_path: Path) -> None:
+    read, given = problem_of(tmp_path, OPEN), kinolab.load({**TABLE, "title": "A coin on a table"})
+    assert given.scenario == read.scenario
+    assert given.start.tolist() == read.start.tolist()
+    assert given.bounds.tolist() == read.bounds.tolist()
+
+
+def test_a_table_takes_arrays_and_a_machine_as_an_object() -> None:
+    limits = {"x": np.array([-5, 5]), "y": np.array([-5, 5])}
+    heavy = kinolab.systems.get("rolling_disk", m=3.0)
+    problem = kinolab.load({**TABLE, "system": heavy, "world": {"bounds": limits}})
+    assert problem.system == heavy
+    assert problem.bounds[0].tolist() == [-5.0, 5.0]
+    again = pickle.loads(pickle.dumps(problem)).replace(**{"system.parameters.m": 2.0})
+    assert again.system.parameter_values["m"] == 2.0
+    assert again.replace({"system": {"name": "diff_drive"}}).machine.name == "diff_drive"
+
+
+def test_mistakes_in_a_table_say_where_they_stand() -> None:
+    with pytest.raises(InputError) as caught:
+        kinolab.load({**TABLE, "start": {"z": 1}, "goal": {"x": "far"}, "sytem": 1})
+    text = str(caught.value)
+    assert 'scenario [goal] x: "far" is text, not a number.' in text
+    assert "scenario [start] z: no coordinate or rate is called 'z'." in text
+    assert "scenario sytem: no key is called 'sytem'. Did you mean 'system'?" in text
+
+
+def test_what_is_no_scenario_is_named() -> None:
+    with pytest.raises(InputError, match=r"^load source: it is None\. Give a text or a Path or"):
+        kinolab.load(None)  # type: ignore[arg-type]
+
+
+def test_a_problem_is_changed_by_the_keys_of_its_scenario() -> None:
+    problem = kinolab.load(TABLE)
+    other = problem.replace(
+        {"start.x": 1, "goal.tolerance": {"x": 0.1}}, planner={"name": "est", "seed": 5}
+    )
+    assert isinstance(other, kinolab.Problem)
+    assert (problem.start[0], other.start[0]) == (-1.0, 1.0)
+    assert other.goal.tolerances.tolist() == [0.1, 0.1]
+    assert (other.scenario.planner.name, other.scenario.planner.seed) == ("est", 5)
+    assert other.replace(**{"goal.tolerance": 0.5}).scenario.goal == problem.scenario.goal
+
+
+def test_another_planner_does_not_inherit_settings() -> None:
+    problem = kinolab.load(TABLE).replace(**{"planner.goal_region_scale": 2.0})
+    assert problem.scenario.planner.settings == {"goal_region_scale": 2.0}
+    assert problem.replace(**{"planner.name": "potential_field"}).scenario.planner.settings == {}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "answer"),
+    [
+        ("start.z", 1.0, "replace start.z: no coordinate or rate is called 'z'."),
+        ("start.x", "far", 'replace start.x: "far" is text, not a number.'),
+        ("world.obstacle.1.box", 1, "replace world.obstacle.1.box: world.obstacle has no entry 1"),
+        ("start..x", 1, "replace start..x: it is not a dotted key. Write it as start.x."),
+    ],
+)
+def test_a_change_that_cannot_be_made_is_named(key: str, value: object, answer: str) -> None:
+    with pytest.raises(InputError) as caught:
+        kinolab.load(TABLE).replace(**{key: value})
+    assert str(caught.value).startswith(answer)
+
+
+def test_an_obstacle_stands_in_the_way() -> None:
+    problem = kinolab.load(TABLE)
+    blocked = problem.with_obstacle("pillar", cylinder=(0.2, 1.0), position=(-1.0, 0.0, 0.5))
+    assert [o.name for o in blocked.world.obstacles] == ["pillar"]
+    assert not problem.world.obstacles
+    with pytest.raises(EndpointError, match="coin is inside pillar|coin touches pillar"):
+        blocked.solve()
+    two = blocked.with_obstacle(box=[1, 1, 1], position=[3, 3, 0.5])
+    assert [o.name for o in two.world.obstacles] == ["pillar", "box 2"]
+
+
+@pytest.mark.parametrize(
+    ("shape", "answer"),
+    [
+        ({}, "with_obstacle: none of mesh, box, sphere and cylinder is given."),
+        ({"box": 1.0}, "with_obstacle: 1.0 is not a list. Give a list of three positive numbers"),
+        ({"box": [1, 1, 1], "sphere": 2}, "with_obstacle: box and sphere are given together."),
+        ({"sphere": 1.0, "colour": 1}, "with_obstacle: no key is called 'colour'."),
+        ({"mesh": "/a.stl"}, 'with_obstacle: "/a.stl" does not lead to a file below'),
+    ],
+)
+def test_an_obstacle_that_is_none_is_refused(shape: dict[str, Any], answer: str) -> None:
+    with pytest.raises(InputError) as caught:
+        kinolab.load(TABLE).with_obstacle(**shape)
+    assert str(caught.value).startswith(answer)
+
+
+def test_a_problem_is_shown_in_a_line() -> None:
+    assert repr(kinolab.load(TABLE)) == "<Problem scenario: rolling_disk, 0 obstacles>"

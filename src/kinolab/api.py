@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from kinolab import loading
+from kinolab.arguments import require_fit
 from kinolab.problem import PlanningTask
 from kinolab.solve.plan import PlanResult
 
@@ -15,24 +16,86 @@ if TYPE_CHECKING:
     from kinolab.search.ompl import OmplSetup
 
 
-def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
+def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = ()) -> Problem:
     """Read a scenario and build its problem.
 
     Args:
-        source: Path of a TOML file, the name of a built-in scenario, or the path of an environment
-            of dynobench, a YAML file.
+        source: Path of a TOML file, the name of a built-in scenario, the path of an environment
+            of dynobench, a YAML file, or a table with the keys of a scenario file. In a table
+            ``system`` may be a System, ``schema`` and ``title`` may be left out, and relative paths
+            start at the working directory.
         overrides: ``KEY=VALUE`` strings that replace keys of the file. Where one selects another
             planner, the settings of the file's planner are dropped.
 
     Raises:
         InputError: With every mistake that was found.
     """
-    problem = loading.load(source, overrides=overrides)
-    return Problem(**{entry.name: getattr(problem, entry.name) for entry in fields(problem)})
+    return Problem.of(loading.load(source, overrides=overrides))
 
 
 class Problem(PlanningTask):
-    """A planning problem that can be solved, shown and handed to OMPL."""
+    """A planning problem that can be changed, solved, shown and handed to OMPL."""
+
+    @classmethod
+    def of(cls, task: PlanningTask) -> Self:
+        """Return a planning task with these conveniences."""
+        return cls(**{entry.name: getattr(task, entry.name) for entry in fields(task)})
+
+    def __repr__(self) -> str:
+        """Name the scenario, the machine and what stands in the way."""
+        count = len(self.world.obstacles)
+        things = f"{count} obstacle{'s' if count != 1 else ''}"
+        return f"<Problem {self.name}: {self.machine.name}, {things}>"
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **further: Any) -> Self:
+        """Return the problem of the same scenario with some of its keys changed.
+
+        ``problem.replace(**{"start.x": 1.0, "planner.name": "rrt"})``. It is built anew from its
+        scenario. Where another planner is named, the settings of the former one are dropped.
+
+        Args:
+            changes: Values by the scenario's dotted keys; entries of lists count from 1.
+            further: The same by keyword.
+
+        Raises:
+            InputError: With every mistake that was found.
+        """
+        require_fit("replace changes", Mapping[str, Any] | None, changes)
+        changed = loading.read_changed(self.scenario, {**(changes or {}), **further})
+        return self.of(loading.built(*changed))
+
+    def with_obstacle(
+        self,
+        name: str = "",
+        *,
+        box: Sequence[float] | None = None,
+        sphere: float | None = None,
+        cylinder: Sequence[float] | None = None,
+        mesh: str | Path | None = None,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        rpy: Sequence[float] = (0.0, 0.0, 0.0),
+        **of_mesh: Any,
+    ) -> Self:
+        """Return the problem with one more obstacle, of one shape, as ``[[world.obstacle]]`` has it.
+
+        Args:
+            name: What messages call it; made of its shape and the count when left out.
+            box: Full edges along x, y and z in [m].
+            sphere: Radius in [m].
+            cylinder: Radius and length in [m].
+            mesh: Path of a mesh file, relative to the scenario's folder and below it.
+            position: Of its centre, or of a mesh file's origin, in [m].
+            rpy: Roll, pitch and yaw in [rad].
+            of_mesh: ``scale``, ``up`` and ``solid``, of a mesh.
+
+        Raises:
+            InputError: With every mistake that was found.
+        """
+        shapes = {"box": box, "sphere": sphere, "cylinder": cylinder, "mesh": mesh}
+        given = {key: value for key, value in shapes.items() if value is not None}
+        entry = {"position": position, "rpy": rpy, **given, **of_mesh}
+        named = {"name": name, **entry} if name else entry
+        return self.of(loading.built(*loading.read_with_obstacle(self.scenario, named)))
 
     def solve(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kinolab.errors import Mistake, is_broken
@@ -29,6 +29,28 @@ def apply_overrides(
             done.append(Override(shortened(text, _SHOWN), *_apply(document, text)))
         except _RefusedError as refused:
             mistakes.append(Mistake(override_place(text), *refused.args))
+    return tuple(done), mistakes
+
+
+def apply_changes(
+    document: dict[str, Any], changes: Mapping[str, object], by: str
+) -> tuple[tuple[Override, ...], list[Mistake]]:
+    """Change ``document`` by values from Python, by dotted key; tell those that could not be.
+
+    Args:
+        document: Keys and values as TOML would have them.
+        changes: Values by dotted key, as TOML would have them.
+        by: What was called, for messages.
+    """
+    done, mistakes = [], []
+    for key, value in changes.items():
+        try:
+            keys = _keys(key)
+            if keys is None:
+                raise _RefusedError("it is not a dotted key.", "Write it as start.x.")
+            done.append(Override(shortened(key, _SHOWN), *_put(document, keys, value), by))
+        except _RefusedError as refused:
+            mistakes.append(Mistake(f"{by} {shortened(key, _SHOWN)}", *refused.args))
     return tuple(done), mistakes
 
 
