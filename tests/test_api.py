@@ -15,6 +15,7 @@ from kinolab.dynamics import System
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import EndpointError, InputError
 from kinolab.loading import find_machine
+from kinolab.runs import check_run
 from tests.support import OPEN, problem_of
 
 
@@ -124,7 +125,7 @@ def test_an_obstacle_stands_in_the_way() -> None:
     blocked = problem.with_obstacle("pillar", cylinder=(0.2, 1.0), position=(-1.0, 0.0, 0.5))
     assert [o.name for o in blocked.world.obstacles] == ["pillar"]
     assert not problem.world.obstacles
-    with pytest.raises(EndpointError, match="coin is inside pillar|coin touches pillar"):
+    with pytest.raises(EndpointError, match=r"coin is inside pillar|coin touches pillar"):
         blocked.solve()
     two = blocked.with_obstacle(box=[1, 1, 1], position=[3, 3, 0.5])
     assert [o.name for o in two.world.obstacles] == ["pillar", "box 2"]
@@ -148,3 +149,91 @@ def test_an_obstacle_that_is_none_is_refused(shape: dict[str, Any], answer: str)
 
 def test_a_problem_is_shown_in_a_line() -> None:
     assert repr(kinolab.load(TABLE)) == "<Problem scenario: rolling_disk, 0 obstacles>"
+
+
+@pytest.fixture(scope="module")
+def coin() -> kinolab.Problem:
+    return kinolab.load(TABLE)
+
+
+@pytest.fixture(scope="module")
+def solved(coin: kinolab.Problem) -> kinolab.Plan:
+    return coin.solve(seed=1, max_iterations=20_000)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "answer"),
+    [
+        ({"improve": -1}, "solve improve: -1 is too small. Give a number that is not negative [s]"),
+        ({"seed": "a"}, 'solve seed: "a" is not a whole number.'),
+        ({"seed": -1}, "solve seed: -1 is too small."),
+        ({"time_limit": "5"}, 'solve time_limit: "5" is text, not a number.'),
+        ({"time_limit": -1.0}, "solve time_limit: -1.0 is too small."),
+        ({"max_iterations": 0.5}, "solve max_iterations: 0.5 is not a whole number."),
+        ({"planner": 3}, "solve planner: 3 is not text in quotes."),
+        ({"planner": "rrrt"}, "[planner] name: no planner is called 'rrrt'. Did you mean 'rrt'?"),
+        ({"jobs": "a"}, "solve jobs: it is 'a'. Give a whole number."),
+        ({"jobs": 0}, "solve jobs: 0 processes cannot search. Give 1 or more."),
+        ({"improv": 3}, "[planner] improv: no setting of rrt is called 'improv'."),
+    ],
+)
+def test_an_argument_of_solve_that_does_not_fit_is_named(
+    arguments: dict[str, Any], answer: str, coin: kinolab.Problem
+) -> None:
+    with pytest.raises(InputError) as caught:
+        coin.solve(**arguments)
+    assert str(caught.value).startswith(answer)
+
+
+def test_solve_improves_as_long_as_it_is_told(coin: kinolab.Problem, solved: kinolab.Plan) -> None:
+    """The scenario says 0, so that the motion stays as the search found it."""
+    assert solved.trajectory is not None
+    better = coin.solve(seed=1, max_iterations=20_000, improve=2.0)
+    assert better.goal_distance < 1e-6 < solved.goal_distance
+    busy = coin.replace(**{"planner.improve": 2.0})
+    same = busy.solve(seed=1, max_iterations=20_000, improve=0)
+    assert same.trajectory is not None
+    assert same.trajectory.x.tobytes() == solved.trajectory.x.tobytes()
+
+
+def test_a_plan_is_printed_in_ten_lines(solved: kinolab.Plan) -> None:
+    lines = str(solved).splitlines()
+    assert lines[0] == "solved: Found a trajectory into the goal region."
+    assert 6 <= len(lines) <= 10
+    assert "rolling_disk in scenario, planner rrt, seed 1" in str(solved)
+    assert "knots of x, y, psi, phi, psi_dot, phi_dot" in str(solved)
+    assert repr(solved).startswith("<Plan solved: rrt, seed 1, motion of ")
+
+
+def test_a_plan_that_was_not_found_is_printed(coin: kinolab.Problem) -> None:
+    nothing = coin.replace(**{"start.x": 4.0}).solve(max_iterations=1)
+    assert 2 <= len(str(nothing).splitlines()) <= 10
+
+
+def test_a_saved_plan_is_read_back_to_the_last_bit(solved: kinolab.Plan, tmp_path: Path) -> None:
+    folder = solved.save(str(tmp_path / "run"))
+    run = kinolab.read_run(folder)
+    assert solved.trajectory is not None
+    assert run.trajectory.x.tobytes() == solved.trajectory.x.tobytes()
+    assert run.trajectory.u.tobytes() == solved.trajectory.u.tobytes()
+    assert run.report["status"] == "solved"
+    assert isinstance(run.problem, kinolab.Problem)
+    assert kinolab.verify(run.problem, run.trajectory).passed
+    assert check_run(folder).passed
+
+
+def test_a_machine_that_was_an_object_is_saved_with_its_plan(tmp_path: Path) -> None:
+    heavy = kinolab.systems.get("rolling_disk", m=3.0)
+    plan = kinolab.load({**TABLE, "system": heavy}).solve(max_iterations=20_000)
+    run = kinolab.read_run(plan.save(tmp_path / "run"))
+    assert run.problem.system.parameter_values["m"] == 3.0
+    assert check_run(run.folder).passed
+
+
+def test_a_plan_without_a_problem_cannot_be_saved(solved: kinolab.Plan, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^save: this plan does not know its problem\."):
+        replace(solved, problem=None).save(tmp_path)
+    with pytest.raises(InputError, match=r"^save folder: it is 3\. Give a text or a Path\.$"):
+        solved.save(3)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="there is no such file"):
+        kinolab.read_run(tmp_path / "nowhere")

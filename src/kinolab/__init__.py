@@ -10,7 +10,7 @@ from kinolab.lazy import lazy_names
 if TYPE_CHECKING:
     from kinolab import systems
     from kinolab.analyze.diagnose import Diagnosis, diagnose
-    from kinolab.api import Plan, Problem, load
+    from kinolab.api import Plan, Problem, load, read_run
     from kinolab.show.view import save_glb, save_page
     from kinolab.trajectory import Trajectory
     from kinolab.verification import Certificate, verify
@@ -25,6 +25,7 @@ __all__ = [
     "Trajectory",
     "diagnose",
     "load",
+    "read_run",
     "save_glb",
     "save_page",
     "systems",
@@ -35,7 +36,7 @@ _lazy = lazy_names(
     __name__,
     {
         "kinolab.analyze.diagnose": ("Diagnosis", "diagnose"),
-        "kinolab.api": ("Plan", "Problem", "load"),
+        "kinolab.api": ("Plan", "Problem", "load", "read_run"),
         "kinolab.show.view": ("save_glb", "save_page"),
         "kinolab.trajectory.trajectory": ("Trajectory",),
         "kinolab.verification.certificate": ("Certificate", "verify"),

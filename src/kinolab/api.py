@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from kinolab import loading
 from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.solve.plan import PlanResult
 
 if TYPE_CHECKING:
+    from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
 
 
@@ -31,6 +33,25 @@ def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = (
         InputError: With every mistake that was found.
     """
     return Problem.of(loading.load(source, overrides=overrides))
+
+
+def read_run(folder: str | Path) -> Run:
+    """Read a finished run back from its files alone; no code in it is run.
+
+    Args:
+        folder: As ``plan.save`` or the command line wrote it.
+
+    Returns:
+        ``.problem``, ``.trajectory``, ``.report`` and ``.graph``.
+
+    Raises:
+        InputError: If a file is missing or damaged.
+    """
+    from kinolab import runs
+
+    require_fit("read_run folder", str | Path, folder)
+    run = runs.read_run(Path(folder))
+    return replace(run, problem=Problem.of(run.problem))
 
 
 class Problem(PlanningTask):
@@ -76,7 +97,7 @@ class Problem(PlanningTask):
         rpy: Sequence[float] = (0.0, 0.0, 0.0),
         **of_mesh: Any,
     ) -> Self:
-        """Return the problem with one more obstacle, of one shape, as ``[[world.obstacle]]`` has it.
+        """Return the problem with one more obstacle, as ``[[world.obstacle]]`` describes it.
 
         Args:
             name: What messages call it; made of its shape and the count when left out.
@@ -102,7 +123,13 @@ class Problem(PlanningTask):
         planner: str | None = None,
         seed: int | None = None,
         time_limit: float | None = None,
-        **options: Any,
+        *,
+        max_iterations: int | None = None,
+        improve: float | None = None,
+        jobs: int = 1,
+        anytime: bool = False,
+        optimize: bool = True,
+        **settings: Any,
     ) -> Plan:
         """Search for a plan, re-simulate it and verify it.
 
@@ -111,15 +138,34 @@ class Problem(PlanningTask):
                 the scenario's when left out.
             seed: Random seed; the scenario's when left out.
             time_limit: Of the search, in [s]; the scenario's when left out.
-            options: ``max_iterations``, and settings of the planner.
+            max_iterations: Of the search; the scenario's when left out.
+            improve: Work on making the motion exact and shorter, in [s]; the scenario's when left
+                out, 0 for none.
+            jobs: Number of searches at once, each with a seed of its own; the first plan wins.
+            anytime: Whether to go on with further seeds until the time limit; the shortest wins.
+            optimize: Whether to make the motion exact and shorter at all; without it a planner may
+                use ``improve`` itself.
+            settings: Of the planner, and what ``kinolab.solve.solve`` calls during the search:
+                ``progress``, ``watch`` and ``improved``.
 
         Raises:
             EndpointError: If the start or the goal is infeasible.
-            InputError: If the planner or a setting does not exist.
+            InputError: If the planner or a setting does not exist, or a value does not fit.
         """
         from kinolab.solve import solve
 
-        plan = solve(self, planner, seed, time_limit, **options)
+        plan = solve(
+            self,
+            planner,
+            seed,
+            time_limit,
+            max_iterations=max_iterations,
+            improve=improve,
+            jobs=jobs,
+            anytime=anytime,
+            optimize=optimize,
+            **settings,
+        )
         return Plan(**vars(plan), problem=self)
 
     def _repr_html_(self) -> str:
@@ -138,7 +184,7 @@ class Problem(PlanningTask):
         return OmplSetup(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan(PlanResult):
     """The result of planning, with the problem it solves.
 
@@ -147,6 +193,46 @@ class Plan(PlanResult):
     """
 
     problem: PlanningTask | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        """Name its status and what found it; ``print`` shows more."""
+        motion = "" if self.cost is None else f", motion of {self.cost:.2f} s"
+        return f"<Plan {self.status}: {self.planner}, seed {self.seed}{motion}>"
+
+    def __str__(self) -> str:
+        """Summarise it in ten lines at most."""
+        if self.problem is None:
+            return f"{self.status}: {self.message}"
+        from kinolab.solve.plan_summary import plan_text
+
+        return plan_text(self.problem, self)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the folder of a run, as the command line does but for its pictures.
+
+        ``kinolab.read_run`` reads it; ``plan check``, ``plan view`` and ``plan video`` take it.
+        Files of an earlier run in the folder are replaced.
+
+        Args:
+            folder: Made where it is missing.
+
+        Returns:
+            The folder.
+
+        Raises:
+            InputError: If the plan does not know its problem, or the folder cannot be written.
+        """
+        from kinolab.runs import writable, write_run
+
+        require_fit("save folder", str | Path, folder)
+        if self.problem is None:
+            what = "this plan does not know its problem."
+            raise InputError([Mistake("save", what, "Save what problem.solve(…) returned.")])
+        if not writable(Path(folder)):
+            what = "this folder cannot be written."
+            raise InputError([Mistake(str(folder), what, "Name another.")])
+        write_run(Path(folder), self.problem, self)
+        return Path(folder)
 
     def _repr_html_(self) -> str | None:
         """Show it in 3D in a notebook; as text where its world is unknown."""

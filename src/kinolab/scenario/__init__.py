@@ -12,7 +12,7 @@ from kinolab.scenario.load import (
 from kinolab.scenario.locations import mistake_at, place_at
 from kinolab.scenario.names import check_angles, check_names
 from kinolab.scenario.overrides import apply_changes, apply_overrides, override_place
-from kinolab.scenario.planner_keys import shared_settings
+from kinolab.scenario.planner_keys import argument_mistakes, shared_settings
 from kinolab.scenario.rules import PLANNER_KEYS
 from kinolab.scenario.schema import (
     DirectionGoal,
@@ -48,6 +48,7 @@ __all__ = [
     "WorldSection",
     "apply_changes",
     "apply_overrides",
+    "argument_mistakes",
     "axis_vector",
     "builtin_scenarios",
     "check_angles",
