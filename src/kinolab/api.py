@@ -7,15 +7,23 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from kinolab import loading
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
+from kinolab.scenario import sound
 from kinolab.solve.plan import PlanResult
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from kinolab.analyze.simulate import Policy
+    from kinolab.dynamics import System
     from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
+    from kinolab.trajectory import Trajectory
 
 
 def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = ()) -> Problem:
@@ -33,6 +41,72 @@ def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = (
         InputError: With every mistake that was found.
     """
     return Problem.of(loading.load(source, overrides=overrides))
+
+
+def simulate(
+    machine: System | PlanningTask | str | Path,
+    policy: Policy | None = None,
+    *,
+    duration: float = 5.0,
+    start: Mapping[str, Any] | ArrayLike | None = None,
+    step: float | None = None,
+) -> Trajectory:
+    """Let a machine move under a policy, without a planner, a goal or obstacles.
+
+    Args:
+        machine: A system, a problem, or what ``plan simulate`` takes: a system's name, a scenario
+            or ``machine.py:function``.
+        policy: A function of time in [s] and state (nx,) that returns inputs, as an array (nu,), a
+            number where there is one, or a table by name whose absentees are 0. They are held for a
+            step, within their limits or not. Without a policy all inputs are 0.
+        duration: In [s].
+        start: Values by name, or a state (nx,); the problem's, or at rest, when left out.
+        step: How long inputs are held, in [s]; the problem's, or 0.05, when left out.
+
+    Returns:
+        The motion, integrated as the verifier does it.
+
+    Raises:
+        InputError: If an argument does not fit, or the start violates a constraint.
+        DivergedError: If the motion cannot be integrated to its end.
+    """
+    from kinolab.analyze import simulate as by_itself
+    from kinolab.dynamics.language.mechanism import Mechanism
+
+    require_fit("simulate machine", Mechanism | PlanningTask | str | Path, machine)
+    require_fit("simulate duration", float, duration)
+    if not (policy is None or callable(policy)):
+        what, remedy = f"it is {policy!r}.", "Give a function of time and state, or None."
+        raise InputError([Mistake("simulate policy", what, remedy)])
+    by_name = start if isinstance(start, Mapping) else None
+    problem = _to_simulate(machine, by_name, step)
+    if start is not None and by_name is None:
+        x = np.asarray(start, dtype=float)
+        if x.shape != problem.start.shape:
+            names = ", ".join(problem.model.state_names)
+            what = f"it has shape {x.shape}, not {problem.start.shape}."
+            raise InputError([Mistake("simulate start", what, f"The states are {names}.")])
+        problem = replace(problem, start=x)
+    return by_itself.simulate(problem, duration, policy)
+
+
+def _to_simulate(
+    machine: System | PlanningTask | str | Path, start: Mapping[str, Any] | None, step: float | None
+) -> PlanningTask:
+    """Return the problem of a machine, from a start and with a step of one's own."""
+    changes: dict[str, Any] = {} if step is None else {"integration.step": step}
+    if isinstance(machine, PlanningTask) and start is None and not changes:
+        return machine
+    if isinstance(machine, PlanningTask):
+        scenario = machine.scenario
+    elif isinstance(machine, str | Path):
+        scenario = loading.find_scenario(str(machine))
+    else:
+        scenario = sound(*loading.read_table({"system": machine}))
+    if start is not None:
+        changes["start"] = {**scenario.start, **start}
+    changed = loading.read_changed(scenario, changes, by="simulate")
+    return loading.built(*changed, planning=False)
 
 
 def read_run(folder: str | Path) -> Run:

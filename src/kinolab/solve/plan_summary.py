@@ -80,7 +80,7 @@ def _ends(found: PlanResult) -> str:
 
 
 def plan_text(problem: PlanningTask, found: PlanResult) -> str:
-    """Return what ``print`` shows of a plan: its summary and what it holds, in ten lines at most."""
+    """Return what ``print`` shows of a plan, its summary and what it holds: ten lines at most."""
     lines = summary(problem, found).splitlines()
     certificate, motion = found.certificate, found.trajectory
     if certificate is not None and certificate.margin is not None:
