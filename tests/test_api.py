@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab.cli import run
 from kinolab.dynamics import System
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import EndpointError, InputError
@@ -83,7 +85,7 @@ def test_mistakes_in_a_table_say_where_they_stand() -> None:
 
 
 def test_what_is_no_scenario_is_named() -> None:
-    with pytest.raises(InputError, match=r"^load source: it is None\. Give a text or a Path or"):
+    with pytest.raises(InputError, match=r"^load source: it is None\. Give a text or a path or"):
         kinolab.load(None)  # type: ignore[arg-type]
 
 
@@ -233,7 +235,48 @@ def test_a_machine_that_was_an_object_is_saved_with_its_plan(tmp_path: Path) -> 
 def test_a_plan_without_a_problem_cannot_be_saved(solved: kinolab.Plan, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^save: this plan does not know its problem\."):
         replace(solved, problem=None).save(tmp_path)
-    with pytest.raises(InputError, match=r"^save folder: it is 3\. Give a text or a Path\.$"):
+    with pytest.raises(InputError, match=r"^save folder: it is 3\. Give a text or a path\.$"):
         solved.save(3)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="there is no such file"):
         kinolab.read_run(tmp_path / "nowhere")
+
+
+def test_what_is_asked_about_something_else_is_named(solved: kinolab.Plan) -> None:
+    problem = solved.problem
+    assert problem is not None
+    model = kinolab.systems.get("rolling_disk").model()
+    wrong: dict[str, Callable[[], object]] = {
+        "verify trajectory: it is <Plan solved": lambda: kinolab.verify(problem, solved),  # type: ignore[arg-type]
+        "verify problem: it is None. Give a problem": lambda: kinolab.verify(None, solved),  # type: ignore[arg-type]
+        "diagnose plan: it is a Trajectory. Give a plan": lambda: kinolab.diagnose(
+            problem, solved.trajectory
+        ),  # type: ignore[arg-type]
+        "no system is called '3'.": lambda: kinolab.systems.get(3),  # type: ignore[arg-type]
+        "x is not made of numbers.": lambda: model.f("coin", [0, 0]),
+        "u is not made of numbers.": lambda: model.f(np.zeros(6), "full"),
+        "dt is not made of numbers.": lambda: model.step(np.zeros(6), [0, 0], "long"),  # type: ignore[arg-type]
+    }
+    for answer, call in wrong.items():
+        with pytest.raises(InputError) as caught:
+            call()
+        assert str(caught.value).startswith(answer)
+
+
+@pytest.mark.parametrize(
+    ("text", "answer"),
+    [
+        ('Torque("t", on=b, about="z", limit=1.0)', "Torque 't' about: it is 'z'. Give an axis of"),
+        ('Torque("t", on="arm", about=f.z, limit=1.0)', "Torque 't' on: it is 'arm'. Give a Body."),
+        ('Body("c", (0, 0, 1), mass=1.0)', "Body 'c' frame: it is (0, 0, 1). Give a frame, such"),
+    ],
+)
+def test_a_machine_with_a_mistake_is_an_input_error_of_the_command_line(
+    text: str, answer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body = 'from kinolab.dynamics import *\nf = rot_z(angle("a"))\nb = Body("b", f, mass=1.0)\n'
+    file = tmp_path / "machine.py"
+    file.write_text(f"{body}def machine():\n    return {text}\n", encoding="utf-8")
+    assert run(["equations", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert answer in said
+    assert "mistake in kinolab" not in said

@@ -251,7 +251,8 @@ class Problem(PlanningTask):
     def to_ompl(self) -> OmplSetup:
         """Return the problem as OMPL objects, for any OMPL control planner.
 
-        ``.space_information`` and ``.problem_definition`` are ready to use.
+        ``.space_information`` and ``.problem_definition`` are ready to use; after a planner's
+        ``solve``, ``.trajectory()`` returns what it found.
         """
         from kinolab.search.ompl import OmplSetup
 

@@ -61,7 +61,7 @@ def simulate(
 
 
 def _under_policy(problem: PlanningTask, t: Array, policy: Policy) -> Trajectory:
-    """Return the motion at times (N+1,) in which every step's inputs follow from its first state."""
+    """Return the motion at times (N+1,), each step's inputs being asked for at its beginning."""
     model = problem.model
     x, u = np.empty((len(t), model.nx)), np.empty((len(t) - 1, model.nu))
     x[0] = problem.start

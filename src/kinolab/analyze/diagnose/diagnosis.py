@@ -26,6 +26,7 @@ from kinolab.analyze.diagnose.static_holding import (
     start_holding,
 )
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
+from kinolab.arguments import require_fit
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
@@ -118,7 +119,12 @@ def diagnose(
         plan: Result of the search, by any planner.
         progress: Receives progress messages.
         settings: Planner settings in addition to the scenario's.
+
+    Raises:
+        InputError: If an argument is something else.
     """
+    require_fit("diagnose problem", PlanningTask, problem)
+    require_fit("diagnose plan", PlanResult, plan)
     begun, say = time.monotonic(), progress or (lambda _: None)
     say("looking at start and goal")
     goals = goal_states(problem)
