@@ -242,15 +242,13 @@ def test_a_plan_without_a_problem_cannot_be_saved(solved: kinolab.Plan, tmp_path
 
 
 def test_what_is_asked_about_something_else_is_named(solved: kinolab.Plan) -> None:
-    problem = solved.problem
+    problem, motion = solved.problem, solved.trajectory
     assert problem is not None
     model = kinolab.systems.get("rolling_disk").model()
     wrong: dict[str, Callable[[], object]] = {
         "verify trajectory: it is <Plan solved": lambda: kinolab.verify(problem, solved),  # type: ignore[arg-type]
         "verify problem: it is None. Give a problem": lambda: kinolab.verify(None, solved),  # type: ignore[arg-type]
-        "diagnose plan: it is a Trajectory. Give a plan": lambda: kinolab.diagnose(
-            problem, solved.trajectory
-        ),  # type: ignore[arg-type]
+        "diagnose plan: it is a Trajectory.": lambda: kinolab.diagnose(problem, motion),  # type: ignore[arg-type]
         "no system is called '3'.": lambda: kinolab.systems.get(3),  # type: ignore[arg-type]
         "x is not made of numbers.": lambda: model.f("coin", [0, 0]),
         "u is not made of numbers.": lambda: model.f(np.zeros(6), "full"),

@@ -174,7 +174,10 @@ def test_what_a_policy_changes_in_its_arguments_changes_nothing() -> None:
         ({"machine": 3}, "simulate machine: it is 3. Give a System or"),
         ({"machine": "pendulm"}, "no system or scenario is called 'pendulm'. Did you mean"),
         ({"policy": 1.0}, "simulate policy: it is 1.0. Give a function of time and state, or None"),
-        ({"policy": lambda *_: [1, 2]}, "policy: it returned [1, 2] at t = 0 s. Return 1 finite"),
+        (
+            {"policy": lambda *_: [1, 2]},
+            "policy: it returned [1, 2] at t = 0 s. Return a finite number for each of torque",
+        ),
         ({"policy": lambda *_: None}, "policy: it returned None at t = 0 s."),
         ({"policy": lambda *_: np.nan}, "policy: it returned nan at t = 0 s."),
         ({"policy": lambda *_: {"motor": 1}}, "policy: no input is called 'motor'."),

@@ -85,7 +85,7 @@ def _inputs_of(policy: Policy, t: float, x: Array, model: Model) -> Array:
         u = np.empty(0)
     if u.shape != (model.nu,) or not np.isfinite(u).all():
         what = f"it returned {answer!r} at t = {t:g} s."
-        remedy = f"Return {len(names)} finite numbers, or a table of them: {', '.join(names)}."
+        remedy = f"Return a finite number for each of {', '.join(names)}, or a table by name."
         raise InputError([Mistake("policy", what, remedy)])
     return u
 

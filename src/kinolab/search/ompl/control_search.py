@@ -63,7 +63,7 @@ def search(
         planner.solve(condition)
         path = path_in(definition)
         if definition.hasExactSolution():
-            path = with_last_step(path, setup)
+            path = with_last_step(path, problem, setup.last_step)
             difference = budget.breaking(partial(truth.excess, input_rows(problem, path)[1]))
             if difference is None:
                 rounds.all_over, nearest = True, path  # interrupted during re-simulation

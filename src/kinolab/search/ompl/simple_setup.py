@@ -117,7 +117,8 @@ class OmplSetup:
             remedy = "Call solve(…) of a planner with more time, or give a path."
             raise InputError([Mistake("trajectory", what, remedy)])
         if path is None:
-            found = with_last_step(path_in(self.problem_definition), self)
+            found = path_in(self.problem_definition)
+            found = with_last_step(found, self.problem, self.last_step)
         else:
             require_fit("trajectory path", oc.PathControl, path)
             found = copied(path, self.problem.model.nu, 0.0)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kinolab.problem import PlanningTask
-
-if TYPE_CHECKING:
-    from kinolab.search.ompl.simple_setup import OmplSetup
+from kinolab.steering.goal_connection import SteeredGoalConnection
 
 
 @dataclass(frozen=True)
@@ -38,10 +36,12 @@ def copied(path: Any, inputs: int, difference: float) -> SolutionPath:
     return SolutionPath(difference, list(path.getControlDurations()), controls)
 
 
-def with_last_step(path: SolutionPath, setup: OmplSetup) -> SolutionPath:
+def with_last_step(
+    path: SolutionPath, problem: PlanningTask, last_step: SteeredGoalConnection | None
+) -> SolutionPath:
     """Append the goal connection from the end of OMPL's path, if there is one."""
-    inputs = setup.last_step.inputs if setup.last_step else []
-    steps = [setup.problem.step] * len(inputs)
+    inputs = last_step.inputs if last_step else []
+    steps = [problem.step] * len(inputs)
     return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
 
 
