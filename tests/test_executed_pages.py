@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import re
 import sys
-from contextlib import redirect_stdout
+from contextlib import chdir, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from unicodedata import normalize
 
@@ -18,7 +19,7 @@ import pytest
 from kinolab import cli
 from tests.support import ROOT
 
-PAGES = [ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md")]
+PAGES = [ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md", "python.md")]
 
 
 def shown(page: Path) -> list[tuple[str, str, str]]:
@@ -30,16 +31,17 @@ def shown(page: Path) -> list[tuple[str, str, str]]:
 
 
 def outputs(page: Path) -> list[str]:
-    """Return what the code prints, one piece after the other."""
+    """Return what the code prints, one piece after the other; files go to a folder that is gone."""
     names: dict[str, Any] = {}
     printed = []
-    for language, code, _ in shown(page):
-        with redirect_stdout(StringIO()) as out:
-            if language == "python":
-                exec(code, names)
-            else:
-                assert cli.run(code.split()[1:]) == 0
-        printed.append(normalize("NFC", out.getvalue()))
+    with TemporaryDirectory() as folder, chdir(folder):
+        for language, code, _ in shown(page):
+            with redirect_stdout(StringIO()) as out:
+                if language == "python":
+                    exec(code, names)
+                else:
+                    assert cli.run(code.split()[1:]) == 0
+            printed.append(normalize("NFC", out.getvalue()))
     return printed
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from importlib import import_module
 
@@ -9,6 +10,7 @@ import pytest
 
 from kinolab.errors import InputError
 from kinolab.lazy import lazy_names, library_of
+from tests.support import environment
 
 
 def test_a_name_is_imported_when_it_is_asked_for() -> None:
@@ -35,3 +37,26 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         library_of("plots", "matplotlib", "plots need Matplotlib")
     text = "plots: plots need Matplotlib, which is not installed. pip install 'kinolab[plots]'"
     assert str(caught.value) == text
+
+
+@pytest.mark.parametrize("facade", ["kinolab", "kinolab.dynamics"])
+def test_a_lazy_package_lists_its_names_and_imports_none_of_them(facade: str) -> None:
+    """In an interpreter of its own, in which nothing has asked for a name yet."""
+    code = f"""
+import sys, {facade} as package
+assert set(package.__all__) <= set(dir(package)), dir(package)
+assert not {{"Any", "TYPE_CHECKING", "lazy_names"}} & set(dir(package)), dir(package)
+assert not {{"sympy", "numba", "pydantic", "ompl"}} & set(sys.modules)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["dynamics", "errors", "planners", "systems", "testing"])
+def test_a_module_that_is_listed_is_there(name: str) -> None:
+    import kinolab
+
+    assert name in dir(kinolab)
+    assert getattr(kinolab, name) is import_module(f"kinolab.{name}")

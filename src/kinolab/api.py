@@ -2,44 +2,208 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
 
 from kinolab import loading
+from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
+from kinolab.scenario import sound
 from kinolab.solve.plan import PlanResult
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from kinolab.analyze.simulate import Policy
+    from kinolab.dynamics import System
+    from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
+    from kinolab.trajectory import Trajectory
 
 
-def load(source: str | Path, *, overrides: Sequence[str] = ()) -> Problem:
+def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = ()) -> Problem:
     """Read a scenario and build its problem.
 
     Args:
-        source: Path of a TOML file, the name of a built-in scenario, or the path of an environment
-            of dynobench, a YAML file.
+        source: Path of a TOML file, the name of a built-in scenario, the path of an environment
+            of dynobench, a YAML file, or a table with the keys of a scenario file. In a table
+            ``system`` may be a System, ``schema`` and ``title`` may be left out, and relative paths
+            start at the working directory.
         overrides: ``KEY=VALUE`` strings that replace keys of the file. Where one selects another
             planner, the settings of the file's planner are dropped.
 
     Raises:
         InputError: With every mistake that was found.
     """
-    problem = loading.load(source, overrides=overrides)
-    return Problem(**{entry.name: getattr(problem, entry.name) for entry in fields(problem)})
+    return Problem.of(loading.load(source, overrides=overrides))
+
+
+def simulate(
+    machine: System | PlanningTask | str | Path,
+    policy: Policy | None = None,
+    *,
+    duration: float = 5.0,
+    start: Mapping[str, Any] | ArrayLike | None = None,
+    step: float | None = None,
+) -> Trajectory:
+    """Let a machine move under a policy, without a planner, a goal or obstacles.
+
+    Args:
+        machine: A system, a problem, or what ``plan simulate`` takes: a system's name, a scenario
+            or ``machine.py:function``.
+        policy: A function of time in [s] and state (nx,) that returns inputs, as an array (nu,), a
+            number where there is one, or a table by name whose absentees are 0. They are held for a
+            step, within their limits or not. Without a policy all inputs are 0.
+        duration: In [s].
+        start: Values by name, or a state (nx,); the problem's, or at rest, when left out.
+        step: How long inputs are held, in [s]; the problem's, or 0.05, when left out.
+
+    Returns:
+        The motion, integrated as the verifier does it.
+
+    Raises:
+        InputError: If an argument does not fit, or the start violates a constraint.
+        DivergedError: If the motion cannot be integrated to its end.
+    """
+    from kinolab.analyze import simulate as by_itself
+    from kinolab.dynamics.language.mechanism import Mechanism
+
+    require_fit("simulate machine", Mechanism | PlanningTask | str | Path, machine)
+    require_fit("simulate duration", float, duration)
+    if not (policy is None or callable(policy)):
+        what, remedy = f"it is {policy!r}.", "Give a function of time and state, or None."
+        raise InputError([Mistake("simulate policy", what, remedy)])
+    by_name = start if isinstance(start, Mapping) else None
+    problem = _to_simulate(machine, by_name, step)
+    if start is not None and by_name is None:
+        x = np.asarray(start, dtype=float)
+        if x.shape != problem.start.shape:
+            names = ", ".join(problem.model.state_names)
+            what = f"it has shape {x.shape}, not {problem.start.shape}."
+            raise InputError([Mistake("simulate start", what, f"The states are {names}.")])
+        problem = replace(problem, start=x)
+    return by_itself.simulate(problem, duration, policy)
+
+
+def _to_simulate(
+    machine: System | PlanningTask | str | Path, start: Mapping[str, Any] | None, step: float | None
+) -> PlanningTask:
+    """Return the problem of a machine, from a start and with a step of one's own."""
+    changes: dict[str, Any] = {} if step is None else {"integration.step": step}
+    if isinstance(machine, PlanningTask) and start is None and not changes:
+        return machine
+    if isinstance(machine, PlanningTask):
+        scenario = machine.scenario
+    elif isinstance(machine, str | Path):
+        scenario = loading.find_scenario(str(machine))
+    else:
+        scenario = sound(*loading.read_table({"system": machine}))
+    if start is not None:
+        changes["start"] = {**scenario.start, **start}
+    changed = loading.read_changed(scenario, changes, by="simulate")
+    return loading.built(*changed, planning=False)
+
+
+def read_run(folder: str | Path) -> Run:
+    """Read a finished run back from its files alone; no code in it is run.
+
+    Args:
+        folder: As ``plan.save`` or the command line wrote it.
+
+    Returns:
+        ``.problem``, ``.trajectory``, ``.report`` and ``.graph``.
+
+    Raises:
+        InputError: If a file is missing or damaged.
+    """
+    from kinolab import runs
+
+    require_fit("read_run folder", str | Path, folder)
+    run = runs.read_run(Path(folder))
+    return replace(run, problem=Problem.of(run.problem))
 
 
 class Problem(PlanningTask):
-    """A planning problem that can be solved, shown and handed to OMPL."""
+    """A planning problem that can be changed, solved, shown and handed to OMPL."""
+
+    @classmethod
+    def of(cls, task: PlanningTask) -> Self:
+        """Return a planning task with these conveniences."""
+        return cls(**{entry.name: getattr(task, entry.name) for entry in fields(task)})
+
+    def __repr__(self) -> str:
+        """Name the scenario, the machine and what stands in the way."""
+        count = len(self.world.obstacles)
+        things = f"{count} obstacle{'s' if count != 1 else ''}"
+        return f"<Problem {self.name}: {self.machine.name}, {things}>"
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **further: Any) -> Self:
+        """Return the problem of the same scenario with some of its keys changed.
+
+        ``problem.replace(**{"start.x": 1.0, "planner.name": "rrt"})``. It is built anew from its
+        scenario. Where another planner is named, the settings of the former one are dropped.
+
+        Args:
+            changes: Values by the scenario's dotted keys; entries of lists count from 1.
+            further: The same by keyword.
+
+        Raises:
+            InputError: With every mistake that was found.
+        """
+        require_fit("replace changes", Mapping[str, Any] | None, changes)
+        changed = loading.read_changed(self.scenario, {**(changes or {}), **further})
+        return self.of(loading.built(*changed))
+
+    def with_obstacle(
+        self,
+        name: str = "",
+        *,
+        box: Sequence[float] | None = None,
+        sphere: float | None = None,
+        cylinder: Sequence[float] | None = None,
+        mesh: str | Path | None = None,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        rpy: Sequence[float] = (0.0, 0.0, 0.0),
+        **of_mesh: Any,
+    ) -> Self:
+        """Return the problem with one more obstacle, as ``[[world.obstacle]]`` describes it.
+
+        Args:
+            name: What messages call it; made of its shape and the count when left out.
+            box: Full edges along x, y and z in [m].
+            sphere: Radius in [m].
+            cylinder: Radius and length in [m].
+            mesh: Path of a mesh file, relative to the scenario's folder and below it.
+            position: Of its centre, or of a mesh file's origin, in [m].
+            rpy: Roll, pitch and yaw in [rad].
+            of_mesh: ``scale``, ``up`` and ``solid``, of a mesh.
+
+        Raises:
+            InputError: With every mistake that was found.
+        """
+        shapes = {"box": box, "sphere": sphere, "cylinder": cylinder, "mesh": mesh}
+        given = {key: value for key, value in shapes.items() if value is not None}
+        entry = {"position": position, "rpy": rpy, **given, **of_mesh}
+        named = {"name": name, **entry} if name else entry
+        return self.of(loading.built(*loading.read_with_obstacle(self.scenario, named)))
 
     def solve(
         self,
         planner: str | None = None,
         seed: int | None = None,
         time_limit: float | None = None,
-        **options: Any,
+        *,
+        max_iterations: int | None = None,
+        improve: float | None = None,
+        jobs: int = 1,
+        anytime: bool = False,
+        optimize: bool = True,
+        **settings: Any,
     ) -> Plan:
         """Search for a plan, re-simulate it and verify it.
 
@@ -48,15 +212,34 @@ class Problem(PlanningTask):
                 the scenario's when left out.
             seed: Random seed; the scenario's when left out.
             time_limit: Of the search, in [s]; the scenario's when left out.
-            options: ``max_iterations``, and settings of the planner.
+            max_iterations: Of the search; the scenario's when left out.
+            improve: Work on making the motion exact and shorter, in [s]; the scenario's when left
+                out, 0 for none.
+            jobs: Number of searches at once, each with a seed of its own; the first plan wins.
+            anytime: Whether to go on with further seeds until the time limit; the shortest wins.
+            optimize: Whether to make the motion exact and shorter at all; without it a planner may
+                use ``improve`` itself.
+            settings: Of the planner, and what ``kinolab.solve.solve`` calls during the search:
+                ``progress``, ``watch`` and ``improved``.
 
         Raises:
             EndpointError: If the start or the goal is infeasible.
-            InputError: If the planner or a setting does not exist.
+            InputError: If the planner or a setting does not exist, or a value does not fit.
         """
         from kinolab.solve import solve
 
-        plan = solve(self, planner, seed, time_limit, **options)
+        plan = solve(
+            self,
+            planner,
+            seed,
+            time_limit,
+            max_iterations=max_iterations,
+            improve=improve,
+            jobs=jobs,
+            anytime=anytime,
+            optimize=optimize,
+            **settings,
+        )
         return Plan(**vars(plan), problem=self)
 
     def _repr_html_(self) -> str:
@@ -68,14 +251,15 @@ class Problem(PlanningTask):
     def to_ompl(self) -> OmplSetup:
         """Return the problem as OMPL objects, for any OMPL control planner.
 
-        ``.space_information`` and ``.problem_definition`` are ready to use.
+        ``.space_information`` and ``.problem_definition`` are ready to use; after a planner's
+        ``solve``, ``.trajectory()`` returns what it found.
         """
         from kinolab.search.ompl import OmplSetup
 
         return OmplSetup(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan(PlanResult):
     """The result of planning, with the problem it solves.
 
@@ -84,6 +268,46 @@ class Plan(PlanResult):
     """
 
     problem: PlanningTask | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        """Name its status and what found it; ``print`` shows more."""
+        motion = "" if self.cost is None else f", motion of {self.cost:.2f} s"
+        return f"<Plan {self.status}: {self.planner}, seed {self.seed}{motion}>"
+
+    def __str__(self) -> str:
+        """Summarise it in ten lines at most."""
+        if self.problem is None:
+            return f"{self.status}: {self.message}"
+        from kinolab.solve.plan_summary import plan_text
+
+        return plan_text(self.problem, self)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the folder of a run, as the command line does but for its pictures.
+
+        ``kinolab.read_run`` reads it; ``plan check``, ``plan view`` and ``plan video`` take it.
+        Files of an earlier run in the folder are replaced.
+
+        Args:
+            folder: Made where it is missing.
+
+        Returns:
+            The folder.
+
+        Raises:
+            InputError: If the plan does not know its problem, or the folder cannot be written.
+        """
+        from kinolab.runs import writable, write_run
+
+        require_fit("save folder", str | Path, folder)
+        if self.problem is None:
+            what = "this plan does not know its problem."
+            raise InputError([Mistake("save", what, "Save what problem.solve(…) returned.")])
+        if not writable(Path(folder)):
+            what = "this folder cannot be written."
+            raise InputError([Mistake(str(folder), what, "Name another.")])
+        write_run(Path(folder), self.problem, self)
+        return Path(folder)
 
     def _repr_html_(self) -> str | None:
         """Show it in 3D in a notebook; as text where its world is unknown."""

@@ -29,6 +29,22 @@ def lazy_names(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[st
     return imported
 
 
+def public_names(package: str, *further: str) -> Callable[[], list[str]]:
+    """Return a package's ``__dir__``: its public names, imported or not, for tab completion.
+
+    Args:
+        package: Its ``__name__``.
+        further: Names besides those in ``__all__``.
+    """
+
+    def names() -> list[str]:
+        own = vars(sys.modules[package])
+        special = (name for name in own if name.startswith("__"))
+        return sorted({*special, *own["__all__"], *further})
+
+    return names
+
+
 def library_of(extra: str, module: str, need: str) -> Any:
     """Import a library that only an extra of the installation brings.
 

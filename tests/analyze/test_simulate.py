@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab.analyze.examine import examine
 from kinolab.analyze.simulate import simulate
 from kinolab.cli import run
@@ -117,3 +119,78 @@ def test_a_new_machine_never_overwrites_and_needs_a_usable_name(tmp_path: Path) 
     assert not (tmp_path / "puck.toml").exists()
     with pytest.raises(InputError, match="cannot be the name"):
         write_starter("my-puck", tmp_path)
+
+
+# --- from Python ---
+
+
+def test_a_pendulum_under_a_policy_moves_as_its_closed_loop_says() -> None:
+    """Torque m g l sin(theta) - k theta leaves m l^2 theta'' = -k theta, a harmonic oscillator."""
+    m, l, g, k = 1.0, 1.0, 9.81, 4.0  # noqa: E741
+    motion = kinolab.simulate(
+        kinolab.systems.get("pendulum"),
+        lambda _, x: m * g * l * np.sin(x[0]) - k * x[0],
+        start={"theta": 0.3},
+        duration=1.0,
+        step=1e-3,
+    )
+    expected = 0.3 * np.cos(2.0 * motion.t)  # sqrt(k / m l^2) = 2 / s
+    assert motion.x[:, 0] == pytest.approx(expected, abs=2e-3)  # the torque is held for 1 ms
+
+
+def test_a_policy_of_time_is_the_file_of_the_same_inputs(tmp_path: Path) -> None:
+    table = tmp_path / "inputs.csv"
+    table.write_text("t,torque\n0,1.0\n0.2,-2.0\n")
+    problem = build_problem(find_scenario("pendulum"), planning=False)
+    told = kinolab.simulate(
+        "pendulum", lambda t, _: {"torque": 1.0 if t < 0.199 else -2.0}, duration=0.4
+    )
+    read = simulate(problem, 0.4, table)
+    assert told.u.tolist() == read.u.tolist()
+    assert told.x == pytest.approx(read.x, abs=1e-8)  # the integrator starts anew at every step
+
+
+def test_a_start_is_given_by_name_or_as_a_state() -> None:
+    problem = kinolab.load("pendulum_swingup")
+    x = kinolab.simulate(problem, start=[0.1, 0.0], duration=0.5)
+    y = kinolab.simulate(problem, start={"theta": "0.1 rad"}, duration=0.5)
+    assert x.x.tolist() == y.x.tolist()
+    assert kinolab.simulate(problem, duration=0.1).x[0].tolist() == problem.start.tolist()
+
+
+def test_what_a_policy_changes_in_its_arguments_changes_nothing() -> None:
+    def careless(_: float, x: Any) -> float:
+        x[:] = 0.0
+        return 0.0
+
+    free = kinolab.simulate("pendulum", start={"theta": 1.0}, duration=0.2)
+    same = kinolab.simulate("pendulum", careless, start={"theta": 1.0}, duration=0.2)
+    assert same.x == pytest.approx(free.x, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "answer"),
+    [
+        ({"machine": 3}, "simulate machine: it is 3. Give a System or"),
+        ({"machine": "pendulm"}, "no system or scenario is called 'pendulm'. Did you mean"),
+        ({"policy": 1.0}, "simulate policy: it is 1.0. Give a function of time and state, or None"),
+        (
+            {"policy": lambda *_: [1, 2]},
+            "policy: it returned [1, 2] at t = 0 s. Return a finite number for each of torque",
+        ),
+        ({"policy": lambda *_: None}, "policy: it returned None at t = 0 s."),
+        ({"policy": lambda *_: np.nan}, "policy: it returned nan at t = 0 s."),
+        ({"policy": lambda *_: {"motor": 1}}, "policy: no input is called 'motor'."),
+        ({"duration": -1.0}, "duration: -1 s is no duration for steps of 0.05 s."),
+        ({"duration": "long"}, "simulate duration: it is 'long'. Give a number."),
+        ({"start": [1.0]}, "simulate start: it has shape (1,), not (2,). The states are theta, "),
+        ({"start": {"phi": 1}}, "simulate start: no coordinate or rate is called 'phi'."),
+        ({"step": 0}, "simulate integration.step: 0 is too small."),
+    ],
+)
+def test_an_argument_of_simulate_that_does_not_fit_is_named(
+    arguments: dict[str, Any], answer: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        kinolab.simulate(**{"machine": "pendulum", **arguments})
+    assert str(caught.value).startswith(answer)

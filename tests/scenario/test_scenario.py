@@ -156,7 +156,8 @@ def test_a_scenario_with_four_mistakes_reports_all_four() -> None:
         'scenario\'s folder. Give a relative path such as "meshes/maze.stl" (.glb, .obj, .off, '
         ".ply, .stl).",
         "crane.toml [start] x: nan is not finite. "
-        "Give a number, or a list of four numbers x, y, z, w for a rotation.",
+        'Give a number, an angle such as "pi/2" or "90 deg", or four numbers x, y, z, w for a '
+        "rotation.",
         'crane.toml [planner] time_limit: "5" is text, not a number. '
         "Give a positive number [s] (default 30.0).",
         "crane.toml [integration] metod: no key is called 'metod'. "

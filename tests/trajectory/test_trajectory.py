@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import io
+import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -145,3 +148,92 @@ def test_what_follows_a_quicker_piece_comes_as_much_earlier_and_begins_where_it_
     moved = joined.x[5:] - whole.x[7:]  # a coin's states have no quaternion: all of them shift
     assert moved == pytest.approx(np.tile(quick.x[-1] - whole.x[7], (len(moved), 1)))
     assert np.array_equal(joined.u, np.vstack([whole.u[:3], quick.u, whole.u[7:]]))
+
+
+# --- between the knots, and for other libraries ---
+
+
+def sampled(h: float) -> Trajectory:
+    """Return x = sin(t), whose rate is a state, and y = cos(t), whose rate is none."""
+    t = np.arange(0.0, 2.0 + h / 2, h)
+    x = np.column_stack([np.sin(t), np.cos(t), np.cos(t)])
+    return Trajectory(t, x, t[:-1, None], ("x", "y", "x_dot"), ("u",))
+
+
+def test_states_between_knots_converge_by_the_order_that_their_rates_allow() -> None:
+    errors = []
+    for h in (0.1, 0.05):
+        times = np.linspace(0, 2, 997)
+        found = sampled(h).at(times).x
+        true = np.column_stack([np.sin(times), np.cos(times), np.cos(times)])
+        errors.append(np.abs(found - true).max(axis=0))
+    cubic, chord, rate = errors[0] / errors[1]
+    assert 13 < cubic < 19  # 2^4
+    assert 3.5 < chord < 4.5  # 2^2
+    assert 3.5 < rate < 4.5
+
+
+def test_at_a_knot_the_motion_is_the_stored_one() -> None:
+    motion = sampled(0.1)
+    for k in (0, 7, len(motion.t) - 1):
+        now = motion.at(motion.t[k])
+        assert now.x == pytest.approx(motion.x[k], abs=1e-15)
+        assert now.u.tolist() == motion.u[min(k, len(motion.u) - 1)].tolist()
+    assert motion.at([0.0, 0.15]).u[:, 0].tolist() == [0.0, 0.1]  # held from 0.1 to 0.2
+
+
+def test_an_attitude_between_two_is_halfway_on_the_great_circle() -> None:
+    names, half = ("R_x", "R_y", "R_z", "R_w"), np.sqrt(0.5)
+    q = np.array([[0.0, 0.0, 0.0, 1.0], [half, 0.0, 0.0, half]])  # a quarter turn about x
+    turning = Trajectory(np.array([0.0, 1.0]), q, np.zeros((1, 0)), names, ())
+    angle = np.pi / 8  # half of half a quarter turn
+    assert turning.at(0.5).x == pytest.approx([np.sin(angle), 0, 0, np.cos(angle)], abs=1e-15)
+
+
+@pytest.mark.parametrize("t", [-0.1, 2.1, np.nan, [0.0, 3.0]])
+def test_a_time_outside_the_motion_is_refused(t: float) -> None:
+    with pytest.raises(InputError, match=r"at t: a time is outside .* Give times from 0 to 2 s\."):
+        sampled(0.1).at(t)
+
+
+def test_a_time_that_is_no_number_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^at t: it is 'noon'\."):
+        sampled(0.1).at("noon")
+
+
+def test_a_data_frame_has_the_columns_of_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Frame(dict[str, NDArray[np.float64]]):
+        """What both libraries are given: columns by name."""
+
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "polars", SimpleNamespace(DataFrame=Frame))
+    motion = sampled(0.5)
+    frame = motion.to_dataframe()
+    assert list(frame) == motion.to_csv().splitlines()[0].split(",")
+    assert frame["x_dot"].tolist() == motion.x[:, 2].tolist()
+    assert np.isnan(frame["u"][-1])
+    with pytest.raises(InputError, match=r"^to_dataframe: pandas is not installed\. pip install"):
+        motion.to_dataframe("pandas")
+    monkeypatch.setitem(sys.modules, "polars", None)
+    with pytest.raises(InputError, match=r"pandas is not installed, and polars is not installed"):
+        motion.to_dataframe()
+    with pytest.raises(InputError, match=r"^to_dataframe: no library is called 'panda'\."):
+        motion.to_dataframe("panda")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_a_data_frame_is_one_of_its_library(library: Literal["pandas", "polars"]) -> None:
+    frame = pytest.importorskip(library).DataFrame
+    made = sampled(0.5).to_dataframe(library)
+    assert isinstance(made, frame)
+    assert made.shape == (5, 5)
+
+
+def test_a_motion_is_written_where_it_is_told(tmp_path: Path) -> None:
+    motion = sampled(0.5)
+    text = motion.to_csv(tmp_path / "motion.csv")
+    assert (tmp_path / "motion.csv").read_text(encoding="utf-8") == text == motion.to_csv()
+
+
+def test_a_motion_is_shown_in_a_line() -> None:
+    assert repr(sampled(0.5)) == "<Trajectory of 2.00 s, 5 knots of x, y, x_dot>"

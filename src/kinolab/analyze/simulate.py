@@ -1,40 +1,50 @@
-"""Simulation of a machine without a planner, unforced or under given inputs."""
+"""Simulation of a machine without a planner: unforced, under given inputs, or under a policy."""
 
 from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinolab.dynamics import Model
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.simulation.reference import resimulate
+from kinolab.simulation.reference import reference_motion, resimulate, trajectory_under
 from kinolab.trajectory import Trajectory, reference_column
 
 MAX_STEPS = 1_000_000
 
+Policy: TypeAlias = Callable[[float, Array], ArrayLike | Mapping[str, float]]
 
-def simulate(problem: PlanningTask, duration: float, inputs: Path | None = None) -> Trajectory:
+
+def simulate(
+    problem: PlanningTask, duration: float, inputs: Path | Policy | None = None
+) -> Trajectory:
     """Return the accurately integrated motion from the problem's start.
 
     Args:
         problem: Provides machine, start and step.
         duration: In [s]; after the end of a file of inputs its last row is held.
-        inputs: A CSV file with a column t and one per input; without it all inputs are 0, or the
-            limit nearest to 0.
+        inputs: A CSV file with a column t and one per input, or a function of time and state; with
+            neither all inputs are 0, or the limit nearest to 0. The function is asked at every
+            step and its answer, a number per input or a table of numbers by name, is held until the
+            next one, limits or not. For a machine with feedback they are its references.
 
     Raises:
-        InputError: If the duration or the file is invalid, or the start violates a constraint.
+        InputError: If the duration, the file, or what the function returns is invalid, or the start
+            violates a constraint.
         DivergedError: If the motion cannot be integrated to its end.
     """
     steps = math.ceil(duration / problem.step - 1e-9) if math.isfinite(duration) else 0
     if not 0 < steps <= MAX_STEPS:
         what = f"{duration:g} s is no duration for steps of {problem.step:g} s."
-        raise InputError([Mistake("--duration", what, "Give a positive number of seconds.")])
+        raise InputError([Mistake("duration", what, "Give a positive number of seconds.")])
     broken = list(problem.start_breaches())
     if broken:
         raise InputError(broken)
@@ -43,9 +53,41 @@ def simulate(problem: PlanningTask, duration: float, inputs: Path | None = None)
     idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
     if inputs is None:
         return resimulate(problem, t, np.tile(idle, (steps, 1)))
+    if callable(inputs):
+        return _under_policy(problem, t, inputs)
     times, rows = read_inputs(inputs, model)
     held = np.clip(np.searchsorted(times, t[:-1] + 1e-9, side="right") - 1, 0, None)
     return resimulate(problem, t, rows[held])
+
+
+def _under_policy(problem: PlanningTask, t: Array, policy: Policy) -> Trajectory:
+    """Return the motion at times (N+1,), each step's inputs being asked for at its beginning."""
+    model = problem.model
+    x, u = np.empty((len(t), model.nx)), np.empty((len(t) - 1, model.nu))
+    x[0] = problem.start
+    for k in range(len(u)):
+        u[k] = _inputs_of(policy, float(t[k]), x[k].copy(), model)
+        held, span = u[k : k + 1], t[k : k + 2]
+        x[k + 1] = reference_motion(problem, x[k], span, held, between=False).x[-1]
+    return trajectory_under(model, t, x, u)
+
+
+def _inputs_of(policy: Policy, t: float, x: Array, model: Model) -> Array:
+    """Return what a policy answers, shape (nu,)."""
+    answer, names = policy(t, x), model.control_names
+    if isinstance(answer, Mapping):
+        if unknown := [name for name in answer if name not in names]:
+            raise UnknownNameError("input", str(unknown[0]), known=names, where="policy")
+        answer = [answer.get(name, 0.0) for name in names]
+    try:
+        u = np.atleast_1d(np.asarray(answer, dtype=float))
+    except (TypeError, ValueError):
+        u = np.empty(0)
+    if u.shape != (model.nu,) or not np.isfinite(u).all():
+        what = f"it returned {answer!r} at t = {t:g} s."
+        remedy = f"Return a finite number for each of {', '.join(names)}, or a table by name."
+        raise InputError([Mistake("policy", what, remedy)])
+    return u
 
 
 def read_inputs(path: Path, model: Model) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
     from kinolab.dynamics.analysis.fields import (
@@ -284,3 +284,4 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
         ),
     },
 )
+__dir__ = public_names(__name__)

@@ -301,7 +301,7 @@ class Model:
         """
         states = _array("x", x, self.nx)
         rows, inputs = np.atleast_2d(states), np.atleast_2d(self._inputs(u, states))
-        out, spans = np.empty_like(rows), np.broadcast_to(dt, len(rows))
+        out, spans = np.empty_like(rows), np.broadcast_to(_numbers("dt", dt), len(rows))
         self._step_rows(rows, inputs, out, spans, method, substeps, parameters)
         return out.reshape(states.shape)
 
@@ -509,7 +509,7 @@ class Model:
         return out.reshape(*states.shape[:-1], out.shape[1])
 
     def _inputs(self, u: ArrayLike, states: Array) -> Array:
-        values = np.asarray(u, dtype=float)
+        values = _numbers("u", u)
         shape = (*states.shape[:-1], self.nu)
         if values.size == 0:
             return np.zeros(shape)
@@ -560,11 +560,19 @@ def _entries(
 
 
 def _array(name: str, values: ArrayLike, size: int) -> Array:
-    array = np.ascontiguousarray(values, dtype=float)
+    array = np.ascontiguousarray(_numbers(name, values))
     if array.ndim not in (1, 2) or array.shape[-1] != size:
         what = f"{name} has shape {array.shape}; it must be ({size},) or (N, {size})."
         raise InputError([Mistake("", what)])
     return array
+
+
+def _numbers(name: str, values: ArrayLike) -> Array:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        what = f"{name} is not made of numbers."
+        raise InputError([Mistake("", what, "Give an array of numbers.")]) from None
 
 
 def _failure(model: Model, status: int, x: Array) -> str:

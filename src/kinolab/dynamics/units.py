@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.dynamics.model import Model
 
 
 def state_units(model: Model) -> tuple[str, ...]:
     """Return the unit of each state entry; empty if dimensionless."""
-    units = dict(_units(model))
+    units = dict(_units(model.machine))
     return tuple(units[name] for name in model.state_names)
 
 
@@ -18,8 +19,15 @@ def control_units(model: Model) -> tuple[str, ...]:
     return tuple(entry.unit for entry in model.machine.chosen)
 
 
-def _units(model: Model) -> Iterator[tuple[str, str]]:
-    for c in model.machine.coordinates:
+def units_by_name(machine: MachineFacts) -> dict[str, str]:
+    """Return the unit of all that a scenario may give a value: coordinates, rates, inputs, …"""
+    whole = {c.name: c.unit for c in machine.coordinates}  # an attitude, as a whole, is an angle
+    chosen = (*machine.inputs, *(machine.references or ()))
+    return {**whole, **dict(_units(machine)), **{entry.name: entry.unit for entry in chosen}}
+
+
+def _units(machine: MachineFacts) -> Iterator[tuple[str, str]]:
+    for c in machine.coordinates:
         yield from ((name, "" if c.quaternion else c.unit) for name in c.entries)
         yield from ((name, f"{c.unit}/s") for name in c.rates)
-    yield from ((state.name, state.unit) for state in model.machine.states)
+    yield from ((state.name, state.unit) for state in machine.states)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.state_arrays import state_arrays
+from kinolab.loading.tables import read_table
 from kinolab.loading.targets import goal_of, keep_outs_of, start_of
 from kinolab.loading.well_posed import (
     chosen_names,
@@ -34,18 +36,36 @@ from kinolab.world import (
 T = TypeVar("T")
 
 
-def load(source: str | Path, *, overrides: Sequence[str] = ()) -> PlanningTask:
-    """Read a scenario, or an environment of dynobench, and build its problem.
+def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = ()) -> PlanningTask:
+    """Read a scenario, as a file or a table, or an environment of dynobench; build its problem.
 
     Raises:
         InputError: With every mistake that was found.
     """
+    require_fit("load source", str | Path | Mapping[str, Any], source)
+    if isinstance(source, Mapping):
+        return built(*read_table(source, overrides=overrides))
     read = read_environment if is_environment(source) else read_scenario
-    scenario, mistakes = read(source, overrides=overrides)
+    return built(*read(source, overrides=overrides))
+
+
+def built(
+    scenario: Scenario | None, mistakes: list[Mistake], *, planning: bool = True
+) -> PlanningTask:
+    """Build the problem of a scenario that was read, or say all that is wrong with it.
+
+    Args:
+        scenario: What was read, or what is left of it.
+        mistakes: What was found while it was read.
+        planning: As for ``build_problem``.
+
+    Raises:
+        InputError: With every mistake that was found.
+    """
     if scenario is not None:
         scenario = _for_another_planner(scenario)
         if not mistakes:
-            return build_problem(scenario)
+            return build_problem(scenario, planning=planning)
         _parts(scenario, mistakes)
     raise InputError(dict.fromkeys(mistakes))
 

@@ -70,7 +70,9 @@ def find_system(scenario: Scenario) -> System:
         InputError: If it does not exist, or a parameter of it does not.
     """
     section = scenario.system
-    if section.name is not None:
+    if scenario.origin.machine is not None:
+        system = scenario.origin.machine
+    elif section.name is not None:
         if section.name not in systems.names():
             where = place_at(("system", "name"), scenario.origin)
             raise UnknownNameError("system", section.name, known=systems.names(), where=where)

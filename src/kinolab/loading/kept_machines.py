@@ -81,6 +81,8 @@ def with_limits(model: Model, limits: Limits) -> Model:
 def content_of(scenario: Scenario) -> str | None:
     """Return all that a scenario's machine is described by, as text; None where it may be more."""
     section = scenario.system
+    if scenario.origin.machine is not None:
+        return None  # which has a place in the cache of its own, by its text
     if section.name in systems.names():
         return _content("registered", section.name, systems_code(), section.parameters)
     if section.file is None or not section.file.endswith(".json"):

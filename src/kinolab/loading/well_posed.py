@@ -10,9 +10,10 @@ import numpy as np
 from kinolab import planners
 from kinolab.dynamics import Model
 from kinolab.dynamics.machine_facts import MachineFacts
+from kinolab.dynamics.units import units_by_name
 from kinolab.errors import InputError, MissingPlannerError, Mistake
 from kinolab.loading.state_arrays import StateArrays
-from kinolab.scenario import Issue, Scenario, check_names
+from kinolab.scenario import Issue, Scenario, check_angles, check_names
 from kinolab.search.plugins import full_reference
 
 MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
@@ -20,8 +21,8 @@ MIN_STEP = 1e-6  # [s]
 
 
 def name_mistakes(scenario: Scenario, machine: MachineFacts) -> list[Mistake]:
-    """List the names in a scenario that its machine does not have."""
-    return check_names(
+    """List the names in a scenario that its machine does not have, and angles that are none."""
+    return check_angles(scenario, units_by_name(machine)) + check_names(
         scenario,
         [coordinate.name for coordinate in machine.coordinates],
         [*machine.rate_names, *(state.name for state in machine.states)],

@@ -1,12 +1,18 @@
 """What a scenario file says: its schema, how it is read, checked and written."""
 
 from kinolab.scenario.file_lookup import builtin_scenarios, read_text, scenario_path
-from kinolab.scenario.issues import Issue, Origin
-from kinolab.scenario.load import load_scenario, read_scenario, scenario_from, sound
+from kinolab.scenario.issues import Issue, Origin, Override
+from kinolab.scenario.load import (
+    check_changed,
+    load_scenario,
+    read_scenario,
+    scenario_from,
+    sound,
+)
 from kinolab.scenario.locations import mistake_at, place_at
-from kinolab.scenario.names import check_names
-from kinolab.scenario.overrides import override_place
-from kinolab.scenario.planner_keys import shared_settings
+from kinolab.scenario.names import check_angles, check_names
+from kinolab.scenario.overrides import apply_changes, apply_overrides, override_place
+from kinolab.scenario.planner_keys import argument_mistakes, shared_settings
 from kinolab.scenario.rules import PLANNER_KEYS
 from kinolab.scenario.schema import (
     DirectionGoal,
@@ -33,14 +39,20 @@ __all__ = [
     "KeepOut",
     "ObstacleEntry",
     "Origin",
+    "Override",
     "PlannerSection",
     "PointGoal",
     "RenderSection",
     "Scenario",
     "SystemSection",
     "WorldSection",
+    "apply_changes",
+    "apply_overrides",
+    "argument_mistakes",
     "axis_vector",
     "builtin_scenarios",
+    "check_angles",
+    "check_changed",
     "check_names",
     "load_scenario",
     "mistake_at",

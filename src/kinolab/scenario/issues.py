@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from kinolab.dynamics import System
 
 KeyPath = tuple[str | int, ...]  # keys from the top of the document; lists count from 0
 
@@ -23,16 +27,20 @@ class Issue:
 
 @dataclass(frozen=True)
 class Override:
-    """One ``--set KEY=VALUE``: its text as it was typed, the path, and what stood there before."""
+    """One ``--set KEY=VALUE``: its text as it was typed, the path, and what stood there before.
+
+    Changes from Python are overrides, too: of ``replace`` and ``with_obstacle``, as ``by`` says.
+    """
 
     text: str
     path: KeyPath
     before: object = None
+    by: str = "--set"
 
     @property
     def where(self) -> str:
         """How mistakes name it."""
-        return f"--set {self.text}"
+        return f"{self.by} {self.text}".rstrip()
 
     def touches(self, path: KeyPath) -> bool:
         """Whether what stands at ``path`` was written by it, in whole or in part."""
@@ -42,7 +50,14 @@ class Override:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a scenario was read; no part of what it says, so all origins compare equal."""
+    """Where a scenario was read; no part of what it says, so all origins compare equal.
+
+    Attributes:
+        file: Its path, below whose folder relative paths start.
+        overrides: What was changed since it was read.
+        machine: The machine, where Python gave it as an object; [system] then names none.
+    """
 
     file: Path = field(default=Path("scenario.toml"), compare=False)
     overrides: tuple[Override, ...] = field(default=(), compare=False)
+    machine: System | None = field(default=None, compare=False)

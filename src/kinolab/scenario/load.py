@@ -93,8 +93,20 @@ def check_document(
         The scenario, or what is left of it without its broken parts, or None; and the mistakes.
     """
     applied, mistakes = apply_overrides(document, overrides)
-    origin, issues = Origin(path, applied), document_issues(document)
-    scenario = None
+    return check_changed(document, Origin(path, applied), mistakes)
+
+
+def check_changed(
+    document: dict[str, Any], origin: Origin, mistakes: list[Mistake]
+) -> tuple[Scenario | None, list[Mistake]]:
+    """Return what ``check_document`` does, of a document that was changed already.
+
+    Args:
+        document: Keys and values as TOML would have them.
+        origin: Where it is from, with what was changed.
+        mistakes: In the changes; they come first.
+    """
+    issues, scenario = document_issues(document), None
     try:
         scenario = Scenario.model_validate(document).located(origin)
     except ValidationError as error:

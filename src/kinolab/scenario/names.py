@@ -1,14 +1,16 @@
-"""Names in a scenario against the names that its machine has."""
+"""Names in a scenario against the names that its machine has, and angles against its angles."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from kinolab.errors import Mistake
+from kinolab.scenario.angles import WrittenAngle
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.locations import keys_of, mistake_at
 from kinolab.scenario.rules import unknown_key
 from kinolab.scenario.schema import DirectionGoal, GoalSection, KeepOut, PointGoal, Scenario
+from kinolab.scenario.toml_text import shown
 
 
 def check_names(
@@ -33,6 +35,43 @@ def check_names(
         *(unknown_key(path, b, bodies, "body") for path, b in _bodies(scenario) if b not in bodies),
     ]
     return [mistake_at(issue, scenario.origin) for issue in issues]
+
+
+def check_angles(scenario: Scenario, units: Mapping[str, str]) -> list[Mistake]:
+    """List the angles that were written as text where something else is meant.
+
+    Args:
+        scenario: What was read.
+        units: Of the machine's coordinates, rates, inputs and references, by name.
+    """
+    issues = []
+    for path, angle in _written_angles(scenario):
+        name = str(path[-1] if isinstance(path[-1], str) else path[-2])
+        unit = units.get(name, angle.unit)  # an unknown name is a mistake of its own
+        if unit != angle.unit and not (angle.unit == "" and unit in ("rad", "rad/s")):
+            kind = "a rate" if angle.unit == "rad/s" else "an angle"
+            measure = f"is in {unit}" if unit else "has no unit"
+            what = f"{shown(angle.text)} is {kind}, but {name} {measure}."
+            issues.append(Issue(path, what, f"Give a number{f' [{unit}]' if unit else ''}."))
+    return [mistake_at(issue, scenario.origin) for issue in issues]
+
+
+def _written_angles(scenario: Scenario) -> Iterator[tuple[KeyPath, WrittenAngle]]:
+    """Yield the angles that stand in tables by names of the machine, each with its place."""
+    goal = scenario.goal
+    tables: dict[KeyPath, Mapping[str, object]] = {
+        ("bounds",): scenario.bounds,
+        ("start",): scenario.start,
+        ("goal",): goal.values,
+        ("goal", "tolerance"): goal.tolerance if isinstance(goal.tolerance, dict) else {},
+    }
+    for place, table in tables.items():
+        for name, value in table.items():
+            for k, entry in enumerate(value if isinstance(value, tuple) else ()):
+                if isinstance(entry, WrittenAngle):
+                    yield (*place, name, k), entry
+            if isinstance(value, WrittenAngle):
+                yield (*place, name), value
 
 
 def _unknown(

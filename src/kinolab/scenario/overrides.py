@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kinolab.errors import Mistake, is_broken
+from kinolab.scenario.angles import angle_of
 from kinolab.scenario.issues import KeyPath, Override
 from kinolab.scenario.toml_text import shortened, shown
 
@@ -28,6 +29,28 @@ def apply_overrides(
             done.append(Override(shortened(text, _SHOWN), *_apply(document, text)))
         except _RefusedError as refused:
             mistakes.append(Mistake(override_place(text), *refused.args))
+    return tuple(done), mistakes
+
+
+def apply_changes(
+    document: dict[str, Any], changes: Mapping[str, object], by: str
+) -> tuple[tuple[Override, ...], list[Mistake]]:
+    """Change ``document`` by values from Python, by dotted key; tell those that could not be.
+
+    Args:
+        document: Keys and values as TOML would have them.
+        changes: Values by dotted key, as TOML would have them.
+        by: What was called, for messages.
+    """
+    done, mistakes = [], []
+    for key, value in changes.items():
+        try:
+            keys = _keys(key)
+            if keys is None:
+                raise _RefusedError("it is not a dotted key.", "Write it as start.x.")
+            done.append(Override(shortened(key, _SHOWN), *_put(document, keys, value), by))
+        except _RefusedError as refused:
+            mistakes.append(Mistake(f"{by} {shortened(key, _SHOWN)}", *refused.args))
     return tuple(done), mistakes
 
 
@@ -74,11 +97,23 @@ def _parsed(text: str) -> Any:
         return table["value"]
     if not text:
         raise _RefusedError("nothing follows '='.", _SHAPE)
+    if (entries := _with_angles(text)) is not None:
+        return entries
     if text[0] in "\"'[{":
         raise _RefusedError(
             f"{shortened(text)} is not a TOML value.", "Close every quote, bracket and brace."
         )
     return text
+
+
+def _with_angles(text: str) -> list[Any] | None:
+    """Read a list such as [-pi, pi/2], whose angles TOML wants in quotes; None if it is none."""
+    if not (text.startswith("[") and text.endswith("]")):
+        return None
+    parts = [part.strip() for part in text[1:-1].split(",")]
+    if not all(angle_of(part) is not None or _toml(f"value = {part}") for part in parts):
+        return None
+    return [part if angle_of(part) is not None else _parsed(part) for part in parts]
 
 
 def _toml(text: str) -> dict[str, Any] | None:

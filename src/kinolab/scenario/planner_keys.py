@@ -1,12 +1,15 @@
-"""The keys of ``[planner]`` that all planners share, as settings."""
+"""The keys of ``[planner]`` that all planners share: as settings, and checked one by one."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
+from kinolab.errors import Mistake
+from kinolab.scenario.load import check_document
 from kinolab.scenario.schema import PlannerSection
 from kinolab.scenario.values import Meaning
 from kinolab.settings import Setting
@@ -18,6 +21,19 @@ def shared_settings() -> tuple[Setting, ...]:
     """Return what every planner's section may say besides its name, read from the schema."""
     keys = PlannerSection.model_fields.items()
     return tuple(_setting(name, key) for name, key in keys if name != "name")
+
+
+def argument_mistakes(call: str, given: Mapping[str, tuple[str, object]]) -> Iterator[Mistake]:
+    """Check arguments of a call as the keys of ``[planner]`` that they stand for.
+
+    Args:
+        call: What was called.
+        given: Key and value by the argument's name.
+    """
+    for argument, (key, value) in given.items():
+        document = {"schema": 1, "title": "-", "system": {"name": "-"}, "planner": {key: value}}
+        for mistake in check_document(document, Path())[1]:
+            yield Mistake(f"{call} {argument}", mistake.what, mistake.remedy)
 
 
 def _setting(name: str, key: FieldInfo) -> Setting:

@@ -25,6 +25,7 @@ from kinolab.errors import is_broken, printable
 from kinolab.scenario import rules
 from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.values import (
+    COORDINATE,
     Angle,
     Axis,
     BodyName,
@@ -50,6 +51,7 @@ from kinolab.scenario.values import (
     SchemaVersion,
     Seconds,
     Seed,
+    StateLimits,
     Substeps,
     SystemFile,
     Text,
@@ -180,9 +182,7 @@ class GoalSection(Section):
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Coordinate] = Field(init=False)
-    free: ClassVar[Wanted | None] = Wanted(
-        "a number, or a list of four numbers x, y, z, w for a rotation"
-    )
+    free: ClassVar[Wanted | None] = Wanted(COORDINATE)
 
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
     norm: Literal["max", "sum", "euclidean"] = "max"  # of all shares of tolerances
@@ -288,7 +288,7 @@ class Scenario(Section):
     title: Text
     system: SystemSection
     world: WorldSection = Field(default_factory=WorldSection)
-    bounds: dict[str, Annotated[Limits, Wanted("[low, high] with low below high")]] = {}
+    bounds: dict[str, StateLimits] = {}
     metric: dict[str, NotNegative] = {}
     start: dict[str, Coordinate] = {}
     goal: GoalSection = Field(default_factory=GoalSection)

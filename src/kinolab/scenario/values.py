@@ -10,9 +10,18 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 from pydantic_core import PydanticCustomError
 
+from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
 MESH_FORMATS = (".glb", ".obj", ".off", ".ply", ".stl")
@@ -121,6 +130,16 @@ def plain_setting(value: object, depth: int = 0) -> Any:
     return value
 
 
+def _number_or_angle(value: object, number: ValidatorFunctionWrapHandler) -> object:
+    """Read an angle that is text; whether what it is given to is one, its machine tells later."""
+    if not isinstance(value, str):
+        return value if isinstance(value, WrittenAngle) else number(value)
+    angle = angle_of(value)
+    if angle is None:
+        raise refusal("is text, not a number")
+    return angle
+
+
 # The branch of a union is chosen first, so that a mistake is told about that branch alone.
 def _number_or_list(value: object) -> str:
     return LIST_TAG if isinstance(value, list | tuple) else NUMBER_TAG
@@ -160,13 +179,16 @@ MeshPath = Annotated[
 ]
 
 Number = Annotated[float, Wanted("a number")]
+NumberOrAngle = Annotated[
+    float, WrapValidator(_number_or_angle), Wanted(f"a number, or an angle such as {EXAMPLES}")
+]
 Positive = Annotated[float, Field(gt=0), Wanted("a positive number")]
 NotNegative = Annotated[float, Field(ge=0), Wanted("a number that is not negative")]
 Seconds = Annotated[float, Field(gt=0), Wanted("a positive number [s]")]
 Effort = Annotated[float, Field(ge=0), Wanted("a number that is not negative [s]")]
 Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
 Angle = Annotated[
-    float, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
+    NumberOrAngle, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
 ]
 Count = Annotated[int, Field(ge=1, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
 Substeps = Annotated[int, Field(ge=1, le=1000), Wanted("a whole number from 1 to 1000")]
@@ -183,11 +205,19 @@ Limits = Annotated[
     AfterValidator(_ascending),
     Wanted("[low, high] with low below high"),
 ]
+StateLimits = Annotated[
+    tuple[NumberOrAngle, NumberOrAngle],
+    _List,
+    AfterValidator(_ascending),
+    Wanted(f"[low, high] with low below high; angles may be text such as {EXAMPLES}"),
+]
 Position = Annotated[
     tuple[float, float, float], _List, Wanted("a list of three numbers x, y, z [m]")
 ]
 RollPitchYaw = Annotated[
-    tuple[float, float, float], _List, Wanted("a list of three numbers roll, pitch, yaw [rad]")
+    tuple[NumberOrAngle, NumberOrAngle, NumberOrAngle],
+    _List,
+    Wanted("a list of three numbers roll, pitch, yaw [rad]"),
 ]
 Direction = Annotated[
     tuple[float, float, float],
@@ -213,13 +243,15 @@ PictureSize = Annotated[
     Wanted("a list of two whole numbers from 64 to 4096, width and height [pixels]"),
 ]
 
+COORDINATE = f"a number, an angle such as {EXAMPLES}, or four numbers x, y, z, w for a rotation"
 Coordinate = Annotated[
-    Annotated[float, Tag(NUMBER_TAG)] | Annotated[Quaternion, Tag(LIST_TAG)],
+    Annotated[NumberOrAngle, Tag(NUMBER_TAG)] | Annotated[Quaternion, Tag(LIST_TAG)],
     Discriminator(_number_or_list),
-    Wanted("a number, or a list of four numbers x, y, z, w for a rotation"),
+    Wanted(COORDINATE),
 ]
 Tolerance = Annotated[
-    Annotated[Positive, Tag(NUMBER_TAG)] | Annotated[dict[str, Positive], Tag(TABLE_TAG)],
+    Annotated[Positive, Tag(NUMBER_TAG)]
+    | Annotated[dict[str, Annotated[NumberOrAngle, Field(gt=0)]], Tag(TABLE_TAG)],
     Discriminator(_number_or_table),
     Wanted("a positive number, or a table of a positive number per name"),
 ]

@@ -178,7 +178,8 @@ class PlanImprover:
 
     @property
     def _seconds(self) -> float:
-        return self.problem.scenario.planner.improve
+        own = self.request.improve
+        return self.problem.scenario.planner.improve if own is None else own
 
     def _worth_it(self, found: PlanResult, incumbent: Incumbent) -> bool:
         if not (self.request.optimize and self._seconds) or incumbent.cancelled():

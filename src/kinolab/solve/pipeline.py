@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
+from kinolab.scenario import argument_mistakes
 from kinolab.search import Budget
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
@@ -26,6 +28,7 @@ def solve(
     jobs: int = 1,
     anytime: bool = False,
     optimize: bool = True,
+    improve: float | None = None,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
     improved: Callable[[PlanResult], None] | None = None,
@@ -33,15 +36,16 @@ def solve(
 ) -> PlanResult:
     """Search for a plan, re-simulate it, verify it, and make it exact and shorter.
 
-    ``[planner] improve`` in the scenario limits this last stage. Its seconds count work as an idle
-    computer does it, so that the same seed gives the same plan on a busy one.
+    ``improve`` limits this last stage. Its seconds count work as an idle computer does it, so that
+    the same seed gives the same plan on a busy one.
 
     Args:
         problem: The planning problem.
-        planner: Name of the planner; the scenario's when left out, as are the next three.
+        planner: Name of the planner; the scenario's when left out, as are the next four.
         seed: Random seed.
         time_limit: Of the search, in [s].
         max_iterations: Of the search with each seed.
+        improve: Work on making the solution exact and shorter, in [s]; 0 for none.
         jobs: Number of parallel searches, with this seed and the following ones: in threads with a
             compiled planner, else in processes. The first verified plan ends the others.
         anytime: Whether to continue until the time limit with further seeds and keep the verified
@@ -55,11 +59,11 @@ def solve(
 
     Raises:
         EndpointError: If the start or the goal is impossible.
-        InputError: If the planner or a setting does not exist.
+        InputError: If the planner or a setting does not exist, or an argument is no such value.
         JobsError: If no process of several completed.
     """
-    if jobs < 1:
-        raise InputError([Mistake("jobs", f"{jobs} processes cannot search.", "Give 1 or more.")])
+    _check_arguments(planner, jobs, seed=seed, time_limit=time_limit,
+                     max_iterations=max_iterations, improve=improve)  # fmt: skip
     section = problem.scenario.planner
     searcher = make_planner(problem, planner, settings)
     problem.check_endpoints()
@@ -71,6 +75,7 @@ def solve(
         max_iterations=max_iterations or section.max_iterations,
         anytime=anytime,
         optimize=optimize,
+        improve=improve,
     )
     pool = SolutionPool(jobs, improved)
     budgets: list[Budget] = []
@@ -102,3 +107,18 @@ def solve(
         attempts=pool.all,
         interrupted=True,
     )
+
+
+def _check_arguments(planner: object, jobs: int, **keys: object) -> None:
+    """Hold the arguments of ``solve`` against the keys of [planner] that they stand for."""
+    require_fit("solve jobs", int, jobs)
+    given = {"planner": ("name", planner), **{key: (key, value) for key, value in keys.items()}}
+    mistakes = list(
+        argument_mistakes("solve", {k: told for k, told in given.items() if told[1] is not None})
+    )
+    if jobs < 1:
+        mistakes.append(
+            Mistake("solve jobs", f"{jobs} processes cannot search.", "Give 1 or more.")
+        )
+    if mistakes:
+        raise InputError(mistakes)

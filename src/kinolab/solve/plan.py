@@ -166,6 +166,7 @@ class Request:
         max_iterations: Of each search, None for no limit.
         anytime: Whether to continue with further seeds until the time limit.
         optimize: Whether to make solutions exact and shorter.
+        improve: Seconds of work for that; None for the scenario's.
     """
 
     planner: str | None
@@ -176,6 +177,7 @@ class Request:
     max_iterations: int | None = None
     anytime: bool = False
     optimize: bool = True
+    improve: float | None = None
 
     def seeds(self) -> Iterator[int]:
         """Yield the seeds to try."""

@@ -54,8 +54,8 @@ def sequential_runs(
                 watch(budget)
             if last is not None and last.interrupted:
                 break  # interrupted before this budget was registered
-            if request.optimize:
-                budget.improve = 0.0  # shortening the first motion is a better use of the time
+            # With optimisation, shortening the first motion is a better use of the time.
+            budget.improve = 0.0 if request.optimize else request.improve
             found = attempt(problem, searcher, searches.next_seed, budget, keep_approach=not solved)
             clock.add(budget)
             found = replace(found, seed=seed)

@@ -28,7 +28,7 @@ def get(name: str, **parameters: float) -> System:
         InputError: If there is no such parameter, or a value is not a number.
     """
     if name not in names():
-        raise UnknownNameError("system", name, known=names())
+        raise UnknownNameError("system", str(name), known=names())
     system: System = getattr(import_module(f"{__name__}.{name}"), name)()
     return system.with_parameters(**parameters) if parameters else system
 

@@ -1,5 +1,5 @@
 """Trajectories: states at knots, zero-order-hold inputs and feedback references."""
 
-from kinolab.trajectory.trajectory import Trajectory, read_csv, reference_column
+from kinolab.trajectory.trajectory import Moment, Trajectory, read_csv, reference_column
 
-__all__ = ["Trajectory", "read_csv", "reference_column"]
+__all__ = ["Moment", "Trajectory", "read_csv", "reference_column"]

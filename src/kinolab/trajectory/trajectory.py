@@ -7,17 +7,38 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from kinolab.arguments import require_fit
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.files import write_whole
 from kinolab.numerics.arrays import Array
+from kinolab.trajectory.interpolation import states_at
 
 
-@dataclass(frozen=True, eq=False)
+class Moment(NamedTuple):
+    """A motion at one time, or at several, one row for each.
+
+    Attributes:
+        t: Times in [s], shape () or (m,).
+        x: States, shape (nx,) or (m, nx).
+        u: Inputs that act, shape (nu,) or (m, nu); at the end those of the last interval.
+        references: Set points of the machine's feedback, likewise.
+    """
+
+    t: Array
+    x: Array
+    u: Array
+    references: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """States over time with piecewise constant inputs.
 
@@ -71,6 +92,39 @@ class Trajectory:
         """The planned inputs: references if the machine has feedback, else ``u``."""
         return self.references if self.reference_names else self.u
 
+    def __repr__(self) -> str:
+        """Say how long it is and what it is made of."""
+        names = ", ".join(self.state_names)
+        return f"<Trajectory of {self.duration:.2f} s, {len(self.t)} knots of {names}>"
+
+    def at(self, t: ArrayLike) -> Moment:
+        """Return the motion at a time, or at each of several: ``trajectory.at(1.5).x``.
+
+        Inputs are held from each knot to the next. States between knots are interpolated from what
+        is stored, by cubics where the rate of a coordinate is a state, else along chords; what is
+        true there, ``verify`` and the page integrate.
+
+        Args:
+            t: In [s], shape () or (m,).
+
+        Raises:
+            InputError: If a time is before the first knot or after the last one.
+        """
+        require_fit("at t", float if np.ndim(t) == 0 else ArrayLike, t)
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        first, last = float(self.t[0]), float(self.t[-1])
+        if times.ndim != 1 or not ((times >= first) & (times <= last)).all():
+            what = "a time is outside the motion, or they are no list."
+            raise InputError([Mistake("at t", what, f"Give times from {first:g} to {last:g} s.")])
+        x = states_at(self.t, self.x, self.state_names, times)
+        k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, max(len(self.u) - 1, 0))
+        u, references = (
+            held[k] if len(held) else np.full((len(k), held.shape[1]), np.nan)
+            for held in (self.u, self.references)
+        )
+        row: Any = 0 if np.ndim(t) == 0 else slice(None)
+        return Moment(times[row], x[row], u[row], references[row])
+
     def piece(self, begin: int, end: int) -> Trajectory:
         """Return the segment between two knots, by index, with times from 0."""
         t, held = self.t[begin : end + 1] - self.t[begin], slice(begin, end)
@@ -103,8 +157,40 @@ class Trajectory:
             ),
         )
 
-    def to_csv(self) -> str:
-        """Return the content of ``trajectory.csv``; the last row has no inputs."""
+    def to_dataframe(self, library: Literal["pandas", "polars"] | None = None) -> Any:
+        """Return a data frame with the columns of ``trajectory.csv``; the last inputs are NaN.
+
+        Args:
+            library: Whose; when left out, pandas' or else Polars', whichever is installed.
+
+        Raises:
+            InputError: If it is not installed.
+        """
+        known = ("pandas", "polars")
+        if library not in (None, *known):
+            raise UnknownNameError("library", str(library), known=known, where="to_dataframe")
+        for name in (library,) if library else known:
+            try:
+                return import_module(name).DataFrame(self._columns())
+            except ImportError:
+                continue
+        absent = f"{library} is" if library else "pandas is not installed, and polars is"
+        remedy = f"pip install {library or 'pandas'}, or write to_csv(path)."
+        raise InputError([Mistake("to_dataframe", f"{absent} not installed.", remedy)])
+
+    def _columns(self) -> dict[str, Array]:
+        """Return the columns of ``trajectory.csv`` by name, each of shape (N+1,)."""
+        held = np.hstack([self.u, self.references])
+        held = np.vstack([held, np.full((1, held.shape[1]), np.nan)])
+        names = _header(self.state_names, self.control_names, self.reference_names)
+        return dict(zip(names, np.column_stack([self.t, self.x, held]).T, strict=True))
+
+    def to_csv(self, path: str | Path | None = None) -> str:
+        """Return the content of ``trajectory.csv``, and write it; the last row has no inputs.
+
+        Args:
+            path: Of the file, which is written whole or not at all; left out, none is written.
+        """
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(_header(self.state_names, self.control_names, self.reference_names))
@@ -113,6 +199,9 @@ class Trajectory:
         for k, (time, state) in enumerate(zip(self.t, self.x, strict=True)):
             held = map(_digits, held_rows[k]) if k < len(held_rows) else blank
             writer.writerow([_digits(time), *map(_digits, state), *held])
+        if path is not None:
+            require_fit("to_csv path", str | Path, path)
+            write_whole(Path(path), out.getvalue().encode())
         return out.getvalue()
 
     def to_npz(self) -> bytes:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+from kinolab.arguments import require_fit
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
 from kinolab.trajectory import Trajectory
@@ -50,7 +51,13 @@ class Certificate:
 
 
 def verify(problem: PlanningTask, trajectory: Trajectory) -> Certificate:
-    """Check that a trajectory solves a problem: dynamics, limits, goal and collisions."""
+    """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.
+
+    Raises:
+        InputError: If an argument is something else.
+    """
+    require_fit("verify problem", PlanningTask, problem)
+    require_fit("verify trajectory", Trajectory, trajectory)
     context = CheckContext(problem, trajectory)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)

@@ -12,6 +12,7 @@ from kinolab.analyze.diagnose.goal_states import goal_states
 from kinolab.analyze.diagnose.static_holding import (
     best_static_holding,
     holding_sentences,
+    start_holding,
     static_holding,
 )
 from tests.analyze.diagnose.scenarios import PENDULUM
@@ -97,3 +98,40 @@ def test_a_coin_rests_anywhere(tmp_path: Path) -> None:
     held = static_holding(problem, problem.start)
     assert held is not None
     assert (held.holds, held.share) == (True, 0.0)
+
+
+WEAK = ("system.parameters.m=1000", "bounds.torque=[-1e-9, 1e-9]")  # it lifts nothing
+
+
+@pytest.mark.parametrize("theta", ["3.14159", "3.1", "pi"])
+def test_a_goal_about_an_equilibrium_can_be_rested_in(theta: str, tmp_path: Path) -> None:
+    """It stands upright, at pi, or it falls."""
+    problem = problem_of(tmp_path, PENDULUM, *WEAK, f"goal.theta={theta}", "goal.tolerance=0.05")
+    held = best_static_holding(problem, goal_states(problem).inside)
+    assert held is not None
+    assert held.holds
+    assert list(holding_sentences(problem, None, held)) == []
+
+
+def test_a_goal_whose_equilibrium_is_outside_cannot_be_rested_in(tmp_path: Path) -> None:
+    goal = ["goal.theta=3.0", "goal.tolerance=0.1"]  # pi is 0.1416 away
+    problem = problem_of(tmp_path, PENDULUM, *WEAK, *goal)
+    held = best_static_holding(problem, goal_states(problem).inside)
+    [sentence] = holding_sentences(problem, None, held)
+    assert sentence.startswith("The machine cannot rest in the goal, only pass through: ")
+
+
+def test_an_equilibrium_that_a_limit_excludes_is_none(tmp_path: Path) -> None:
+    goal = ["goal.theta=3.1", "goal.tolerance=0.1", "bounds.theta=[-1, 3.13]"]
+    problem = problem_of(tmp_path, PENDULUM, *WEAK, *goal)
+    held = best_static_holding(problem, goal_states(problem).inside)
+    assert held is not None
+    assert not held.holds
+
+
+@pytest.mark.parametrize(("theta", "rests"), [("3.14159", True), ("3.1416", True), ("3.13", False)])
+def test_a_start_rests_as_far_as_its_digits_go(theta: str, rests: bool, tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, PENDULUM, *WEAK, f"start.theta={theta}")
+    held = start_holding(problem)
+    assert held is not None
+    assert held.holds is rests

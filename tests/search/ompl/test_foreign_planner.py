@@ -11,9 +11,11 @@ import pytest
 from ompl import base as ob
 from ompl import control as oc
 
+import kinolab
+from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplSetup
-from tests.support import coin_after
+from tests.support import coin_after, coin_motion
 
 
 @dataclass
@@ -96,6 +98,33 @@ def test_a_planner_that_kinolab_does_not_know_solves_a_problem(table: PlanningTa
     assert np.abs(off).max() < 1e-4  # Runge-Kutta's steps of 0.05 s
     assert states[0] == pytest.approx(table.start)
     assert np.abs(states[-1, :2]).max() <= 0.5
+
+
+@pytest.mark.parametrize("own", [True, False], ids=["OMPL's RRT", "a planner of one's own"])
+def test_what_another_planner_found_comes_back_as_a_trajectory(
+    own: bool, table: PlanningTask
+) -> None:
+    """It is the coin's motion in closed form under the path's controls, and it is verified."""
+    bridge = table.to_ompl()
+    planner = oc.RRT(bridge.space_information) if own else RandomTree(bridge)
+    planner.setProblemDefinition(bridge.problem_definition)
+    planner.setup()
+    planner.solve(ob.timedPlannerTerminationCondition(60.0))
+    found = bridge.trajectory()
+    assert kinolab.verify(table, found).passed
+    path = bridge.problem_definition.getSolutionPath()
+    assert found.duration == pytest.approx(sum(path.getControlDurations()))
+    same = bridge.trajectory(path)
+    assert same.x.tobytes() == found.x.tobytes()
+    assert found.x == pytest.approx(coin_motion(table.start.tolist(), found.t, found.u).x, abs=1e-7)
+
+
+def test_without_a_solution_there_is_no_trajectory(table: PlanningTask) -> None:
+    bridge = table.to_ompl()
+    with pytest.raises(InputError, match=r"^trajectory: the problem definition has no solution"):
+        bridge.trajectory()
+    with pytest.raises(InputError, match=r"^trajectory path: it is 'rrt'\. Give a PathControl\."):
+        bridge.trajectory("rrt")
 
 
 def test_the_planner_that_kinolab_does_not_know_can_be_ended(table: PlanningTask) -> None:

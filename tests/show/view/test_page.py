@@ -14,6 +14,8 @@ import pytest
 
 import kinolab
 from kinolab.cli import run
+from kinolab.errors import InputError
+from kinolab.runs import write_run
 from kinolab.show.page import document
 from kinolab.show.page.bundle import bundle
 from kinolab.show.page.pack import TYPES, Pack
@@ -221,3 +223,46 @@ def test_arrays_come_out_of_a_pack_as_they_went_in() -> None:
         assert place["at"] % 8 == 0
         read = np.frombuffer(content, TYPES[place["type"]], place["count"], place["at"])
         assert read.tolist() == array.tolist()
+
+
+# --- what a page can be made of ---
+
+
+def test_a_trajectory_by_itself_has_a_page(short: Solved, tmp_path: Path) -> None:
+    assert short.plan.trajectory is not None
+    page = kinolab.save_page(short.problem, short.plan.trajectory, tmp_path / "page.html")
+    facts = data_in(page.read_text(encoding="utf-8"))["facts"]
+    assert facts["status"] == "simulated"
+    assert facts["duration"] == short.plan.cost
+
+
+def test_a_run_that_was_read_has_the_page_of_its_plan(short: Solved, tmp_path: Path) -> None:
+    write_run(tmp_path / "run", short.problem, short.plan)
+    run = kinolab.read_run(tmp_path / "run")
+    page = kinolab.save_page(run.problem, run, tmp_path / "page.html")
+    assert data_in(page.read_text(encoding="utf-8"))["facts"]["status"] == "solved"
+
+
+def test_a_page_without_a_path_is_called_as_in_a_run(
+    short: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert kinolab.save_page(short.problem, None) == Path("scene.html")
+    assert kinolab.save_glb(short.problem, short.plan) == Path("result.glb")
+    assert (tmp_path / "scene.html").is_file()
+    assert (tmp_path / "result.glb").is_file()
+
+
+def test_what_has_no_page_is_named(short: Solved) -> None:
+    swing = kinolab.simulate("pendulum", duration=0.1)
+    wrong: dict[str, tuple[Any, ...]] = {
+        "save_page plan: it is 'page.html'. Give a plan of problem.solve(…) or a trajectory or a "
+        "run of kinolab.read_run(…).": (short.problem, "page.html"),
+        "save_page path: it is 3. Give a text or a path.": (short.problem, None, 3),
+        "save_page problem: it is None. Give a problem of kinolab.load(…).": (None, short.plan),
+        "trajectory: its states are theta, theta_dot; those of ": (short.problem, swing),
+    }
+    for answer, arguments in wrong.items():
+        with pytest.raises(InputError) as caught:
+            kinolab.save_page(*arguments)
+        assert str(caught.value).startswith(answer)

@@ -23,9 +23,10 @@ from kinolab.analyze.diagnose.static_holding import (
     StaticHolding,
     best_static_holding,
     holding_sentences,
-    static_holding,
+    start_holding,
 )
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
+from kinolab.arguments import require_fit
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
@@ -79,7 +80,7 @@ class Diagnosis:
         start_clearance: Clearance at the start.
         goal_clearance: Largest clearance in the goal; None if no goal state was found.
         start_held: How inputs hold the machine at the start; None if it cannot be evaluated.
-        goal_held: The same, at the goal state that is easiest to hold.
+        goal_held: The same, at the state of the goal region that is easiest to hold.
         stiffness: What makes the steps unstable; None if they are stable.
         unreached: Directions of velocity that no input changes, as components by name.
         retries: Searches with one relaxation each.
@@ -118,7 +119,12 @@ def diagnose(
         plan: Result of the search, by any planner.
         progress: Receives progress messages.
         settings: Planner settings in addition to the scenario's.
+
+    Raises:
+        InputError: If an argument is something else.
     """
+    require_fit("diagnose problem", PlanningTask, problem)
+    require_fit("diagnose plan", PlanResult, plan)
     begun, say = time.monotonic(), progress or (lambda _: None)
     say("looking at start and goal")
     goals = goal_states(problem)
@@ -143,7 +149,7 @@ def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Di
         approach=goal_entries(problem, end),
         start_clearance=state_clearance(problem, problem.start, checker),
         goal_clearance=largest_clearance(problem, goals.inside, checker),
-        start_held=static_holding(problem, problem.start),
+        start_held=start_holding(problem),
         goal_held=best_static_holding(problem, goals.inside),
         stiffness=stiffness(problem, _visited(problem, plan)),
         unreached=unreached_directions(problem),

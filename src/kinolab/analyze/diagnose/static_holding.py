@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
 EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: slower counts as held
 MAX_ITERATIONS = 100
+DRAWN_BACK = 5  # steps of Newton's method towards the equilibrium that is nearest
+AT_START = 1e-4  # of a state's scale: a start is written with a few digits
 
 
 @dataclass(frozen=True)
@@ -72,10 +75,45 @@ def static_holding(problem: PlanningTask, x: Array) -> StaticHolding | None:
     )
 
 
+def start_holding(problem: PlanningTask) -> StaticHolding | None:
+    """Return how the start is held, or an equilibrium that differs in its last digits only."""
+    held = static_holding(problem, problem.start)
+    if held is not None and held.holds:
+        return held
+    for x in _equilibria(problem, [problem.start]):
+        moved = np.abs(problem.space.difference(problem.start, x)) / problem.scales
+        if moved[: problem.model.nq].max(initial=0.0) <= AT_START:
+            return static_holding(problem, x)
+    return held
+
+
 def best_static_holding(problem: PlanningTask, states: Sequence[Array]) -> StaticHolding | None:
-    """Return the holding with the least effort of states (nx,); equilibria come first."""
-    found = [held for x in states if (held := static_holding(problem, x)) is not None]
+    """Return the holding with the least effort in the goal; equilibria come first.
+
+    Where none of the given states is one, the goal's equilibria near them are looked at: a pendulum
+    stands at pi, which a goal of 3.14159 holds within its tolerance.
+
+    Args:
+        problem: The machine, its limits and its goal.
+        states: States in the goal region, each of shape (nx,).
+    """
+    found = _held(problem, states)
+    if not any(held.holds for held in found):
+        near = (x for x in _equilibria(problem, states) if problem.goal_excess(x) <= 1.0)
+        found += [held for held in _held(problem, near) if held.holds]
     return min(found, key=_effort, default=None)
+
+
+def _held(problem: PlanningTask, states: Iterable[Array]) -> list[StaticHolding]:
+    return [held for x in states if (held := static_holding(problem, x)) is not None]
+
+
+def _equilibria(problem: PlanningTask, states: Iterable[Array]) -> Iterator[Array]:
+    """Yield equilibria near states (nx,), within all limits but those of the inputs."""
+    for near in states:
+        found = equilibrium(problem.model, near, scales=problem.scales, drawn_back=DRAWN_BACK)
+        if found is not None and not any(problem.limit_violations(found[0])):
+            yield found[0]
 
 
 def _effort(held: StaticHolding) -> tuple[bool, float]:

@@ -25,7 +25,6 @@ from kinolab.cli.compile_ahead import compiled_ahead
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import live_page
-from kinolab.cli.plan_summary import progress_text, summary
 from kinolab.cli.progress import Progress
 from kinolab.errors import InputError, Mistake
 
@@ -82,6 +81,7 @@ def command(
 ) -> int:
     """Plan a scenario."""
     from kinolab.runs import PAGE, writable
+    from kinolab.solve.plan_summary import summary
 
     if live and jobs > 1:
         raise InputError([Mistake("--live", "a page shows one search.", "Leave --jobs out.")])
@@ -121,7 +121,7 @@ def command(
                 page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
             progress.close()
             if not as_json:
-                _say(summary(problem, found, report))
+                _say(summary(problem, found, report["diagnosis"].get("sentences", ())))
 
         def page_written() -> None:
             show()
@@ -189,6 +189,7 @@ def _search(
     from kinolab.concurrency.processors import processors
     from kinolab.runs import write_run
     from kinolab.solve import solve
+    from kinolab.solve.plan_summary import progress_text
 
     section = problem.scenario.planner
     optimising = optimize and section.improve > 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,9 +12,14 @@ import numpy as np
 from ompl import base as ob
 from ompl import util as ou
 
-from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.search.ompl.simple_setup import OmplSetup
+from kinolab.search.ompl.solution_path import (
+    SolutionPath,
+    input_rows,
+    path_in,
+    with_last_step,
+)
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.simulation.resimulated_goal import TrueEnds
 
@@ -52,14 +57,14 @@ def search(
     budget.restart()  # code for this machine was compiled and loaded until here
     rounds = _Rounds(budget, restart_after, lambda: _graph(setup, planner))
     condition = ob.PlannerTerminationCondition(rounds.ended)
-    nearest, truth = _Path(math.inf, [], []), TrueEnds(problem)
+    nearest, truth = SolutionPath(math.inf, [], []), TrueEnds(problem)
     while not rounds.all_over:
         begun = budget.iterations
         planner.solve(condition)
-        path = _path(definition)
+        path = path_in(definition)
         if definition.hasExactSolution():
-            path = _with_last_step(path, setup)
-            difference = budget.breaking(partial(truth.excess, _rows(problem, path)[1]))
+            path = with_last_step(path, problem, setup.last_step)
+            difference = budget.breaking(partial(truth.excess, input_rows(problem, path)[1]))
             if difference is None:
                 rounds.all_over, nearest = True, path  # interrupted during re-simulation
                 break
@@ -76,7 +81,7 @@ def search(
             rounds.begin_next()
         elif budget.iterations == begun:
             rounds.all_over = True  # OMPL rejects the start, which lies within the safety margin
-    t, u = _rows(problem, nearest)
+    t, u = input_rows(problem, nearest)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in setup.rejections.counts.items()}
     statistics |= {**truth.statistics, "restarts": float(rounds.restarts)}
     shares = setup.rejections.shares()
@@ -134,15 +139,6 @@ class _Rounds:
         return self._budget.interrupted
 
 
-@dataclass(frozen=True)
-class _Path:
-    """Controls of an OMPL solution path, with their durations in [s]."""
-
-    difference: float  # normalised goal error at its end
-    durations: list[float]
-    controls: list[list[float]]
-
-
 def ompl_seed(seed: int) -> int:
     """Return a seed for OMPL, which takes 32 bits and ignores 0."""
     mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
@@ -155,29 +151,3 @@ def _outcome(rounds: _Rounds, steps: int) -> Outcome:
     if rounds.interrupted:
         return Outcome.INTERRUPTED
     return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND
-
-
-def _path(definition: Any) -> _Path:
-    """Copy the path out of OMPL, which frees its states and controls when it is cleared."""
-    if not definition.hasSolution():
-        return _Path(math.inf, [], [])
-    path, size = definition.getSolutionPath(), definition.getSpaceInformation().getControlSpace()
-    count = path.getControlCount()
-    controls = [[path.getControl(k)[i] for i in range(size.getDimension())] for k in range(count)]
-    return _Path(definition.getSolutionDifference(), list(path.getControlDurations()), controls)
-
-
-def _with_last_step(path: _Path, setup: OmplSetup) -> _Path:
-    """Append the goal connection from the end of OMPL's path, if there is one."""
-    inputs = setup.last_step.inputs if setup.last_step else []
-    steps = [setup.problem.step] * len(inputs)
-    return replace(path, durations=path.durations + steps, controls=path.controls + inputs)
-
-
-def _rows(problem: PlanningTask, path: _Path) -> tuple[Any, Any]:
-    """Return times (N+1,) in [s] and inputs (N, nu), one row per propagation step."""
-    held: list[list[float]] = []
-    for duration, values in zip(path.durations, path.controls, strict=True):
-        held += [values] * round(duration / problem.step)
-    u = np.array(held, dtype=float).reshape(len(held), problem.model.nu)
-    return problem.step * np.arange(len(held) + 1), u

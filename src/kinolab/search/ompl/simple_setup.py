@@ -10,13 +10,18 @@ from ompl import base as ob
 from ompl import control as oc
 from ompl import util as ou
 
+from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
 from kinolab.search.ompl.goal_region import GoalRegion, GoalSamples
 from kinolab.search.ompl.projection import CellDivision, CellProjection
+from kinolab.search.ompl.solution_path import copied, input_rows, path_in, with_last_step
 from kinolab.search.ompl.spaces import StateCodec, control_space
 from kinolab.search.ompl.state_propagator import StatePropagator
+from kinolab.simulation.reference import resimulate
 from kinolab.steering.goal_connection import SteeredGoalConnection
+from kinolab.trajectory import Trajectory
 
 ou.setLogLevel(ou.LogLevel.LOG_NONE)
 
@@ -93,6 +98,31 @@ class OmplSetup:
         self.problem_definition.addStartState(start)
         goal = GoalRegion(problem, self.states, information, samples, last_step)
         self.problem_definition.setGoal(goal)
+
+    def trajectory(self, path: Any = None) -> Trajectory:
+        """Return what an OMPL planner found as a trajectory, simulated anew from the start.
+
+        ``planner.solve(…)`` comes before; ``kinolab.verify`` says whether it solves the problem.
+
+        Args:
+            path: An ``ompl.control.PathControl`` of this space; the best solution path of the
+                problem definition when left out.
+
+        Raises:
+            InputError: If there is no solution path, or the path is none of controls.
+            DivergedError: If the motion cannot be integrated to its end.
+        """
+        if path is None and not self.problem_definition.hasSolution():
+            what = "the problem definition has no solution path."
+            remedy = "Call solve(…) of a planner with more time, or give a path."
+            raise InputError([Mistake("trajectory", what, remedy)])
+        if path is None:
+            found = path_in(self.problem_definition)
+            found = with_last_step(found, self.problem, self.last_step)
+        else:
+            require_fit("trajectory path", oc.PathControl, path)
+            found = copied(path, self.problem.model.nu, 0.0)
+        return resimulate(self.problem, *input_rows(self.problem, found))
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
+from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
 from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
-from kinolab.runs import MODEL, PAGE
+from kinolab.runs import MODEL, PAGE, Run
 from kinolab.search.graph import SearchGraph
 from kinolab.show.gltf.glb_scene import glb_scene
 from kinolab.show.page import Content, page_html
@@ -17,7 +19,10 @@ from kinolab.show.view.scenes import content_of, facts_of, readiness
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
+Shown: TypeAlias = PlanResult | Trajectory | Run | None
+
 FRAME_HEIGHT = 600  # pixels, in a notebook
+UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
 
 
 def write_scene(
@@ -51,33 +56,41 @@ def write_model(folder: Path, content: Content) -> None:
     write_whole(folder / MODEL, glb_scene(content))
 
 
-def save_page(problem: PlanningTask, plan: PlanResult | None, path: str | Path) -> Path:
+def save_page(problem: PlanningTask, plan: Shown, path: str | Path = PAGE) -> Path:
     """Write the interactive page of a plan; with None that of the problem before planning.
 
     Args:
         problem: The planning problem.
-        plan: The result of planning.
-        path: Of the file, which is written atomically.
+        plan: The result of planning, a trajectory, or a run that was read.
+        path: Of the file, which is written atomically; ``scene.html`` when left out.
 
     Returns:
         The path.
+
+    Raises:
+        InputError: If an argument is something else, or the trajectory is another machine's.
     """
+    _check_arguments("save_page", problem, plan, path)
     target = Path(path)
     write_whole(target, utf_8(page_html(_content(problem, plan))))
     return target
 
 
-def save_glb(problem: PlanningTask, plan: PlanResult, path: str | Path) -> Path:
+def save_glb(problem: PlanningTask, plan: Shown, path: str | Path = MODEL) -> Path:
     """Write the scene of a plan with its motion as binary glTF, which Blender opens.
 
     Args:
         problem: The planning problem.
-        plan: The result of planning.
-        path: Of the file, which is written atomically.
+        plan: The result of planning, a trajectory, or a run that was read.
+        path: Of the file, which is written atomically; ``result.glb`` when left out.
 
     Returns:
         The path.
+
+    Raises:
+        InputError: If an argument is something else, or the trajectory is another machine's.
     """
+    _check_arguments("save_glb", problem, plan, path)
     target = Path(path)
     write_whole(target, glb_scene(_content(problem, plan)))
     return target
@@ -97,7 +110,23 @@ def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
 
 
-def _content(problem: PlanningTask, plan: PlanResult | None) -> Content:
+def _check_arguments(call: str, problem: object, plan: object, path: object) -> None:
+    require_fit(f"{call} problem", PlanningTask, problem)
+    require_fit(f"{call} plan", Shown, plan)
+    require_fit(f"{call} path", str | Path, path)
+
+
+def _content(problem: PlanningTask, plan: Shown) -> Content:
     if plan is None:
         return content_of(problem, None, readiness(problem))
+    motion = plan if isinstance(plan, Trajectory) else plan.trajectory
+    if motion is not None and motion.state_names != problem.model.state_names:
+        own, names = ", ".join(motion.state_names), ", ".join(problem.model.state_names)
+        what = f"its states are {own}; those of {problem.machine.name} are {names}."
+        raise InputError([Mistake("trajectory", what, "Give the problem that it belongs to.")])
+    if isinstance(plan, Run):
+        return content_of(problem, motion, plan.report, plan.graph)
+    if isinstance(plan, Trajectory):
+        facts = {"status": "simulated", "duration": plan.duration, "message": UNPLANNED}
+        return content_of(problem, plan, facts)
     return content_of(problem, plan.trajectory, facts_of(problem, plan), plan.graph)

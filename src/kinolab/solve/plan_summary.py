@@ -1,14 +1,17 @@
-"""Summary of a plan for the terminal."""
+"""What a plan is, in lines of text: for the terminal and for ``print``."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
-    from kinolab.solve import PlanResult
+    from kinolab.solve.plan import PlanResult
+
+MOST_LINES = 10  # of a plan that is printed
+MOST_NAMES = 12  # of states, or of inputs
 
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
@@ -24,11 +27,13 @@ def progress_text(found: PlanResult, *, anytime: bool) -> str:
     )
 
 
-def summary(problem: PlanningTask, found: PlanResult, report: Mapping[str, Any]) -> str:
+def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] = ()) -> str:
     """Return the summary of a plan.
 
     Args:
-        report: As written to the folder, with a diagnosis if there is one.
+        problem: What it solves.
+        found: The plan.
+        sentences: Of a diagnosis, if there is one; those of the plan's message are left out.
     """
     from kinolab.problem.goal_entries import distance_text
 
@@ -50,7 +55,7 @@ def summary(problem: PlanningTask, found: PlanResult, report: Mapping[str, Any])
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
-    lines += [f"  {sentence}" for sentence in _further(found, report)]
+    lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
 
 
@@ -74,7 +79,26 @@ def _ends(found: PlanResult) -> str:
     return f"{len(found.attempts)} ({ends})"
 
 
-def _further(found: PlanResult, report: Mapping[str, Any]) -> list[str]:
-    """Return the sentences of the diagnosis that are not in the plan's message."""
-    sentences = report["diagnosis"].get("sentences", ())
-    return [sentence for sentence in sentences if sentence not in found.message]
+def plan_text(problem: PlanningTask, found: PlanResult) -> str:
+    """Return what ``print`` shows of a plan, its summary and what it holds: ten lines at most."""
+    lines = summary(problem, found).splitlines()
+    certificate, motion = found.certificate, found.trajectory
+    if certificate is not None and certificate.margin is not None:
+        lines.append(f"  {certificate.margin}")
+    lines.append(
+        f"  {problem.machine.name} in {problem.name}, planner {found.planner}, seed {found.seed}"
+    )
+    if motion is not None:
+        lines.append(f"  {len(motion.t)} knots of {_names(motion.state_names)}")
+        lines.append(f"  inputs {_names(motion.control_names)}")
+        if motion.reference_names:
+            lines.append(f"  references {_names(motion.reference_names)}")
+    if found.timings:
+        spent = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in found.timings.items())
+        lines.append(f"  seconds: {spent}")
+    return "\n".join(lines[:MOST_LINES])
+
+
+def _names(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(names[:MOST_NAMES]) + more if names else "none"
