@@ -22,4 +22,5 @@ def _units(model: Model) -> Iterator[tuple[str, str]]:
     for c in model.machine.coordinates:
         yield from ((name, "" if c.quaternion else c.unit) for name in c.entries)
         yield from ((name, f"{c.unit}/s") for name in c.rates)
+    yield from ((entry.name, entry.unit) for entry in model.quasi_velocities)
     yield from ((state.name, state.unit) for state in model.machine.states)
