@@ -50,6 +50,7 @@ def summary(problem: PlanningTask, found: PlanResult, report: Mapping[str, Any])
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
+    lines += [f"  warning: {sentence}" for sentence in found.warnings]
     lines += [f"  {sentence}" for sentence in _further(found, report)]
     return "\n".join(lines)
 
