@@ -1,6 +1,6 @@
 """How far one step of the planner's integrator errs, and which steps would not.
 
-Too coarse a step is no mistake of the plan: the motion that is verified is the reference's. But what
+Too coarse a step is no mistake of the plan: what is verified is the reference motion. But what
 the planner expects of an input and what the input does differ, and the search pays for it.
 """
 

@@ -27,7 +27,7 @@ BISECTIONS = 60
 
 
 @dataclass(frozen=True)
-class Configurations:
+class SampledConstraints:
     """Configurations within a machine's limits, and what else its constraints rest on.
 
     Attributes:
@@ -42,7 +42,7 @@ class Configurations:
     limits: Array
 
     @classmethod
-    def of(cls, system: Mechanism, binding: SymbolTable) -> Configurations:
+    def of(cls, system: Mechanism, binding: SymbolTable) -> SampledConstraints:
         """Sample configurations; the same machine always gives the same ones."""
         rows = list(sampled_values(system, CONFIGURATIONS))
         names = tuple(rows[0])
@@ -140,7 +140,15 @@ class Configurations:
 
 
 def normalised_determinants(covectors: Array, dependent: Sequence[int]) -> Array:
-    """Return determinants of the dependent columns, relative to the product of the rows' norms."""
+    """Return determinants of the dependent columns, relative to the product of the rows' norms.
+
+    Args:
+        covectors: Rows of coefficients, shape (m, rows, nt).
+        dependent: Indices of as many columns as there are rows.
+
+    Returns:
+        Shape (m,), between -1 and 1.
+    """
     norms = np.linalg.norm(covectors, axis=2)
     with np.errstate(all="ignore"):
         scaled = covectors / np.maximum(norms, 1e-300)[:, :, None]

@@ -12,7 +12,7 @@ Modelling, Planning and Control, 2009, section 11.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb
@@ -21,11 +21,10 @@ from typing import TypeAlias
 import numpy as np
 
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.regularity import Configurations, normalised_determinants
+from kinolab.dynamics.derivation.regularity import SampledConstraints, normalised_determinants
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.frames import Frame, velocity
-from kinolab.dynamics.language.inputs import Drive
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities, tangent_symbols
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
@@ -65,7 +64,11 @@ class _Candidate:
 
 
 def choose_velocities(
-    system: Mechanism, binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array
+    system: Mechanism,
+    binding: SymbolTable,
+    rows: Sequence[Sequence[Node]],
+    samples: Array,
+    driven: Collection[int],
 ) -> VelocityChoice:
     """Choose the independent velocities.
 
@@ -74,6 +77,7 @@ def choose_velocities(
         binding: Its symbols.
         rows: Coefficients of all velocities in each condition, (m, nt).
         samples: Their values at a few states, shape (samples, m, nt).
+        driven: Indices of the velocities whose acceleration is an input, which remain states.
 
     Raises:
         InputError: If the author's choice has the wrong size, or none serves.
@@ -82,13 +86,14 @@ def choose_velocities(
         return _named(system, binding, rows, samples)
     if not rows:
         return VelocityChoice(())
-    coordinate_rates = _rates(system, samples, _free(system, samples))
+    free = _free(system, samples, driven)
+    coordinate_rates = _rates(system, samples, free)
     if not _may_be_singular(system, samples):
         return coordinate_rates
-    places = Configurations.of(system, binding)
+    places = SampledConstraints.of(system, binding)
     if places.singular(rows, coordinate_rates.dependent) is None:
         return coordinate_rates
-    return _quasi(system, binding, rows, places, coordinate_rates) or coordinate_rates
+    return _quasi(system, binding, rows, places, free, coordinate_rates) or coordinate_rates
 
 
 def singular_configuration(
@@ -109,7 +114,7 @@ def singular_configuration(
     """
     if not rows or _closes_loops(system):
         return None
-    found = Configurations.of(system, binding).singular(rows, dependent)
+    found = SampledConstraints.of(system, binding).singular(rows, dependent)
     if found is None:
         return None
     labels = [binding.tape.operations[q].label for q in binding.configuration]
@@ -155,7 +160,7 @@ def _named(
     if not quasi:
         _require_usable(system, _margins(samples, dependent))
         return VelocityChoice(dependent)
-    whole = Configurations.of(system, binding).covectors([*rows, *covectors])
+    whole = SampledConstraints.of(system, binding).covectors([*rows, *covectors])
     _require_usable(system, _margins(whole, dependent))
     return VelocityChoice(dependent, quasi, covectors)
 
@@ -186,24 +191,14 @@ def _require_usable(system: Mechanism, margins: Array) -> None:
         raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
 
 
-def _free(system: Mechanism, samples: Array) -> list[int]:
+def _free(system: Mechanism, samples: Array, driven: Collection[int]) -> list[int]:
     """Return the velocities that may follow from others: all but the driven ones."""
     count, size = samples.shape[1:]
-    free = [i for i in range(size) if i not in driven_rates(system)]
+    free = [i for i in range(size) if i not in driven]
     if count > len(free):
         what = f"{count} constraints, rate inputs and speeds act on {len(free)} velocities."
         raise InputError([Mistake(f"system {system.name!r}", what, "Leave some out.")])
     return free
-
-
-def driven_rates(system: Mechanism) -> dict[int, Drive]:
-    """Return the indices of the velocities whose acceleration is an input, with the input."""
-    symbols = [symbol.name for symbol in tangent_symbols(system)]
-    return {
-        symbols.index(f"{entry.on.name}_dot"): entry
-        for entry in system.inputs
-        if isinstance(entry, Drive)
-    }
 
 
 def _choices(samples: Array, free: Sequence[int]) -> list[tuple[int, ...]]:
@@ -238,7 +233,8 @@ def _quasi(
     system: Mechanism,
     binding: SymbolTable,
     rows: Sequence[Sequence[Node]],
-    places: Configurations,
+    places: SampledConstraints,
+    free: Sequence[int],
     rates: VelocityChoice,
 ) -> VelocityChoice | None:
     """Choose as few quasi-velocities as make the choice regular; None where none is better."""
@@ -246,7 +242,6 @@ def _quasi(
     usable = np.isfinite(held).all(axis=(1, 2))
     places = replace(places, values=places.values[usable])
     held = held[usable]
-    free = _free(system, held)
     directions = list(_directions(system, binding, places, held))
     best, merit = None, _merit(held, rates.dependent) + CLEARLY
     for count in range(1, held.shape[2] - held.shape[1] + 1):
@@ -297,7 +292,7 @@ def _merit(covectors: Array, dependent: Sequence[int]) -> float:
 
 
 def _directions(
-    system: Mechanism, binding: SymbolTable, places: Configurations, held: Array
+    system: Mechanism, binding: SymbolTable, places: SampledConstraints, held: Array
 ) -> Iterator[_Candidate]:
     """Yield velocities of frames along their axes, except rates and what constraints hold."""
     nt = held.shape[2]

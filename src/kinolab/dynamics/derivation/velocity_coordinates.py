@@ -19,12 +19,12 @@ from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.derivation.velocity_choice import (
     VelocityChoice,
     choose_velocities,
-    driven_rates,
 )
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.frames import time_derivative
-from kinolab.dynamics.language.inputs import Rate
+from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.errors import InputError, Mistake
 
@@ -151,7 +151,8 @@ def _choice(
     system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintRow]
 ) -> VelocityChoice:
     samples = _samples(system, binding, rows) if rows else np.empty((1, 0, len(binding.tangent)))
-    return choose_velocities(system, binding, [row.covector for row in rows], samples)
+    covectors = [row.covector for row in rows]
+    return choose_velocities(system, binding, covectors, samples, _driven(system))
 
 
 def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
@@ -271,6 +272,16 @@ def _close(
     return False
 
 
+def _driven(system: Mechanism) -> dict[int, Drive]:
+    """Return the indices of the velocities whose acceleration is an input, with the input."""
+    symbols = [symbol.name for symbol in tangent_symbols(system)]
+    return {
+        symbols.index(f"{entry.on.name}_dot"): entry
+        for entry in system.inputs
+        if isinstance(entry, Drive)
+    }
+
+
 def _solve(
     system: Mechanism,
     binding: SymbolTable,
@@ -308,7 +319,7 @@ def _solve(
     )
     biases = tape.substitute([row.bias for row in defining], binding.at(velocities))
     (drift,) = solve_square(tape, block, [[tape.neg(bias) for bias in biases]], Guards())
-    driven = driven_rates(system)
+    driven = _driven(system)
     return VelocityCoordinates(
         rows=tuple(rows),
         redundant=redundant,
