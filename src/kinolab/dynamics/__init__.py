@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         velocity,
     )
     from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+    from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
     from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
     from kinolab.dynamics.language.symbols import (
         Attitude,
@@ -115,6 +116,7 @@ __all__ = [
     "PlaneCurves",
     "Potential",
     "Pull",
+    "QuasiVelocity",
     "Rate",
     "Reference",
     "Regulator",
@@ -255,6 +257,7 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Rate",
             "Torque",
         ),
+        "kinolab.dynamics.language.quasi_velocities": ("QuasiVelocity",),
         "kinolab.dynamics.language.shapes": (
             "Box",
             "Capsule",

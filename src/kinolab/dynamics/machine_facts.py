@@ -53,6 +53,17 @@ class StateFacts:
 
 
 @dataclass(frozen=True)
+class QuasiVelocityFacts:
+    """A quasi-velocity that is a state; ``direction`` says in words what it is."""
+
+    name: str
+    unit: str
+    speed: float
+    scale: float
+    direction: str
+
+
+@dataclass(frozen=True)
 class InputFacts:
     """An input, or a reference of feedback."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,12 @@ from kinolab.dynamics.codegen.compiled_functions import SINGULAR
 from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.machine_facts import MachineFacts, facts_of
+from kinolab.dynamics.machine_facts import (
+    CoordinateFacts,
+    MachineFacts,
+    QuasiVelocityFacts,
+    facts_of,
+)
 from kinolab.errors import (
     InputError,
     Mistake,
@@ -30,6 +35,7 @@ if TYPE_CHECKING:  # what describes and derives a machine: one that is in the ca
     from kinolab.dynamics.language.feedback import Feedback
     from kinolab.dynamics.language.mechanism import Mechanism
 
+SINGULAR_CONDITION = 1e6  # condition number from which velocities do not determine the motion
 POSE = 12  # numbers per body: the rows of [R | p]
 
 
@@ -54,6 +60,9 @@ class Model:
         machine: What planning asks besides equations: names, limits, shapes.
         key: Stands for the machine, all of it, on this processor.
         independent: Indices, among all velocities, of those that are states.
+        quasi_velocities: What else are independent velocities, before those; most machines have
+            none.
+        velocity_names: Names of the independent velocities, shape (nv,).
         redundant: Names of constraints that follow from the others.
         state_names: Names of the entries of x, shape (nx,).
         control_names: Names of the entries of u, shape (nu,).
@@ -124,18 +133,25 @@ class Model:
         self._source: tuple[str, Callable[[], Mechanism]] | None = None
         self._code = MachineCode(key, build, closed=machine.references is not None)
         self.independent, self.redundant = self._code.independent, self._code.redundant
+        self.quasi_velocities = self._code.quasi
         self.coordinate_names = tuple(name for c in machine.coordinates for name in c.entries)
         self.rate_names = machine.rate_names
+        self.velocity_names = (
+            *(entry.name for entry in self.quasi_velocities),
+            *(self.rate_names[i] for i in self.independent),
+        )
         self.state_names = (
             *self.coordinate_names,
-            *(self.rate_names[i] for i in self.independent),
+            *self.velocity_names,
             *(entry.name for entry in machine.states),
         )
         self.control_names = tuple(entry.name for entry in machine.chosen)
         self.control_bounds: Array = np.array(
             [entry.limits for entry in machine.chosen], dtype=float
         ).reshape(-1, 2)
-        self.state_bounds, self.state_scales, self.circular = _entries(machine, self.independent)
+        self.state_bounds, self.state_scales, self.circular = _entries(
+            machine, self.quasi_velocities, self.independent
+        )
         self.parameter_names = tuple(name for name, _ in machine.parameters)
         self._defaults = np.array([value for _, value in machine.parameters])
 
@@ -199,6 +215,11 @@ class Model:
     def nq(self) -> int:
         """Number of entries of a configuration."""
         return len(self.coordinate_names)
+
+    @property
+    def nv(self) -> int:
+        """Number of independent velocities."""
+        return len(self.velocity_names)
 
     @property
     def nt(self) -> int:
@@ -544,14 +565,14 @@ def _plant_of(model: Model) -> Mechanism:
 
 
 def _entries(
-    machine: MachineFacts, independent: tuple[int, ...]
+    machine: MachineFacts, quasi: Sequence[QuasiVelocityFacts], independent: tuple[int, ...]
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return each entry's limits (nx, 2), its scale (nx,) and whether it is on a circle (nx,)."""
     limits = [c.limits for c in machine.coordinates for _ in c.entries]
     scales = [c.scale for c in machine.coordinates for _ in c.entries]
     circular = [c.on_circle for c in machine.coordinates for _ in c.entries]
     owners = [c for c in machine.coordinates for _ in c.rates]
-    moving = [owners[i] for i in independent]
+    moving: list[CoordinateFacts | QuasiVelocityFacts] = [*quasi, *(owners[i] for i in independent)]
     limits += [(-c.speed, c.speed) for c in moving] + [entry.limits for entry in machine.states]
     scales += [c.speed if np.isfinite(c.speed) else c.scale for c in moving]
     scales += [entry.scale for entry in machine.states]
@@ -580,18 +601,20 @@ def _failure(model: Model, status: int, x: Array) -> str:
     if status & SINGULAR:
         cause = f"a velocity or mass is undetermined{_chart_left(model, x)}"
     state = ", ".join(f"{n}={v:.6g}" for n, v in zip(model.state_names, x, strict=True))
-    return f"{model.machine.name}: the equations of motion cannot be solved at {state}: {cause}."
+    text = f"{model.machine.name}: the equations of motion cannot be solved at {state}: {cause}"
+    return text if text.endswith(".") else f"{text}."
 
 
 def _chart_left(model: Model, x: Array) -> str:
     """Say how far outside the chart of the independent velocities a state is."""
     if not model.machine.constraints or model.machine.all_rates:
         return ""
-    from kinolab.dynamics.derivation.velocity_coordinates import condition_number
+    from kinolab.dynamics.derivation.singularity import condition_number, cure_of
 
     values = dict(zip(model.state_names, map(float, x), strict=True))
     try:
         number = condition_number(model.system, values | model.system.parameter_values)
     except (ArithmeticError, LookupError, ValueError):  # no value, or an input's is needed
         return " (outside the chart of the independent velocities)"
-    return f" (outside the chart of the independent velocities: condition number {number:.3g})"
+    where = f" (outside the chart of the independent velocities: condition number {number:.3g})"
+    return f"{where}. {cure_of(model.system)}" if number > SINGULAR_CONDITION else where

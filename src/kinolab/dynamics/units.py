@@ -11,6 +11,7 @@ from kinolab.dynamics.model import Model
 def state_units(model: Model) -> tuple[str, ...]:
     """Return the unit of each state entry; empty if dimensionless."""
     units = dict(_units(model.machine))
+    units |= {entry.name: entry.unit for entry in model.quasi_velocities}
     return tuple(units[name] for name in model.state_names)
 
 

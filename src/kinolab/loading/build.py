@@ -140,7 +140,10 @@ def _parts(
         return None, obstacles  # it is among the mistakes already
     machine = _collect(mistakes, partial(ScenarioMachine, scenario))
     if machine is not None:
-        mistakes += name_mistakes(scenario, machine.facts)
+        wrong = name_mistakes(scenario, machine.facts)
+        if wrong and (further := machine.quasi_velocities()):
+            wrong = name_mistakes(scenario, machine.facts, further)
+        mistakes += wrong
     if planner:
         mistakes += [mistake_at(issue, scenario.origin) for issue in planner_issues(scenario)]
     return machine, obstacles

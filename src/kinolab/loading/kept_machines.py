@@ -19,6 +19,7 @@ from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.cache import code_in
 from kinolab.dynamics.language.json.machine_folder import texts_of
 from kinolab.dynamics.machine_facts import MachineFacts, facts_of
+from kinolab.errors import InputError
 from kinolab.loading.find import find_system
 from kinolab.scenario import Scenario
 
@@ -52,6 +53,17 @@ class ScenarioMachine:
             self.facts = facts_of(self._system)
         else:
             self.facts = self._kept.machine
+
+    def quasi_velocities(self) -> tuple[str, ...]:
+        """Return the names of velocities that are no rates, without deriving what follows."""
+        if self._kept is not None:
+            return tuple(entry.name for entry in self._kept.quasi_velocities)
+        from kinolab.dynamics.derivation.velocity_coordinates import chosen_quasi_velocities
+
+        try:
+            return tuple(entry.name for entry in chosen_quasi_velocities(self._system))
+        except InputError:
+            return ()  # the derivation will say what is wrong
 
     def model(self) -> Model:
         """Return its equations of motion, its regulator designed.
@@ -118,6 +130,6 @@ def _with_law(scenario: Scenario) -> Mechanism:
 
 
 def _limited(model: Model, limits: Limits) -> Mechanism:
-    from kinolab.dynamics.language.tightened_limits import with_tightened_limits
+    from kinolab.loading.tightened_limits import with_tightened_limits
 
     return with_tightened_limits(model.system, limits)

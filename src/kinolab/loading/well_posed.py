@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,14 @@ MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world h
 MIN_STEP = 1e-6  # [s]
 
 
-def name_mistakes(scenario: Scenario, machine: MachineFacts) -> list[Mistake]:
+def name_mistakes(
+    scenario: Scenario, machine: MachineFacts, quasi_velocities: Sequence[str] = ()
+) -> list[Mistake]:
     """List the names in a scenario that its machine does not have, and angles that are none."""
     return check_angles(scenario, units_by_name(machine)) + check_names(
         scenario,
         [coordinate.name for coordinate in machine.coordinates],
-        [*machine.rate_names, *(state.name for state in machine.states)],
+        [*machine.rate_names, *quasi_velocities, *(state.name for state in machine.states)],
         [name for name, _ in machine.parameters],
         [body.name for body in machine.bodies],
         chosen_names(machine),
@@ -82,7 +84,7 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
         if name in scenario.bounds:
             what = f"{name} is a rotation, which has no limits."
             yield Issue(("bounds", name), what, "Limit its rates, or use [[keep_out]].")
-    free = ", ".join(name for name in model.state_names if name in model.rate_names)
+    free = ", ".join(model.velocity_names)
     sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
     for section, values in sections.items():
         for name, value in values.items():

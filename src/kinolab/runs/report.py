@@ -52,7 +52,7 @@ def report_of(
             check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
         "margin": margin_to_json(certificate),
-        "warnings": list(problem.world.warnings),
+        "warnings": [*problem.world.warnings, *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "assets": hashes_of(assets),
         "versions": _versions(),

@@ -20,6 +20,7 @@ from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.search.plugins import search
 from kinolab.simulation import stiffness
 from kinolab.simulation.reference import DivergedError, follow_map, resimulate, trajectory_under
+from kinolab.simulation.step_error import step_error
 from kinolab.solve.plan import REFUSED, PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
@@ -86,7 +87,15 @@ def attempt(
         verdict.message,
         interrupted=budget.interrupted,
         graph=result.graph,
+        warnings=tuple(_warnings(problem, verdict.trajectory)),
     )
+
+
+def _warnings(problem: PlanningTask, trajectory: Trajectory | None) -> Iterator[str]:
+    """Yield what is wrong with the planner's own steps along what it found."""
+    found = None if trajectory is None else step_error(problem, trajectory)
+    if found is not None:
+        yield found.sentence
 
 
 def motion(

@@ -105,6 +105,7 @@ class PlanResult:
         graph: Search graph of the motion's first search; None if not kept.
         refused: Number of motions that the verifier rejected, by failed checks; the search
             continued.
+        warnings: What the plan does not suffer from but the search did, in sentences.
     """
 
     status: str
@@ -124,6 +125,7 @@ class PlanResult:
     improvements: tuple[Improvement, ...] = ()
     graph: SearchGraph | None = None
     refused: dict[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:

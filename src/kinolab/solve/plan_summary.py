@@ -55,6 +55,7 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
+    lines += [f"  warning: {sentence}" for sentence in found.warnings]
     lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
 

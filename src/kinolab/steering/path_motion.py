@@ -126,7 +126,7 @@ class PathMotion:
         self._rates = [_rate_of(model, i) for i in self._known]
         self._other = [i for i in range(model.nq) if i not in self._known]
         self._other_rates = [_rate_of(model, i) for i in self._other]
-        self._speeds = slice(model.nq, model.nq + len(model.independent))
+        self._speeds = slice(model.nq, model.nq + model.nv)
         lower, upper = model.control_bounds.T
         self._middle, self._half = (lower + upper) / 2, np.maximum((upper - lower) / 2, 1e-12)
         self._limited = np.flatnonzero(np.isfinite(problem.bounds).all(axis=1))
@@ -252,8 +252,8 @@ class PathMotion:
 
         Velocities are None if the rates violate the constraints.
         """
-        model, count = self._model, len(self._model.independent)
-        if count == model.nt and not self._other:
+        model, count = self._model, self._model.nv
+        if model.velocity_names == model.rate_names and not self._other:
             speeds = np.empty_like(rates)
             speeds[:, self._rates] = rates
             return speeds, np.empty((len(x), 0))

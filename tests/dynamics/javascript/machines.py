@@ -10,6 +10,7 @@ import kinolab.systems
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
+from tests.dynamics.wheeled import roller_racer
 from tests.feedback_machines import cart_pole
 from tests.machines import four_bar_by_multipliers, rope_pendulum, sprung_cart
 
@@ -19,6 +20,7 @@ MAKERS: dict[str, Callable[[], System]] = {
     **{name: partial(kinolab.systems.get, name) for name in kinolab.systems.names()},
     "cart_pole": cart_pole,  # with a controller that kinolab designs
     "four_bar_by_multipliers": four_bar_by_multipliers,
+    "roller_racer": roller_racer,  # with a velocity that is no rate
     "rope_pendulum": rope_pendulum,
     "sprung_cart": sprung_cart,  # with a further state, a spring and dry friction
 }
@@ -34,7 +36,9 @@ def states(name: str) -> Array:
     """States whose positions the constraints allow, shape (N, nx)."""
     made = model(name)
     samples = feasible_values(made.system, SymbolTable.of(made.system))
-    return np.array([[values[entry] for entry in made.state_names] for values in samples])
+    speeds = {entry.name: 0.4 for entry in made.quasi_velocities}
+    rows = ({**speeds, **values} for values in samples)
+    return np.array([[values[entry] for entry in made.state_names] for values in rows])
 
 
 def inputs(name: str, count: int, share: float = 1.0) -> Array:

@@ -23,6 +23,8 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "states": found.states.dimension,
         "stored_numbers": found.states.stored,
         "further_states": list(found.states.further),
+        "velocities": [{"name": name, "what": what} for name, what in found.velocities],
+        "singular": found.singular or None,
         "constraints": [asdict(constraint) for constraint in found.constraints],
         "integrable_combinations": list(closure.combinations) if closure else [],
         "integrals": [str(integral) for integral in closure.integrals] if closure else [],

@@ -18,6 +18,7 @@ from kinolab.dynamics.analysis.fields import (
     vector_fields,
 )
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
 from kinolab.dynamics.language.constraints import PositionConstraint
@@ -51,6 +52,8 @@ class Description:
         dimension: Of the configuration space.
         freedom: Degrees of freedom: independent velocities under the constraints.
         states: The state space: its dimension and what it consists of.
+        velocities: The independent velocities and speeds that are states, each with what it is.
+        singular: Where they do not determine the motion, in a sentence; empty if nowhere.
         constraints: Each with its kind.
         inputs: The control inputs.
         closure: Of the admissible motions; None if the constraints depend on inputs.
@@ -69,6 +72,8 @@ class Description:
     dimension: int
     freedom: int
     states: StateStorage
+    velocities: tuple[tuple[str, str], ...]
+    singular: str
     constraints: tuple[ConstraintKind, ...]
     inputs: tuple[Input, ...]
     closure: InvolutiveClosure | None
@@ -112,6 +117,8 @@ def describe(system: System) -> Description:
             stored=model.nx,
             redundant=model.redundant,
         ),
+        velocities=tuple(_velocities(model)),
+        singular="" if (found := singularity_of(system)) is None else found.sentence,
         constraints=tuple(_kinds(system, closure)),
         inputs=system.inputs,
         closure=closure,
@@ -148,6 +155,14 @@ def _freedom(system: System, closure: InvolutiveClosure | None) -> int:
     binding = SymbolTable.of(system)
     kept, _ = independent_rows(system, binding, constraint_rows(system, binding))
     return dimension_of(system) - len(kept)
+
+
+def _velocities(model: Model) -> Iterator[tuple[str, str]]:
+    """Yield the independent velocities with what each is."""
+    for entry in model.quasi_velocities:
+        yield entry.name, entry.direction
+    for i in model.independent:
+        yield model.rate_names[i], "rate of a coordinate"
 
 
 def _kinds(system: System, closure: InvolutiveClosure | None) -> Iterator[ConstraintKind]:

@@ -25,6 +25,12 @@ def _lines(found: Description) -> Iterator[str]:
     yield f"    {found.states.parts()}"
     if found.states.storage():
         yield f"    {found.states.storage()}"
+    if any(what != "rate of a coordinate" for _, what in found.velocities):
+        yield from _group("velocities", found.velocities)
+    if found.singular:
+        yield from wrap(
+            found.singular, LINE_WIDTH, initial_indent="    ", subsequent_indent="      "
+        )
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
     yield "  controllability"

@@ -29,7 +29,7 @@ def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     and inputs. A kinematic machine has none.
     """
     names = problem.model.state_names
-    rates = [i for i, name in enumerate(names) if name in problem.model.rate_names]
+    rates = list(range(problem.model.nq, problem.model.nq + problem.model.nv))
     parts = [_reached(problem, x, u)[rates] for x, u in _drawn(problem)]
     parts = [part for part in parts if part.size]
     if not rates or not parts:

@@ -148,7 +148,7 @@ def _wants_rest(problem: PlanningTask) -> bool:
     """Whether the goal requires all velocity states to be zero."""
     model = problem.model
     wanted = dict(zip(problem.goal.indices, problem.goal.targets, strict=True))
-    rates = [i for i, name in enumerate(model.state_names) if name in model.rate_names]
+    rates = list(range(model.nq, model.nq + model.nv))
     return bool(rates) and all(wanted.get(i, math.inf) == 0.0 for i in rates)
 
 
@@ -176,7 +176,7 @@ class _Balance:
     def __init__(self, problem: PlanningTask, x: Array) -> None:
         model = problem.model
         self._model, self._scales = model, problem.scales
-        rates = [i for i, name in enumerate(model.state_names) if name in model.rate_names]
+        rates = list(range(model.nq, model.nq + model.nv))
         self._still = x.copy()
         self._still[rates] = 0.0
         self._further = np.array(

@@ -18,7 +18,11 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import (
+    configuration_symbols,
+    quasi_velocities,
+    tangent_symbols,
+)
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
@@ -63,8 +67,10 @@ class StateFunctions:
     def __init__(self, model: Model, expressions: Sequence[Number]) -> None:
         system = model.system
         rates = tangent_symbols(system)
+        chosen = {v.name: v.symbol for v in quasi_velocities(system)}
         self._symbols = [
             *configuration_symbols(system),
+            *(chosen.get(v.name, sympy.Symbol(v.name)) for v in model.quasi_velocities),
             *(rates[i] for i in model.independent),
             *(entry.symbol for entry in system.states),
         ]

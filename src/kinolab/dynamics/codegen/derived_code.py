@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
@@ -33,4 +34,14 @@ def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any
         sizes |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
         text += "\n" + emit_closed_loop(d, system, law)
     facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
+    facts["quasi"] = [
+        {
+            "name": v.name,
+            "unit": v.unit,
+            "speed": v.speed if math.isfinite(v.speed) else None,
+            "scale": v.scale,
+            "direction": v.direction or str(v.velocity),
+        }
+        for v in d.quasi
+    ]
     return facts, compile_ir(text)

@@ -6,6 +6,7 @@ What each function takes, ``emission`` says. A status of 0 means that it worked.
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import Any
@@ -21,6 +22,7 @@ from kinolab.dynamics.codegen.compiled_functions import (
 )
 from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.llvm_jit import link
+from kinolab.dynamics.machine_facts import QuasiVelocityFacts
 from kinolab.numerics.arrays import Array
 
 STATUS, POINTER, INTEGER = ctypes.c_int32, ctypes.c_void_p, ctypes.c_int64
@@ -43,6 +45,7 @@ class MachineCode:
     Attributes:
         sizes: Length of each function's result, by the function's name.
         independent: Indices, among all velocities, of those that are states.
+        quasi: The quasi-velocities that are states, before those.
         redundant: Names of constraints that follow from the others.
 
     Raises:
@@ -55,6 +58,7 @@ class MachineCode:
         facts, code = cached(key, build)
         self.sizes: dict[str, int] = facts["sizes"]
         self.independent: tuple[int, ...] = tuple(facts["independent"])
+        self.quasi = tuple(_quasi_velocity(**entry) for entry in facts["quasi"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if closed}
         self._library = link(code, {*self.sizes, *FUNCTIONS, *self._closed.values()})
@@ -134,3 +138,8 @@ def bound(address: int, *arrays: Any) -> Callable[[], int]:
 
 def _pointer(array: Array) -> int:
     return int(array.ctypes.data)
+
+
+def _quasi_velocity(*, speed: float | None, **facts: Any) -> QuasiVelocityFacts:
+    """Return the facts of a quasi-velocity; JSON has no infinity, so an absent limit is none."""
+    return QuasiVelocityFacts(speed=math.inf if speed is None else speed, **facts)

@@ -38,7 +38,8 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
 
@@ -56,6 +57,7 @@ class Derivation:
     Attributes:
         binding: The expression graph and its variables.
         independent: Indices of the velocities that are states.
+        quasi: The quasi-velocities that are states, before those.
         redundant: Names of redundant constraints.
         state: The variables of x = (q, v, auxiliary states).
         attitudes: Offsets of quaternions in the state.
@@ -80,6 +82,7 @@ class Derivation:
 
     binding: SymbolTable
     independent: tuple[int, ...]
+    quasi: tuple[QuasiVelocity, ...]
     redundant: tuple[str, ...]
     state: tuple[Node, ...]
     attitudes: tuple[int, ...]
@@ -152,12 +155,12 @@ class _Derivation:
             self.chart = velocity_coordinates(system, self.binding, self.guards)
             self.rows = list(self.chart.rows)
             self.redundant = self.chart.redundant
-        if not self.chart.independent and not self.chart.input_directions:
+        if not self.chart.states and not self.chart.input_directions:
             what = "nothing in it can move."
             remedy = "Give it coordinates, and fewer constraints than coordinates."
             raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
         self.chart_guards = tuple(self.guards.nodes)
-        self.states = [self.binding.tangent[i] for i in self.chart.independent]
+        self.states = self.chart.states
 
     def result(self) -> Derivation:
         """Return all nodes."""
@@ -176,6 +179,7 @@ class _Derivation:
         return Derivation(
             binding=binding,
             independent=chart.independent,
+            quasi=chart.quasi,
             redundant=self.redundant,
             state=(*binding.configuration, *self.states, *binding.states),
             attitudes=tuple(self._attitudes()),
@@ -207,7 +211,7 @@ class _Derivation:
 
     def _accelerations(self) -> list[Node]:
         """Return the derivatives of the independent velocities."""
-        if not self.chart.independent:
+        if not self.chart.states:
             return []
         if self.multipliers:
             return self._accelerations_by_multipliers()
@@ -216,7 +220,7 @@ class _Derivation:
     def _reduced_accelerations(self) -> list[Node]:
         """Solve M_ff v_dot_f = F_f for given driven accelerations."""
         tape, chart = self.tape, self.chart
-        free = [k for k in range(len(chart.independent)) if k not in chart.driven]
+        free = [k for k in range(len(chart.states)) if k not in chart.driven]
         given = combine(
             self.binding, [chart.directions[k] for k in chart.driven], chart.driven.values()
         )
@@ -229,7 +233,7 @@ class _Derivation:
         block = [[M[i][j] for j in free] for i in free]
         (solved,) = solve_definite(tape, block, [[loads[i] for i in free]], self.guards)
         accelerations = dict(zip(free, solved, strict=True)) | chart.driven
-        return [accelerations[k] for k in range(len(chart.independent))]
+        return [accelerations[k] for k in range(len(chart.states))]
 
     def _loads(self, mechanics: NewtonEuler) -> list[Node]:
         """Return all forces minus the inertial forces of known accelerations."""
@@ -316,14 +320,13 @@ class _Derivation:
         tape = self.tape
         missing = self._unbalanced(nu_dot)
         if not self.multipliers:
-            for k, i in enumerate(self.chart.independent):
+            for k, i in enumerate(self.chart.independent, start=len(self.chart.quasi)):
                 if k in self.chart.driven:
                     missing[i] = tape.zero  # the drive's own force, not a constraint's
-            block = [[row.covector[i] for row in self.rows] for i in self.chart.dependent]
-            (forces,) = solve_square(
-                tape, block, [[missing[i] for i in self.chart.dependent]], Guards()
-            )
-            return tuple(forces)
+            rows, dependent = self.chart.defining, self.chart.dependent
+            block = [[row.covector[i] for row in rows] for i in dependent]
+            (forces,) = solve_square(tape, block, [[missing[i] for i in dependent]], Guards())
+            return tuple(forces[: len(self.rows)])  # no force acts along a quasi-velocity
         covectors = [row.covector for row in self.rows]
         projected = [tape.dot(covector, missing) for covector in covectors]
         (forces,) = self._solve_compliance(covectors, covectors, [projected])
@@ -465,8 +468,7 @@ class _Derivation:
             raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
 
     def _velocity_name(self, k: int) -> str:
-        symbols = tangent_symbols(self.system)
-        return str(symbols[self.chart.independent[k]].name).removesuffix("_dot")
+        return self.tape.operations[self.states[k]].label.removesuffix("_dot")
 
     def _check_rate_inputs(self, free: list[int]) -> None:
         """Reject an imposed velocity that would accelerate mass."""

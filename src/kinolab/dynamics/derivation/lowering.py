@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -107,9 +107,16 @@ def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -
     """Evaluate an expression at arrays of values; the result has their broadcast shape."""
     tape, names, end = _lowered(expression, tuple(values))
     arrays = (np.asarray(value, float) for value in values.values())
-    given = dict(zip(names, arrays, strict=True))
-    memo: dict[int, Array] = {}
-    for node in tape.needed([end]):
+    (found,) = evaluate_nodes(tape, [end], dict(zip(names, arrays, strict=True)))
+    return found
+
+
+def evaluate_nodes(
+    tape: ExpressionGraph, outputs: Sequence[Node], given: Mapping[Node, Array]
+) -> list[Array]:
+    """Evaluate nodes at arrays of values of the variables; results have their broadcast shape."""
+    memo: dict[Node, Array] = {}
+    for node in tape.needed(outputs):
         operation = tape.operations[node]
         if operation.name == "const":
             memo[node] = np.asarray(operation.value)
@@ -118,7 +125,7 @@ def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -
         else:
             memo[node] = ON_ARRAYS[operation.name](*(memo[o] for o in operation.operands))
     shape = np.broadcast_shapes(*(array.shape for array in given.values()))
-    return np.broadcast_to(memo[end], shape).copy()
+    return [np.broadcast_to(memo[output], shape).copy() for output in outputs]
 
 
 @lru_cache(maxsize=256)

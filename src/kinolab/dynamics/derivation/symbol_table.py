@@ -10,9 +10,14 @@ import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import (
+    configuration_symbols,
+    quasi_velocities,
+    tangent_symbols,
+)
 from kinolab.dynamics.language.symbols import Coordinate
 
 RANDOM_STATES = 12  # more never changed a choice
@@ -54,6 +59,8 @@ class SymbolTable:
             for symbol in (*q, *v, *further, *controls, *system.parameters)
         }
         lower = Lowering(tape, bound)
+        quasi = {v.symbol: lower(v.velocity) for v in quasi_velocities(system)}
+        lower = Lowering(tape, bound | quasi)
         return cls(
             tape=tape,
             lower=lower,
@@ -71,6 +78,11 @@ class SymbolTable:
         if velocities is not None:
             rows = self.tape.substitute(rows, self.at(velocities))
         return dict(zip(self.configuration, rows, strict=True))
+
+    def slopes(self, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
+        """Return a velocity's node, and its derivative by each velocity of the machine."""
+        tape, node = self.tape, self.lower(exact(velocity))
+        return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in self.tangent)
 
     def at(self, velocities: Sequence[Node]) -> Mapping[Node, Node]:
         """Return the substitution of the velocity variables by given nodes."""

@@ -1,35 +1,35 @@
 """Velocity coordinates (generalised speeds): independent velocities, and all others from them.
 
 Constraints, rate inputs and speeds that are states are rows A(q) nu = b with b zero, an input or a
-state. A fixed choice of independent velocities v determines the others: nu = S(q) v + U(q) b.
+state. A fixed choice of independent velocities v determines the others: nu = S(q) v + U(q) b. Some
+of v may be quasi-velocities, which are rows with the quasi-velocity on the right.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
-from math import comb
 
 import numpy as np
 import sympy
 
-from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
+from kinolab.dynamics.derivation.velocity_choice import (
+    VelocityChoice,
+    choose_velocities,
+)
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.errors import InputError, Mistake
 
-MIN_PIVOT = 1e-6  # smallest singular value of a usable choice, relative to the rows' norm
 NEWTON_STEPS = 50  # towards a configuration that satisfies the loop closure
 CLOSURE_TOLERANCE = 1e-10  # [m] or [rad], of such a configuration
-MAX_CHOICES = 5000  # above which the choice is greedy instead of optimal
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class ConstraintRow:
     Attributes:
         name: Of the constraint, input or state.
         covector: Coefficient of each velocity.
-        value: Zero for a constraint, the input of a rate input, the state of a speed.
+        value: Zero for a constraint, the input of a rate input, the state of a speed, the value of
+            a quasi-velocity.
         bias: d/dt(covector) . nu, the acceleration-free part of the derivative, in the velocity
             variables.
     """
@@ -57,9 +58,12 @@ class VelocityCoordinates:
     Attributes:
         rows: The conditions without redundant ones.
         redundant: Names of redundant constraints.
-        dependent: Indices of the velocities determined by the rows.
+        quasi: The quasi-velocities that are states, before the rates that are.
+        quasi_rows: Their definitions.
+        dependent: Indices of the velocities determined by all rows.
         independent: Indices of the velocities that are states.
-        driven: Positions in ``independent`` whose acceleration is an input, with its node.
+        states: The variables of the independent velocities v.
+        driven: Positions in v whose acceleration is an input, with its node.
         directions: Columns of S, one per independent velocity.
         input_directions: Columns of U, by the node of the input or state.
         velocities: nu = S v + U b.
@@ -68,13 +72,21 @@ class VelocityCoordinates:
 
     rows: tuple[ConstraintRow, ...]
     redundant: tuple[str, ...]
+    quasi: tuple[QuasiVelocity, ...]
+    quasi_rows: tuple[ConstraintRow, ...]
     dependent: tuple[int, ...]
     independent: tuple[int, ...]
+    states: tuple[Node, ...]
     driven: dict[int, Node]
     directions: tuple[tuple[Node, ...], ...]
     input_directions: dict[Node, tuple[Node, ...]]
     velocities: tuple[Node, ...]
     accelerations: tuple[Node, ...]
+
+    @property
+    def defining(self) -> tuple[ConstraintRow, ...]:
+        """All rows, whose block of dependent velocities must be regular."""
+        return (*self.rows, *self.quasi_rows)
 
 
 def velocity_of(constraint: Constraint) -> sympy.Expr:
@@ -100,6 +112,27 @@ def velocity_coordinates(
     system: Mechanism, binding: SymbolTable, guards: Guards
 ) -> VelocityCoordinates:
     """Choose the independent velocities and solve for all others."""
+    rows, redundant = _conditions(system, binding)
+    return _solve(system, binding, guards, rows, redundant, _choice(system, binding, rows))
+
+
+def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
+    """Return the quasi-velocities among a machine's independent velocities, mostly none.
+
+    Raises:
+        InputError: As ``derive``, for what concerns constraints and velocities.
+    """
+    if system.velocities == "all":
+        return ()
+    binding = SymbolTable.of(system)
+    rows, _ = _conditions(system, binding)
+    return _choice(system, binding, rows).quasi
+
+
+def _conditions(
+    system: Mechanism, binding: SymbolTable
+) -> tuple[list[ConstraintRow], tuple[str, ...]]:
+    """Return what constraints, inputs and speeds demand of velocities; also what is redundant."""
     rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
     rows += [
         _row(binding, f"input {i.name!r}", i.name, i.velocity, binding.lower(i.symbol))
@@ -111,27 +144,15 @@ def velocity_coordinates(
         for s in system.states
         if s.velocity is not None
     ]
-    dependent = _choose(system, binding, rows)
-    independent = tuple(i for i in range(len(binding.tangent)) if i not in dependent)
-    return _solve(system, binding, guards, rows, redundant, dependent, independent)
+    return rows, redundant
 
 
-def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
-    """Return the condition number of the solve for the dependent velocities at a state.
-
-    Args:
-        system: The machine.
-        values: Of the configuration and the parameters, by name.
-    """
-    binding = SymbolTable.of(system)
-    chart = velocity_coordinates(system, binding, Guards())
-    block = [[row.covector[i] for i in chart.dependent] for row in chart.rows]
-    flat = [entry for row in block for entry in row]
-    matrix = np.reshape(binding.tape.evaluate(flat, dict(values)), (len(block), -1))
-    whole = [entry for row in chart.rows for entry in row.covector]
-    size = np.linalg.norm(binding.tape.evaluate(whole, dict(values)))
-    smallest = np.linalg.svd(matrix, compute_uv=False)[-1]
-    return float(size / max(smallest, 1e-300))
+def _choice(
+    system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintRow]
+) -> VelocityChoice:
+    samples = _samples(system, binding, rows) if rows else np.empty((1, 0, len(binding.tangent)))
+    covectors = [row.covector for row in rows]
+    return choose_velocities(system, binding, covectors, samples, _driven(system))
 
 
 def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
@@ -141,8 +162,11 @@ def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
     return VelocityCoordinates(
         rows=(),
         redundant=(),
+        quasi=(),
+        quasi_rows=(),
         dependent=(),
         independent=tuple(range(size)),
+        states=binding.tangent,
         driven={},
         directions=tuple(map(tuple, unit)),
         input_directions={},
@@ -155,10 +179,10 @@ def _row(
     binding: SymbolTable, where: str, name: str, velocity: sympy.Expr, value: Node
 ) -> ConstraintRow:
     tape = binding.tape
-    node, covector = _slopes(binding, velocity)
+    node, covector = binding.slopes(velocity)
     moving = frozenset(binding.tangent)
     if any(tape.depends_on(entry) & moving for entry in covector):
-        node, covector = _slopes(binding, sympy.expand(velocity))
+        node, covector = binding.slopes(sympy.expand(velocity))
     if any(tape.depends_on(entry) & moving for entry in covector):
         raise InputError([Mistake(where, "it is not linear in the rates.")])
     at_rest = tape.substitute([node], dict.fromkeys(binding.tangent, tape.zero))[0]
@@ -169,12 +193,6 @@ def _row(
         raise InputError([Mistake(where, "it never bites: no rate occurs in it.")])
     (bias,) = tape.derivative([node], binding.flow())
     return ConstraintRow(name, covector, value, bias)
-
-
-def _slopes(binding: SymbolTable, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
-    """Return a velocity's node and its derivative by each of the machine's velocities."""
-    tape, node = binding.tape, binding.lower(exact(velocity))
-    return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in binding.tangent)
 
 
 def independent_rows(
@@ -254,78 +272,8 @@ def _close(
     return False
 
 
-def _choose(system: Mechanism, binding: SymbolTable, rows: list[ConstraintRow]) -> tuple[int, ...]:
-    """Choose the dependent velocities with the best conditioning at the worst sampled state.
-
-    On ties, coordinates created first become dependent, so that later ones remain states.
-    """
-    named = _named(system)
-    if not rows:
-        if named is not None and len(named) != len(binding.tangent):
-            what = f"{len(named)} velocities are named; without constraints all are independent."
-            raise InputError([Mistake(f"system {system.name!r}", what, "Leave velocities out.")])
-        return ()
-    samples = _samples(system, binding, rows)
-    candidates = _candidates(system, samples, named)
-    sizes = np.linalg.norm(samples, axis=(1, 2), ord=2)
-    margins = [_margins(samples[:, :, list(dependent)], sizes) for dependent in candidates]
-    best = max(
-        range(len(candidates)),
-        key=lambda k: (
-            round(float(margins[k].min()), 9),
-            round(float(np.median(margins[k])), 9),
-            -k,
-        ),
-    )
-    if np.median(margins[best]) < MIN_PIVOT:
-        what = "no fixed choice of independent velocities works at all sampled states."
-        remedy = 'Name them with velocities=[…], or use velocities="all" for multipliers.'
-        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
-    return candidates[best]
-
-
-def _candidates(
-    system: Mechanism, samples: np.ndarray, named: list[int] | None
-) -> list[tuple[int, ...]]:
-    count, size = samples.shape[1], samples.shape[2]
-    if named is not None:
-        if len(named) != size - count:
-            what = f"{len(named)} velocities are named; {size - count} are independent."
-            raise InputError([Mistake(f"system {system.name!r}", what)])
-        return [tuple(i for i in range(size) if i not in named)]
-    free = [i for i in range(size) if i not in _driven(system)]
-    if count > len(free):
-        what = f"{count} constraints, rate inputs and speeds act on {len(free)} velocities."
-        raise InputError([Mistake(f"system {system.name!r}", what, "Leave some out.")])
-    if comb(len(free), count) <= MAX_CHOICES:
-        return list(combinations(free, count))
-    return [_greedy(samples[k][:, free], free, count) for k in range(len(samples))]
-
-
-def _named(system: Mechanism) -> list[int] | None:
-    """Return the velocities chosen by the author, three for an attitude."""
-    if system.velocities is None or isinstance(system.velocities, str):
-        return None
-    symbols = [s.name for s in tangent_symbols(system)]
-    names = [
-        name
-        for c in system.velocities
-        for name in (
-            [f"{c.name}_dot"] if isinstance(c, Coordinate) else [s.name for s in c.turn_rate]
-        )
-    ]
-    return [symbols.index(name) for name in names]
-
-
-def _greedy(matrix: np.ndarray, free: Sequence[int], count: int) -> tuple[int, ...]:
-    """Choose columns by pivoted QR at one state."""
-    from scipy.linalg import qr
-
-    _, _, order = qr(matrix, pivoting=True)
-    return tuple(sorted(free[k] for k in order[:count]))
-
-
 def _driven(system: Mechanism) -> dict[int, Drive]:
+    """Return the indices of the velocities whose acceleration is an input, with the input."""
     symbols = [symbol.name for symbol in tangent_symbols(system)]
     return {
         symbols.index(f"{entry.on.name}_dot"): entry
@@ -334,60 +282,67 @@ def _driven(system: Mechanism) -> dict[int, Drive]:
     }
 
 
-def _margins(blocks: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return the smallest singular values relative to the rows' norms, shape (samples,).
-
-    Args:
-        blocks: Square matrices, shape (samples, n, n).
-        sizes: Largest singular value of the full rows, shape (samples,).
-    """
-    smallest = np.linalg.svd(blocks, compute_uv=False)[:, -1]
-    shares: np.ndarray = smallest / np.maximum(sizes, 1e-300)
-    return shares
-
-
 def _solve(
     system: Mechanism,
     binding: SymbolTable,
     guards: Guards,
     rows: Sequence[ConstraintRow],
     redundant: tuple[str, ...],
-    dependent: tuple[int, ...],
-    independent: tuple[int, ...],
+    choice: VelocityChoice,
 ) -> VelocityCoordinates:
-    tape, size = binding.tape, len(binding.tangent)
-    block = [[row.covector[i] for i in dependent] for row in rows]
+    tape, size, dependent = binding.tape, len(binding.tangent), choice.dependent
+    independent = tuple(i for i in range(size) if i not in dependent)
+    quasi_rows = [
+        _row(binding, f"velocity {v.name!r}", v.name, v.velocity, tape.variable(v.name))
+        for v in choice.quasi
+    ]
+    defining = [*rows, *quasi_rows]
+    block = [[row.covector[i] for i in dependent] for row in defining]
     inputs = list(dict.fromkeys(row.value for row in rows if row.value != tape.zero))
-    columns = [[tape.neg(row.covector[i]) for row in rows] for i in independent]
-    columns += [[tape.one if row.value == entry else tape.zero for row in rows] for entry in inputs]
-    shares = solve_square(tape, block, columns, guards, [row.covector for row in rows])
-    units = [{i: tape.one} for i in independent] + [{} for _ in inputs]
+    columns = [_right_side(tape, defining, row.value) for row in quasi_rows]
+    columns += [[tape.neg(row.covector[i]) for row in defining] for i in independent]
+    columns += [_right_side(tape, defining, entry) for entry in inputs]
+    shares = solve_square(tape, block, columns, guards, [row.covector for row in defining])
+    units: list[dict[int, Node]] = [{} for _ in quasi_rows]
+    units += [{i: tape.one} for i in independent] + [{} for _ in inputs]
     spread = [
         _spread(binding, unit | dict(zip(dependent, fraction, strict=True)))
         for unit, fraction in zip(units, shares, strict=True)
     ]
-    directions, pushed = spread[: len(independent)], spread[len(independent) :]
-    values = [*(binding.tangent[i] for i in independent), *inputs]
+    states = (*(row.value for row in quasi_rows), *(binding.tangent[i] for i in independent))
     velocities = tuple(
-        tape.sum(tape.mul(column[k], value) for column, value in zip(spread, values, strict=True))
+        tape.sum(
+            tape.mul(column[k], value)
+            for column, value in zip(spread, (*states, *inputs), strict=True)
+        )
         for k in range(size)
     )
-    biases = tape.substitute([row.bias for row in rows], binding.at(velocities))
+    biases = tape.substitute([row.bias for row in defining], binding.at(velocities))
     (drift,) = solve_square(tape, block, [[tape.neg(bias) for bias in biases]], Guards())
     driven = _driven(system)
     return VelocityCoordinates(
         rows=tuple(rows),
         redundant=redundant,
+        quasi=choice.quasi,
+        quasi_rows=tuple(quasi_rows),
         dependent=dependent,
         independent=independent,
+        states=states,
         driven={
-            k: binding.lower(driven[i].symbol) for k, i in enumerate(independent) if i in driven
+            k: binding.lower(driven[i].symbol)
+            for k, i in enumerate(independent, start=len(quasi_rows))
+            if i in driven
         },
-        directions=tuple(directions),
-        input_directions=dict(zip(inputs, pushed, strict=True)),
+        directions=tuple(spread[: len(states)]),
+        input_directions=dict(zip(inputs, spread[len(states) :], strict=True)),
         velocities=velocities,
         accelerations=_spread(binding, dict(zip(dependent, drift, strict=True))),
     )
+
+
+def _right_side(tape: ExpressionGraph, rows: Sequence[ConstraintRow], value: Node) -> list[Node]:
+    """Return the coefficient of a value on the right of each row."""
+    return [tape.one if row.value == value else tape.zero for row in rows]
 
 
 def _spread(binding: SymbolTable, entries: dict[int, Node]) -> tuple[Node, ...]:

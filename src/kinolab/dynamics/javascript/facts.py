@@ -53,6 +53,7 @@ def _units(model: Model) -> Iterator[str]:
         places += [""] * 4 if attitude else [own]
         rates += [f"{own}/s"] * (3 if attitude else 1)
     yield from places
+    yield from (entry.unit for entry in model.quasi_velocities)
     yield from (rates[i] for i in model.independent)
     yield from (entry.unit for entry in model.system.states)
 

@@ -10,6 +10,7 @@ import sympy
 
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.lagrange.printing import one_line
+from kinolab.dynamics.language.quasi_velocities import QuasiAcceleration
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
 
 RANDOM_POINTS = 8  # at which a difference that SymPy cannot simplify is evaluated
@@ -82,7 +83,7 @@ def _residual(equation: sympy.Eq | sympy.Expr) -> sympy.Expr:
 def _difference(theirs: sympy.Expr, ours: sympy.Expr) -> sympy.Expr:
     """Return theirs minus ours, scaled so that an acceleration has the same factor."""
     for symbol in sorted(ours.free_symbols, key=str):
-        if not isinstance(symbol, Acceleration | TurnAcceleration):
+        if not isinstance(symbol, Acceleration | QuasiAcceleration | TurnAcceleration):
             continue
         mine, other = sympy.diff(ours, symbol), sympy.diff(theirs, symbol)
         if mine == 0 or other == 0:

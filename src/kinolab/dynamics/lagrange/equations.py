@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy
@@ -26,6 +26,11 @@ from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.quasi_velocities import (
+    QuasiAcceleration,
+    QuasiVelocity,
+    QuasiVelocitySymbol,
+)
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
 
 # [s] of CPU time after which no further equation is simplified
@@ -50,6 +55,8 @@ class Equations(Sequence[sympy.Eq]):
         further: The rates of auxiliary states.
         reduced: The balance without multipliers, one per independent velocity; empty without
             constraints or where the elimination has no short form.
+        kinematics: Quasi-velocities and the rates that follow from them; empty where all
+            independent velocities are rates.
     """
 
     lagrangian: sympy.Expr
@@ -57,6 +64,7 @@ class Equations(Sequence[sympy.Eq]):
     constraints: tuple[sympy.Eq, ...]
     further: tuple[sympy.Eq, ...]
     reduced: tuple[sympy.Eq, ...]
+    kinematics: tuple[sympy.Eq, ...] = ()
 
     def __len__(self) -> int:
         return len(self.balance) + len(self.constraints) + len(self.further)
@@ -88,10 +96,8 @@ class _LagrangeDerivation:
         self.system = system
         self.deadline = time.thread_time() + SIMPLIFICATION_SECONDS
         self.velocities = tangent_symbols(system)
-        self.accelerations = [
-            TurnAcceleration(v) if isinstance(v, TurnRate) else Acceleration(v.coordinate)
-            for v in self.velocities
-        ]
+        self.accelerations = [acceleration_of(v) for v in self.velocities]
+        self.kinematics: tuple[sympy.Eq, ...] = ()
         self.multipliers = [
             sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(system.constraints))
         ]
@@ -118,6 +124,7 @@ class _LagrangeDerivation:
                 for k in range(len(self.velocities))
             ]
         )
+        reduced = () if kinematic else self.reduced(w, left, forces, drives)
         return Equations(
             lagrangian=self.lagrangian,
             balance=tuple(balance),
@@ -126,7 +133,8 @@ class _LagrangeDerivation:
                 sympy.Eq(sympy.Symbol(f"{s.name}_dot", real=True), s.derivative, evaluate=False)
                 for s in self.system.states
             ),
-            reduced=() if kinematic else self.reduced(w, left, forces, drives),
+            reduced=reduced,
+            kinematics=self.kinematics if reduced else (),
         )
 
     def left_side(self, k: int) -> sympy.Expr:
@@ -202,32 +210,76 @@ class _LagrangeDerivation:
 
         if not 0 < w.rows <= MAX_ELIMINATED or self.system.velocities == "all":
             return ()
-        independent = derive(self.system).independent
+        derivation = derive(self.system)
+        independent, quasi = derivation.independent, derivation.quasi
         dependent = [i for i in range(len(left)) if i not in independent]
-        if len(dependent) != w.rows:
+        if len(dependent) != w.rows + len(quasi):
             return ()
-        block = w[:, dependent]
-        shares = -(block.adjugate() * w[:, list(independent)]) / self.tidy(block.det())
-        shares = shares.applyfunc(self.tidy)
-        known = self.eliminated(shares, dependent, independent)
+        S = self.directions(w, quasi, dependent, independent)
+        v = [*(entry.symbol for entry in quasi), *(self.velocities[i] for i in independent)]
+        known = self.eliminated(S, v, dependent)
         equations = []
-        for column, i in enumerate(independent):
-            side = left[i] + sum(shares[k, column] * left[j] for k, j in enumerate(dependent))
-            force = forces[i] + sum(shares[k, column] * forces[j] for k, j in enumerate(dependent))
-            side, force = (self.tidy(part.xreplace(known)) for part in (side, force))
-            equations.append(self.balance(i, side, force, drives))
+        for column, state in enumerate(v):
+            side, force = (
+                self.tidy(sum(S[i, column] * part for i, part in enumerate(parts)).xreplace(known))
+                for parts in (left, forces)
+            )
+            equations.append(
+                sympy.Eq(grouped(side), grouped(force), evaluate=False)
+                if column < len(quasi)
+                else self.balance(self.velocities.index(state), side, force, drives)
+            )
+        self.kinematics = tuple(self.kinematic_equations(quasi, dependent, known))
         return tuple(equations) if all(map(self.readable, equations)) else ()
 
+    def directions(
+        self,
+        w: sympy.Matrix,
+        quasi: Sequence[QuasiVelocity],
+        dependent: Sequence[int],
+        independent: Sequence[int],
+    ) -> sympy.Matrix:
+        """Return S(q) of q_dot = S v, whose columns are the motions that the constraints allow."""
+        defined = sympy.Matrix(
+            len(quasi),
+            w.cols,
+            lambda i, j: self.tidy(sympy.diff(quasi[i].velocity, self.velocities[j])),
+        )
+        rows, count = sympy.Matrix.vstack(w, defined), len(quasi)
+        right = sympy.Matrix.vstack(sympy.zeros(w.rows, count), sympy.eye(count))
+        right = right.row_join(-rows[:, list(independent)])
+        block = rows[:, list(dependent)]
+        shares = (block.adjugate() * right / self.tidy(block.det())).applyfunc(self.tidy)
+        S = sympy.zeros(w.cols, right.cols)
+        for k, i in enumerate(dependent):
+            S[i, :] = shares[k, :]
+        for k, i in enumerate(independent, start=count):
+            S[i, k] = 1
+        return S
+
     def eliminated(
-        self, shares: sympy.Matrix, dependent: Sequence[int], independent: Sequence[int]
+        self, S: sympy.Matrix, v: Sequence[sympy.Symbol], dependent: Sequence[int]
     ) -> dict[sympy.Symbol, sympy.Expr]:
         """Return dependent velocities and accelerations in terms of the independent ones."""
-        v = sympy.Matrix([self.velocities[i] for i in independent])
-        v_dot = sympy.Matrix([self.accelerations[i] for i in independent])
-        rates = shares * v
-        known = {self.velocities[j]: rates[k] for k, j in enumerate(dependent)}
-        changes = shares * v_dot + shares.applyfunc(time_derivative).subs(known) * v
-        return known | {self.accelerations[j]: changes[k] for k, j in enumerate(dependent)}
+        states = sympy.Matrix(v)
+        changes = sympy.Matrix([acceleration_of(symbol) for symbol in v])
+        rates = S * states
+        known = {self.velocities[j]: rates[j] for j in dependent}
+        changes = S * changes + S.applyfunc(time_derivative).subs(known) * states
+        return known | {self.accelerations[j]: changes[j] for j in dependent}
+
+    def kinematic_equations(
+        self,
+        quasi: Sequence[QuasiVelocity],
+        dependent: Sequence[int],
+        known: Mapping[sympy.Symbol, sympy.Expr],
+    ) -> Iterator[sympy.Eq]:
+        """Yield what quasi-velocities are, and the rates that follow from them."""
+        for entry in quasi:
+            yield sympy.Eq(entry.symbol, self.brief(entry.velocity), evaluate=False)
+        for j in dependent if quasi else ():
+            rate = self.velocities[j]
+            yield sympy.Eq(rate, self.brief(known[rate]), evaluate=False)
 
     def tidy(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify within the time budget, if the expression is not too long."""
@@ -243,6 +295,15 @@ class _LagrangeDerivation:
     def readable(self, equation: sympy.Eq) -> bool:
         """Whether an equation is short enough to read."""
         return max(map(written_length, equation.args)) <= MAX_SIMPLIFIED
+
+
+def acceleration_of(velocity: sympy.Symbol) -> sympy.Symbol:
+    """Return the symbol of the time derivative of a rate or a quasi-velocity."""
+    if isinstance(velocity, TurnRate):
+        return TurnAcceleration(velocity)
+    if isinstance(velocity, QuasiVelocitySymbol):
+        return QuasiAcceleration(velocity)
+    return Acceleration(velocity.coordinate)
 
 
 def _terms(expression: sympy.Expr) -> int:
@@ -314,6 +375,7 @@ def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:
         ("constraints", equations.constraints),
         ("d/dt(∂L/∂q̇) - ∂L/∂q = F + wᵀλ", equations.balance),
         ("further states", equations.further),
+        ("quasi-velocities", equations.kinematics),
         ("reduced to the independent velocities", equations.reduced),
     )
     yield from ((title, group) for title, group in groups if group)

@@ -8,6 +8,7 @@ import sympy
 from sympy.printing.precedence import PRECEDENCE, precedence
 from sympy.printing.str import StrPrinter
 
+from kinolab.dynamics.language.quasi_velocities import MOTIONS, QuasiAcceleration
 from kinolab.dynamics.language.symbols import (
     Acceleration,
     Parameter,
@@ -70,6 +71,9 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         turn = expression.turn
         return f"ω{DOT}_{turn.attitude.name}{'xyz'[turn.index]}"
 
+    def _print_QuasiAcceleration(self, expression: QuasiAcceleration) -> str:
+        return _dotted(expression.velocity.name, DOT)
+
     def _print_Pow(self, expression: sympy.Pow, rational: bool = False) -> str:
         base, exponent = expression.args
         if exponent.is_Integer and exponent > 1:
@@ -130,7 +134,7 @@ def _order(factor: sympy.Expr) -> tuple[int, str]:
         return -1, ""
     if isinstance(base, Parameter):
         return (0 if base.unit == "kg" else 1), str(base).lower()
-    if isinstance(base, RateSymbol | Acceleration | TurnRate | TurnAcceleration):
+    if isinstance(base, MOTIONS):
         return 5, str(base)
     if base.is_Symbol:
         return 2, str(base).lower()

@@ -10,13 +10,8 @@ from typing import TypeAlias
 import sympy
 
 from kinolab.dynamics.lagrange.terms import Expander, Monomial, Terms, TooLongError, fraction
-from kinolab.dynamics.language.symbols import (
-    Acceleration,
-    InputSymbol,
-    RateSymbol,
-    TurnAcceleration,
-    TurnRate,
-)
+from kinolab.dynamics.language.quasi_velocities import MOTIONS
+from kinolab.dynamics.language.symbols import InputSymbol
 
 Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of sine and cosine
 
@@ -80,7 +75,7 @@ def _bracketed(
 
 def _moves(base: sympy.Expr) -> bool:
     """Whether a factor is a rate, acceleration, input or constraint force."""
-    kinds = (RateSymbol, Acceleration, TurnRate, TurnAcceleration, InputSymbol)
+    kinds = (*MOTIONS, InputSymbol)
     return isinstance(base, kinds) or type(base) is sympy.Symbol
 
 

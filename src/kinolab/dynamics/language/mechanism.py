@@ -21,6 +21,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     coordinate_of,
 )
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import Parameter
 from kinolab.dynamics.language.validation import mistakes_of
 from kinolab.errors import InputError
@@ -42,9 +43,11 @@ class Mechanism(MechanismParts):
         requirements: Path constraints on plans: ``require(margin, name)``.
         collisions: Pairs of bodies or cables that may not touch each other, by name.
         cables: Ropes and strings; a pair of frames stands for a ``Cable`` between them.
-        velocities: Coordinates whose rates are the independent velocities; chosen by kinolab when
-            left out. ``"all"`` keeps every rate as a state and solves for the constraint forces
-            as multipliers, for machines where no fixed choice is valid everywhere.
+        velocities: Coordinates whose rates are the independent velocities, and quasi-velocities
+            such as ``QuasiVelocity("v", V.x)``. When left out, kinolab takes rates where they
+            determine all velocities over the coordinates' whole range, else velocities of frames
+            along their axes. ``"all"`` keeps every rate as a state and solves for the constraint
+            forces as multipliers, for machines where no fixed choice is valid everywhere.
         coordinates: Order of the coordinates; by default that of their creation.
         values: Parameter values other than the defaults, by name.
         flat: Flatness description, if the machine is flat; used by steering.
@@ -68,7 +71,7 @@ class Mechanism(MechanismParts):
         requirements: Sequence[Requirement] = (),
         collisions: Sequence[tuple[str, str]] = (),
         cables: Sequence[AnyCable] = (),
-        velocities: Sequence[AnyCoordinate] | Literal["all"] | None = None,
+        velocities: Sequence[AnyCoordinate | QuasiVelocity] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
         values: Mapping[str, Any] | None = None,  # validated with their parameters
         flat: Flat | None = None,

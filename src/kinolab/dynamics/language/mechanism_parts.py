@@ -17,6 +17,7 @@ from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -44,7 +45,7 @@ class MechanismParts:
     requirements: tuple[Requirement, ...]
     collisions: tuple[tuple[str, str], ...]
     cables: tuple[Cable, ...]
-    velocities: tuple[AnyCoordinate, ...] | Literal["all"] | None
+    velocities: tuple[AnyCoordinate | QuasiVelocity, ...] | Literal["all"] | None
     coordinates: tuple[AnyCoordinate, ...]
     parameters: tuple[Parameter, ...]
     values: tuple[tuple[str, float], ...]
@@ -93,6 +94,13 @@ def tangent_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:
         for c in system.coordinates
         for symbol in ((rate(c),) if isinstance(c, Coordinate) else c.turn_rate)
     )
+
+
+def quasi_velocities(system: MechanismParts) -> tuple[QuasiVelocity, ...]:
+    """Return the quasi-velocities that the author chose as independent velocities."""
+    if system.velocities is None or isinstance(system.velocities, str):
+        return ()
+    return tuple(v for v in system.velocities if isinstance(v, QuasiVelocity))
 
 
 def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:

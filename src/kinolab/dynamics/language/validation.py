@@ -22,8 +22,10 @@ from kinolab.dynamics.language.mechanism_parts import (
     MechanismParts,
     atoms_of,
     configuration_symbols,
+    quasi_velocities,
     tangent_symbols,
 )
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -82,7 +84,7 @@ def _where(system: MechanismParts) -> str:
 def _naming(system: MechanismParts) -> Iterator[Mistake]:
     symbols = (*configuration_symbols(system), *tangent_symbols(system), *system.parameters)
     references = () if system.feedback is None else system.feedback.references
-    named = (*system.inputs, *system.states, *references)
+    named = (*system.inputs, *system.states, *references, *quasi_velocities(system))
     groups = {
         "name": [entry.name for entry in (*symbols, *named)],
         "body": [body.name for body in system.bodies],
@@ -124,14 +126,15 @@ def _symbols(system: MechanismParts, atoms: set[sympy.Symbol | Attitude]) -> Ite
         InputSymbol: {entry.name for entry in system.inputs},
         StateSymbol: {entry.name for entry in system.states},
         ForceSymbol: {constraint.name for constraint in system.constraints},
+        QuasiVelocitySymbol: _names(quasi_velocities(system)),
         ReferenceSymbol: set() if system.feedback is None else _names(system.feedback.references),
     }
     declared = {*configuration_symbols(system), *tangent_symbols(system)}
     for atom in sorted(atoms, key=str):
         kind = type(atom)
         if kind in known and atom.name not in known[kind]:
-            what = f"the symbol {atom} belongs to an input, state, reference or constraint it "
-            what += "does not list."
+            what = f"the symbol {atom} belongs to an input, state, velocity, reference or "
+            what += "constraint it does not list."
             yield Mistake(_where(system), what, "List it, or take the symbol out.")
         elif not isinstance(atom, (Attitude, Coordinate, Parameter, *known)) and not any(
             type(symbol) is kind for symbol in declared
@@ -158,12 +161,22 @@ def _coordinates(system: MechanismParts, used: set[AnyCoordinate]) -> Iterator[M
             what = f"velocities is {system.velocities!r}."
             yield Mistake(_where(system), what, 'Give a list of coordinates, or "all".')
         return
-    for coordinate, count in Counter(system.velocities or ()).items():
+    for chosen, count in Counter(system.velocities or ()).items():
         if count > 1:
-            yield Mistake(_where(system), f"{coordinate.name} is named twice in velocities.")
-        if coordinate not in listed:
-            what = f"{coordinate.name} is named in velocities but is no coordinate of the machine."
+            yield Mistake(_where(system), f"{chosen.name} is named twice in velocities.")
+        if isinstance(chosen, QuasiVelocity):
+            yield from _quasi_velocity(system, chosen)
+        elif chosen not in listed:
+            what = f"{chosen.name} is named in velocities but is no coordinate of the machine."
             yield Mistake(_where(system), what)
+
+
+def _quasi_velocity(system: MechanismParts, chosen: QuasiVelocity) -> Iterator[Mistake]:
+    """Check that a quasi-velocity is one of this machine's coordinates, rates and parameters."""
+    known = {*configuration_symbols(system), *tangent_symbols(system), *system.parameters}
+    for symbol in sorted(exact(chosen.velocity).free_symbols - known, key=str):
+        what = f"{symbol} is no coordinate, rate or parameter of the machine."
+        yield Mistake(f"velocity {chosen.name!r}", what, "State a velocity, such as V.x.")
 
 
 def _references(system: MechanismParts) -> Iterator[Mistake]:

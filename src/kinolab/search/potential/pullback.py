@@ -20,7 +20,7 @@ from kinolab.search.potential.field import PointForce
 
 def independent_entries(model: Model) -> slice:
     """Return the slice of the independent velocities in the state."""
-    return slice(model.nq, model.nq + len(model.independent))
+    return slice(model.nq, model.nq + model.nv)
 
 
 def velocity_columns(model: Model, x: Array) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields, first
-from kinolab.dynamics.derivation.derivation import derive
+from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
@@ -51,7 +51,7 @@ def vector_fields(system: Mechanism) -> VectorFields:
     tape, inputs = binding.tape, binding.inputs
     still = tape.substitute(derivative, dict.fromkeys(inputs, tape.zero))
     slopes = [tuple(tape.derivative(derivative, {node: tape.one})) for node in inputs]
-    symbols = _state_symbols(system, derivation.independent)
+    symbols = _state_symbols(system, derivation)
     whole = VectorFields(
         symbols=symbols,
         tape=tape,
@@ -61,7 +61,7 @@ def vector_fields(system: Mechanism) -> VectorFields:
         values=system.parameter_values,
         dimension=len(symbols) - normal_count(system, derivation.redundant),
         constants=system.parameters,
-        points=first(_samples(system, binding)),
+        points=first(_samples(system, derivation)),
         held=_is_held(system),
     )
     moving = frozenset(inputs)
@@ -113,8 +113,9 @@ def _is_held(system: Mechanism) -> bool:
     return any(isinstance(c, PositionConstraint) for c in system.constraints)
 
 
-def _samples(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, float]]:
+def _samples(system: Mechanism, derivation: Derivation) -> Iterator[dict[str, float]]:
     """Yield consistent states, velocity constraints included where all rates are states."""
+    binding = derivation.binding
     rows = constraint_rows(system, binding) if system.velocities == "all" else []
     flat = [entry for row in rows for entry in row.covector]
     names = [symbol.name for symbol in tangent_symbols(system)]
@@ -122,13 +123,20 @@ def _samples(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, floa
         w = np.reshape(binding.tape.evaluate(flat, values), (len(rows), len(names)))
         velocity = np.array([values[name] for name in names])
         velocity -= np.linalg.pinv(w) @ w @ velocity
-        yield values | dict(zip(names, map(float, velocity), strict=True))
+        values |= dict(zip(names, map(float, velocity), strict=True))
+        chosen = [binding.lower(v.velocity) for v in derivation.quasi]
+        found = binding.tape.evaluate(chosen, values)
+        yield values | {v.name: x for v, x in zip(derivation.quasi, found, strict=True)}
 
 
-def _state_symbols(system: Mechanism, independent: Sequence[int]) -> tuple[sympy.Symbol, ...]:
+def _state_symbols(system: Mechanism, derivation: Derivation) -> tuple[sympy.Symbol, ...]:
     rates = tangent_symbols(system)
+    velocities = (
+        *(v.symbol for v in derivation.quasi),
+        *(rates[i] for i in derivation.independent),
+    )
     further = (entry.symbol for entry in system.states)
-    return (*configuration_symbols(system), *(rates[i] for i in independent), *further)
+    return (*configuration_symbols(system), *velocities, *further)
 
 
 def _prolonged(
@@ -175,8 +183,8 @@ def _motions(
     system: Mechanism, binding: SymbolTable, chart: VelocityCoordinates
 ) -> dict[str, tuple[Node, ...]]:
     """Return the motions of velocity coordinates as fields on configurations, by name."""
-    rates = tangent_symbols(system)
-    columns = {rates[i].name: d for i, d in zip(chart.independent, chart.directions, strict=True)}
+    moving = zip(chart.states, chart.directions, strict=True)
+    columns = {_label(binding.tape, node): d for node, d in moving}
     columns |= {_label(binding.tape, node): d for node, d in chart.input_directions.items()}
     moves = {name: binding.flow(direction) for name, direction in columns.items()}
     found = {

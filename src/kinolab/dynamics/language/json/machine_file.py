@@ -36,6 +36,8 @@ from kinolab.dynamics.language.json.expression_tree import expression_to_tree, t
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import quasi_velocities
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import SHAPES
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -69,7 +71,7 @@ RECORDS: dict[str, type] = {
         *(Control, Drive, Force, Pull, Rate, Torque),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
-        *(Feedback, Reference, Regulator),
+        *(Feedback, QuasiVelocity, Reference, Regulator),
         *SHAPES,
     )
 }
@@ -91,7 +93,7 @@ def machine_to_json(system: Mechanism) -> str:
         "values": dict(system.values),
         "velocities": velocities
         if velocities is None or isinstance(velocities, str)
-        else [c.name for c in velocities],
+        else [_encode(c) if isinstance(c, QuasiVelocity) else c.name for c in velocities],
         "collisions": [list(pair) for pair in system.collisions],
         "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
@@ -270,6 +272,7 @@ class _MachineReader:
             *system.parameters,
             *_symbols_of(coordinates.values()),
             *(entry.symbol for entry in (*system.inputs, *system.states)),
+            *(entry.symbol for entry in quasi_velocities(system)),
             *(ReferenceSymbol(entry["name"]) for entry in feedback["references"]),
         ]
         return cls(coordinates, {symbol.name: symbol for symbol in symbols})
@@ -281,8 +284,10 @@ class _MachineReader:
         self.bodies.update({body.name: body for body in bodies})
         chosen = data["velocities"]
         velocities: Any = (
-            [self.coordinates[name] for name in chosen] if isinstance(chosen, list) else chosen
+            [self._velocity(entry) for entry in chosen] if isinstance(chosen, list) else chosen
         )
+        chosen_symbols = (v.symbol for v in velocities or () if isinstance(v, QuasiVelocity))
+        self.symbols.update({symbol.name: symbol for symbol in chosen_symbols})
         content = {name: self.decode(data[name], name) for name in CONTENT}
         flat, feedback = self._flat(data.get("flat")), self.decode(data.get("feedback"), "feedback")
         self.finish()
@@ -298,6 +303,12 @@ class _MachineReader:
             feedback=feedback,
             **content,
         )
+
+    def _velocity(self, entry: Any) -> Any:
+        """Return a coordinate by its name, or a quasi-velocity; early files have only names."""
+        if isinstance(entry, str):
+            return self.coordinates[entry]
+        return self.decode(entry, "velocities")
 
     def _flat(self, data: Mapping[str, Any] | None) -> Any:
         """Return the flatness description; early files have none."""
@@ -371,6 +382,8 @@ def _body_of(*, name: Any, frame: Any, shapes: Any, **facts: Any) -> Body:
 def _record(kind: Any, values: dict[str, Any]) -> Any:
     if kind == State.__name__:
         values["limits"] = _limits(values["limits"])
+    if kind == QuasiVelocity.__name__ and values["speed"] is None:
+        values["speed"] = math.inf
     return _named("record", kind, RECORDS)(**values)
 
 

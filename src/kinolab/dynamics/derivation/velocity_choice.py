@@ -1,0 +1,370 @@
+"""The choice of independent velocities: rates of coordinates, or quasi-velocities of frames.
+
+Rates are taken where some determine all velocities at every configuration within the limits. Of a
+body on a knife edge, x_dot and theta_dot do not: with the edge along y, x_dot is zero however fast
+the body slides. There, velocities of frames along their own axes are taken instead, as V.x of the
+frame whose V.y is zero.
+
+Source: Bloch, Nonholonomic Mechanics and Control, 2003, section 3.8; Siciliano et al., Robotics:
+Modelling, Planning and Control, 2009, section 11.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import comb
+from typing import TypeAlias
+
+import numpy as np
+
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.regularity import SampledConstraints, normalised_determinants
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.frames import Frame, velocity
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import quasi_velocities, tangent_symbols
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
+from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
+
+MIN_PIVOT = 1e-6  # smallest singular value of a usable choice, relative to the rows' norm
+MAX_CHOICES = 5000  # above which the choice is greedy instead of optimal
+MAX_TRIED = 40  # choices with quasi-velocities that are examined for singular configurations
+SAME = 1e-9  # rounding of a direction
+CLEARLY = 0.3  # by which the mean logarithm of a determinant must grow
+
+
+@dataclass(frozen=True)
+class VelocityChoice:
+    """Which velocities are states.
+
+    Attributes:
+        dependent: Indices of the rates that are none.
+        quasi: The quasi-velocities among them, which come first.
+        covectors: Coefficients of the rates in each, shape (quasi, nt).
+    """
+
+    dependent: tuple[int, ...]
+    quasi: tuple[QuasiVelocity, ...] = ()
+    covectors: tuple[tuple[Node, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    velocity: QuasiVelocity
+    axis: str
+    body: str
+    covector: tuple[Node, ...]
+    values: Array
+
+
+def choose_velocities(
+    system: Mechanism,
+    binding: SymbolTable,
+    rows: Sequence[Sequence[Node]],
+    samples: Array,
+    driven: Collection[int],
+) -> VelocityChoice:
+    """Choose the independent velocities.
+
+    Args:
+        system: The machine.
+        binding: Its symbols.
+        rows: Coefficients of all velocities in each condition, (m, nt).
+        samples: Their values at a few states, shape (samples, m, nt).
+        driven: Indices of the velocities whose acceleration is an input, which remain states.
+
+    Raises:
+        InputError: If the author's choice has the wrong size, or none serves.
+    """
+    if system.velocities is not None and not isinstance(system.velocities, str):
+        return _named(system, binding, rows, samples)
+    if not rows:
+        return VelocityChoice(())
+    free = _free(system, samples, driven)
+    coordinate_rates = _rates(system, samples, free)
+    if not _may_be_singular(system, samples):
+        return coordinate_rates
+    places = SampledConstraints.of(system, binding)
+    if places.singular(rows, coordinate_rates.dependent) is None:
+        return coordinate_rates
+    return _quasi(system, binding, rows, places, free, coordinate_rates) or coordinate_rates
+
+
+def singular_configuration(
+    system: Mechanism,
+    binding: SymbolTable,
+    rows: Sequence[Sequence[Node]],
+    dependent: Sequence[int],
+) -> dict[str, float] | None:
+    """Return coordinates, by name, at which a choice of velocities does not determine the motion.
+
+    None where none was found within the coordinates' limits, or where loops are closed.
+
+    Args:
+        system: The machine.
+        binding: Its symbols.
+        rows: Coefficients of all velocities in each condition, quasi-velocities included.
+        dependent: Indices of the velocities that follow from them.
+    """
+    if not rows or _closes_loops(system):
+        return None
+    found = SampledConstraints.of(system, binding).singular(rows, dependent)
+    if found is None:
+        return None
+    labels = [binding.tape.operations[q].label for q in binding.configuration]
+    return {name: found[name] for name in labels}
+
+
+def _closes_loops(system: Mechanism) -> bool:
+    return any(isinstance(c, PositionConstraint) for c in system.constraints)
+
+
+def _may_be_singular(system: Mechanism, samples: Array) -> bool:
+    """Whether there is a choice to be made that no closed loop decides on."""
+    return samples.shape[2] > samples.shape[1] and not _closes_loops(system)
+
+
+def _named(
+    system: Mechanism, binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array
+) -> VelocityChoice:
+    """Take the velocities chosen by the author, three for an attitude."""
+    symbols = [s.name for s in tangent_symbols(system)]
+    quasi = quasi_velocities(system)
+    names = [
+        name
+        for c in system.velocities or ()
+        if not isinstance(c, QuasiVelocity | str)
+        for name in (
+            [f"{c.name}_dot"] if isinstance(c, Coordinate) else [s.name for s in c.turn_rate]
+        )
+    ]
+    count, size = len(rows), len(symbols)
+    given = len(names) + len(quasi)
+    if given != size - count:
+        what = f"{given} velocities are named; {size - count} are independent."
+        if not rows:
+            what = f"{given} velocities are named; without constraints all are independent."
+        remedy = "" if rows else "Leave velocities out."
+        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
+    if not (rows or quasi):
+        return VelocityChoice(())
+    kept = [symbols.index(name) for name in names]
+    dependent = tuple(i for i in range(size) if i not in kept)
+    covectors = tuple(binding.slopes(v.velocity)[1] for v in quasi)
+    if not quasi:
+        _require_usable(system, _margins(samples, dependent))
+        return VelocityChoice(dependent)
+    whole = SampledConstraints.of(system, binding).covectors([*rows, *covectors])
+    _require_usable(system, _margins(whole, dependent))
+    return VelocityChoice(dependent, quasi, covectors)
+
+
+def _rates(system: Mechanism, samples: Array, free: Sequence[int]) -> VelocityChoice:
+    """Choose the dependent velocities with the best conditioning at the worst sampled state.
+
+    On ties, coordinates created first become dependent, so that later ones remain states.
+    """
+    candidates = _choices(samples, free)
+    margins = [_margins(samples, dependent) for dependent in candidates]
+    best = max(
+        range(len(candidates)),
+        key=lambda k: (
+            round(float(margins[k].min()), 9),
+            round(float(np.median(margins[k])), 9),
+            -k,
+        ),
+    )
+    _require_usable(system, margins[best])
+    return VelocityChoice(candidates[best])
+
+
+def _require_usable(system: Mechanism, margins: Array) -> None:
+    if np.median(margins) < MIN_PIVOT:
+        what = "no fixed choice of independent velocities works at all sampled states."
+        remedy = 'Name them with velocities=[…], or use velocities="all" for multipliers.'
+        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
+
+
+def _free(system: Mechanism, samples: Array, driven: Collection[int]) -> list[int]:
+    """Return the velocities that may follow from others: all but the driven ones."""
+    count, size = samples.shape[1:]
+    free = [i for i in range(size) if i not in driven]
+    if count > len(free):
+        what = f"{count} constraints, rate inputs and speeds act on {len(free)} velocities."
+        raise InputError([Mistake(f"system {system.name!r}", what, "Leave some out.")])
+    return free
+
+
+def _choices(samples: Array, free: Sequence[int]) -> list[tuple[int, ...]]:
+    count = samples.shape[1]
+    if comb(len(free), count) <= MAX_CHOICES:
+        return list(combinations(free, count))
+    return [_greedy(sample[:, free], free, count) for sample in samples]
+
+
+def _greedy(matrix: Array, free: Sequence[int], count: int) -> tuple[int, ...]:
+    """Choose columns by pivoted QR at one state."""
+    from scipy.linalg import qr
+
+    _, _, order = qr(matrix, pivoting=True)
+    return tuple(sorted(free[k] for k in order[:count]))
+
+
+def _margins(covectors: Array, dependent: Sequence[int]) -> Array:
+    """Return the smallest singular values relative to the rows' norms, shape (samples,).
+
+    Args:
+        covectors: Rows of coefficients, shape (samples, n, nt).
+        dependent: Indices of the n velocities that follow from them.
+    """
+    sizes = np.linalg.norm(covectors, axis=(1, 2), ord=2)
+    smallest = np.linalg.svd(covectors[:, :, list(dependent)], compute_uv=False)[:, -1]
+    shares: Array = smallest / np.maximum(sizes, 1e-300)
+    return shares
+
+
+def _quasi(
+    system: Mechanism,
+    binding: SymbolTable,
+    rows: Sequence[Sequence[Node]],
+    places: SampledConstraints,
+    free: Sequence[int],
+    rates: VelocityChoice,
+) -> VelocityChoice | None:
+    """Choose as few quasi-velocities as make the choice regular; None where none is better."""
+    held = places.covectors(rows)
+    usable = np.isfinite(held).all(axis=(1, 2))
+    places = replace(places, values=places.values[usable])
+    held = held[usable]
+    directions = list(_directions(system, binding, places, held))
+    best, merit = None, _merit(held, rates.dependent) + CLEARLY
+    for count in range(1, held.shape[2] - held.shape[1] + 1):
+        for chosen, dependent in _ranked(held, free, directions, count):
+            covectors = tuple(entry.covector for entry in chosen)
+            whole = np.concatenate([held, *(c.values for c in chosen)], axis=1)
+            made = VelocityChoice(dependent, _labelled(system, chosen), covectors)
+            if places.singular([*rows, *covectors], dependent) is None:
+                return made
+            if _merit(whole, dependent) > merit:
+                best, merit = made, _merit(whole, dependent)
+    return best
+
+
+_Ranked: TypeAlias = tuple[
+    tuple[float, float, int], tuple[_Candidate, ...], tuple[int, ...]
+]  # a choice after what it is ordered by
+
+
+def _ranked(
+    held: Array, free: Sequence[int], directions: Sequence[_Candidate], count: int
+) -> list[tuple[tuple[_Candidate, ...], tuple[int, ...]]]:
+    """Return choices of ``count`` quasi-velocities, the most even one first.
+
+    A determinant that is the same everywhere, as of a tractor's speed and turn rate, makes short
+    equations; among those, the best conditioning counts.
+    """
+    found: list[_Ranked] = []
+    size = held.shape[1] + count
+    if size > len(free) or comb(len(free), size) * comb(len(directions), count) > MAX_CHOICES:
+        return []
+    for chosen in combinations(directions, count):
+        whole = np.concatenate([held, *(entry.values for entry in chosen)], axis=1)
+        for dependent in combinations(free, size):
+            sizes = np.abs(np.linalg.det(whole[:, :, list(dependent)]))
+            evenness = float(sizes.min() / max(sizes.max(), 1e-300))
+            margin = float(_margins(whole, dependent).min())
+            order = round(evenness, 3), round(margin, 6), -len(found)
+            found.append((order, chosen, dependent))
+    found.sort(key=lambda entry: entry[0], reverse=True)
+    return [(chosen, dependent) for _, chosen, dependent in found[:MAX_TRIED]]
+
+
+def _merit(covectors: Array, dependent: Sequence[int]) -> float:
+    """Return the mean logarithm of a choice's determinant: how far from singular it is."""
+    sizes = np.abs(normalised_determinants(covectors, dependent))
+    return float(np.mean(np.log(np.maximum(sizes, 1e-300))))
+
+
+def _directions(
+    system: Mechanism, binding: SymbolTable, places: SampledConstraints, held: Array
+) -> Iterator[_Candidate]:
+    """Yield velocities of frames along their axes, except rates and what constraints hold."""
+    nt = held.shape[2]
+    known: list[Array] = [np.broadcast_to(row, (len(held), nt)) for row in np.eye(nt)]
+    known += [held[:, k] for k in range(held.shape[1])]
+    for body, frame in _frames(system):
+        V = velocity(frame)
+        for axis, component in zip("xyz", (V.x, V.y, V.z), strict=True):
+            covector = binding.slopes(component)[1]
+            values = places.covectors([covector])
+            if not np.isfinite(values).all() or any(_parallel(values[:, 0], row) for row in known):
+                continue
+            known.append(values[:, 0])
+            speed, scale = _sizes(system, values[:, 0])
+            direction = f"velocity of the frame of {body} along its {axis} axis"
+            made = QuasiVelocity(
+                f"V_{axis}", component, speed=speed, scale=scale, direction=direction
+            )
+            yield _Candidate(made, axis, body, covector, values)
+
+
+def _frames(system: Mechanism) -> Iterator[tuple[str, Frame]]:
+    """Yield the frames of bodies, then those that they are placed in, with a body's name."""
+    seen = set()
+    frames = [(body.name, body.frame.motions) for body in system.bodies]
+    for cut in range(max((len(motions) for _, motions in frames), default=0)):
+        for body, motions in frames:
+            part = motions[: len(motions) - cut]
+            if part and part not in seen:
+                seen.add(part)
+                yield body, Frame(part)
+
+
+def _parallel(a: Array, b: Array) -> bool:
+    """Whether two covectors are parallel, or the first one zero, at every configuration."""
+    along = np.einsum("ij,ij->i", a, b)
+    sizes = np.einsum("ij,ij->i", a, a) * np.einsum("ij,ij->i", b, b)
+    return bool(np.all(sizes - along**2 <= SAME * np.maximum(sizes, SAME)))
+
+
+def _sizes(system: Mechanism, covectors: Array) -> tuple[float, float]:
+    """Return the largest magnitude that the rates' limits allow, and a characteristic one."""
+    owners = [c for c in system.coordinates for _ in range(1 if isinstance(c, Coordinate) else 3)]
+    weights = np.abs(covectors)
+    used = weights.max(axis=0) > SAME
+    speeds = np.array([c.speed for c in owners])[used]
+    scales = np.array([c.scale for c in owners])[used]
+    speed = float((weights[:, used] @ speeds).max()) if np.isfinite(speeds).all() else math.inf
+    return _rounded_up(speed), _rounded_up(float((weights[:, used] * scales).max()))
+
+
+def _rounded_up(value: float) -> float:
+    """Round a size up to three digits: it is the largest of samples."""
+    if not math.isfinite(value):
+        return value
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{math.ceil(value / unit * (1 - SAME)) * unit:.3g}")
+
+
+def _labelled(system: Mechanism, chosen: Sequence[_Candidate]) -> tuple[QuasiVelocity, ...]:
+    """Name quasi-velocities by axis, and by body where one axis occurs twice or a name is taken."""
+    axes = [entry.axis for entry in chosen]
+    taken = {symbol.name for symbol in tangent_symbols(system)}
+    taken |= {c.name for c in system.coordinates} | {p.name for p in system.parameters}
+    taken |= {entry.name for entry in (*system.inputs, *system.states)}
+    named = []
+    for entry in chosen:
+        name = f"V_{entry.axis}"
+        if axes.count(entry.axis) > 1 or name in taken:
+            name = f"{name}_{entry.body}".replace(" ", "_").replace("-", "_")
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        named.append(replace(entry.velocity, name=name))
+    return tuple(named)

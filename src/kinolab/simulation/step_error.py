@@ -1,0 +1,116 @@
+"""How far one step of the planner's integrator errs, and which steps would not.
+
+Too coarse a step is no mistake of the plan: what is verified is the reference motion. But what
+the planner expects of an input and what the input does differ, and the search pays for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinolab.dynamics.units import state_units
+from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
+from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
+
+TOLERATED = 1e-3  # error of one step, of a state's scale
+REFINEMENTS = (2, 4, 8, 16, 32, 64)  # factors by which substeps are multiplied
+OTHER_METHODS = {"euler": "rk4", "rk4": "rosenbrock", "rosenbrock": "rk4"}
+
+
+@dataclass(frozen=True)
+class StepError:
+    """The largest error of one step along a motion.
+
+    Attributes:
+        method: Integration method.
+        step: Length of one step of the method, in [s].
+        state: Name of the entry that errs most, by its scale.
+        unit: Its unit.
+        error: Of that entry over one propagation step, in its unit.
+        share: The same as a share of its scale.
+        substeps: The least number that keeps the share tolerable; None if none was found.
+        shorter: Length of a step of the method then, in [s].
+        other: Another method that does so at the present step; empty if there is none.
+    """
+
+    method: str
+    step: float
+    state: str
+    unit: str
+    error: float
+    share: float
+    substeps: int | None
+    shorter: float
+    other: str
+
+    @property
+    def sentence(self) -> str:
+        """What errs, by how much, and what would not."""
+        cures = []
+        if self.substeps is not None:
+            cures.append(f"substeps = {self.substeps} (steps of {self.shorter:.3g} s)")
+        if self.other:
+            cures.append(f'method = "{self.other}"')
+        size = f"{self.error:.2g} {self.unit}".rstrip()
+        cure = f"[integration] {' or '.join(cures)} would not." if cures else "Take shorter steps."
+        return (
+            f"The search's steps of {self.step:.3g} s by {self.method} err by up to {size} in "
+            f"{self.state} each, {self.share:.2g} of its scale. {cure}"
+        )
+
+
+def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
+    """Return the largest error of the planner's steps along a motion; None where it is tolerable.
+
+    Each step is made from a state of the reference motion and compared with where that goes. None,
+    too, where the steps themselves are what counts as true.
+
+    Args:
+        problem: Provides the machine and the integration settings.
+        motion: A reference motion with the planner's own steps as intervals.
+    """
+    settings = problem.scenario.integration
+    if settings.truth == "discrete" or not len(motion.u):
+        return None
+    errors = _errors(problem, motion, settings.method, settings.substeps)
+    if errors is None or not (worst := float(errors.max())) > TOLERATED:
+        return None
+    k = int(np.unravel_index(errors.argmax(), errors.shape)[1])
+    step = settings.step / settings.substeps
+    factor = next((f for f in REFINEMENTS if _fine(problem, motion, settings.method, f)), None)
+    other = OTHER_METHODS[settings.method]
+    return StepError(
+        method=settings.method,
+        step=step,
+        state=problem.model.state_names[k],
+        unit=state_units(problem.model)[k],
+        error=worst * float(problem.scales[k]),
+        share=worst,
+        substeps=None if factor is None else factor * settings.substeps,
+        shorter=step / (factor or 1),
+        other=other if _fine(problem, motion, other, 1) else "",
+    )
+
+
+def _fine(problem: PlanningTask, motion: Trajectory, method: str, factor: int) -> bool:
+    """Whether a method errs tolerably with ``factor`` times as many substeps."""
+    substeps = problem.scenario.integration.substeps * factor
+    errors = _errors(problem, motion, method, substeps)
+    return errors is not None and bool(errors.max() <= TOLERATED)
+
+
+def _errors(problem: PlanningTask, motion: Trajectory, method: str, substeps: int) -> Array | None:
+    """Return the errors of all steps as shares of the scales, shape (N, nx); None if one fails."""
+    model, begin, end = problem.model, motion.x[:-1], motion.x[1:]
+    try:
+        reached = model.step(
+            begin, motion.inputs, np.diff(motion.t), method=method, substeps=substeps
+        )
+    except KinolabError:
+        return None
+    errors: Array = np.abs(model.space.difference(reached, end)) / problem.scales
+    return errors if np.isfinite(errors).all() else None
