@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from kinolab import systems
-from kinolab.analyze.common_mistakes import mistakes_in
 from kinolab.analyze.examine import examine
+from kinolab.analyze.examine.common_mistakes import mistakes_in
 from kinolab.dynamics import (
     WORLD,
     Body,
