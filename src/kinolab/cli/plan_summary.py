@@ -50,6 +50,12 @@ def summary(problem: PlanningTask, found: PlanResult, report: Mapping[str, Any])
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
+    if found.status == "solved" and found.statistics.get("improvement_unfinished"):
+        seconds = problem.scenario.planner.improve
+        lines.append(
+            f"  it may become shorter: all {seconds:g} s for improving it were used; "
+            f"--set planner.improve={4 * seconds:g} gives it more"
+        )
     lines += [f"  {sentence}" for sentence in _further(found, report)]
     return "\n".join(lines)
 

@@ -153,6 +153,7 @@ class PlanImprover:
     watch: Callable[[Budget], None] | None = None
     on_improved: Callable[[PlanResult], None] | None = None
     _shortest: float = math.inf  # [s] of all plans
+    _unfinished: bool = False  # whether the work allowed ended the shortening of the first motion
     _gained: float = 1.0  # largest factor by which a duration was reduced
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
@@ -176,6 +177,7 @@ class PlanImprover:
                 return incumbent.plan()
             begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
+            statistics["improvement_unfinished"] = float(self._unfinished)
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
     @property
@@ -221,6 +223,7 @@ class PlanImprover:
             if not (refused or self.request.anytime):
                 given, made = self._shortest_of_several(incumbent, first, remaining)
             self._refine(incumbent, given, remaining)
+            self._unfinished = remaining.over and not incumbent.cancelled()
             unmended = refused and incumbent.best.status == REFUSED
             if self.request.anytime or unmended:
                 return made
