@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.analyze.law_check import LawCheck
+from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Body, Model
 from kinolab.dynamics.language.mechanism_parts import MechanismParts
 from kinolab.world import BodyGeometry, CollisionChecker, World

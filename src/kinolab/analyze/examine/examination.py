@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from kinolab.analyze.common_mistakes import mistakes_in
-from kinolab.analyze.law_check import LawCheck
+from kinolab.analyze.examine.common_mistakes import mistakes_in
+from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.derivation import has_imposed_velocities
 from kinolab.errors import KinolabError, NoDynamicsError
