@@ -121,6 +121,16 @@ def test_a_new_machine_never_overwrites_and_needs_a_usable_name(tmp_path: Path) 
         write_starter("my-puck", tmp_path)
 
 
+@pytest.mark.parametrize("kind", ["wheels", "arm", "flyer"])
+def test_other_machines_to_start_from_are_planned_for_as_they_are(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", f"my_{kind}", f"--{kind}"]) == 0
+    assert run([f"my_{kind}.toml", "--no-animation", "--quiet"]) == 0  # solved and verified
+    assert run(["examine", f"my_{kind}.py"]) == 0
+
+
 # --- from Python ---
 
 

@@ -376,7 +376,7 @@ class Model:
     def frames(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
         out = self._call("frames", x, None, parameters)
-        return out.reshape(*out.shape[:-1], -1, POSE)
+        return out.reshape(*out.shape[:-1], out.shape[-1] // POSE, POSE)
 
     def frames_jacobian(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the exact derivatives of ``frames`` by the entries of a state.
@@ -385,7 +385,8 @@ class Model:
             Shape (..., bodies, 12, nx); those by entries that are no coordinates are zero.
         """
         out = self._call("frames_jacobian", x, None, parameters)
-        columns = out.reshape(*out.shape[:-1], self.nx, -1, POSE)
+        bodies = out.shape[-1] // (self.nx * POSE)
+        columns = out.reshape(*out.shape[:-1], self.nx, bodies, POSE)
         return np.ascontiguousarray(np.moveaxis(columns, -3, -1))
 
     def cables(self, x: ArrayLike, **parameters: float) -> Array:

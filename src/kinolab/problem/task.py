@@ -26,6 +26,7 @@ from kinolab.numerics.quaternions import (
     turned_by_at_most,
 )
 from kinolab.problem.goal import Goal, KeepOutCone, Norm
+from kinolab.problem.inverse_kinematics import reaching
 from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
@@ -328,7 +329,8 @@ class PlanningTask:
     def sample_goal(self, generator: np.random.Generator, spread: float = 1.0) -> Array:
         """Sample a state within the goal's tolerances, free entries uniformly within their limits.
 
-        Attitudes are rotated so that axes point along their targets, where possible.
+        Where the goal places points or axes of bodies, the nearest configuration that does it is
+        taken; where there is none, one that comes near. Collisions are not looked at.
 
         Args:
             generator: Source of random numbers.
@@ -336,10 +338,10 @@ class PlanningTask:
         """
         x, goal = self.sample(generator), self.goal
         entries = list(goal.indices)
-        shares = np.full(len(entries) + len(goal.attitudes), spread)
+        shares = np.full(len(entries) + len(goal.attitudes) + len(goal.points), spread)
         if goal.together:
             shares *= _near_the_centre(goal.norm, (1, len(shares)), generator)[0]
-        for fraction, attitude in zip(shares[len(entries) :], goal.attitudes, strict=True):
+        for fraction, attitude in zip(shares[len(entries) :], goal.attitudes, strict=False):
             reach = min(abs(fraction) * attitude.tolerance, np.pi)
             near = turned_at_random(np.array(attitude.target), reach, generator)
             x[attitude.entries] = near
@@ -348,7 +350,8 @@ class PlanningTask:
             x[entries] = np.clip(near, *self._goal_box(spread))
         else:
             x[entries] = generator.uniform(*self._goal_box(spread))
-        return pointed(self.model, goal, x[None])[0] if goal.directions else x
+        placed: Array = self.with_bodies_placed(x[None], self._offsets(shares[None], generator))[0]
+        return placed
 
     def sample_goals(self, generator: np.random.Generator, spreads: Array) -> Array:
         """Sample one state for each factor on the tolerances (n,), shape (n, nx).
@@ -360,11 +363,12 @@ class PlanningTask:
         for own in self.model.space.quaternions:
             x[:, own] = random_attitudes(count, generator)
         goal, entries = self.goal, list(self.goal.indices)
-        shares = np.repeat(spreads[:, None], len(entries) + len(goal.attitudes), axis=1)
+        targets = len(entries) + len(goal.attitudes) + len(goal.points)
+        shares = np.repeat(spreads[:, None], targets, axis=1)
         if goal.together:
             shares *= _near_the_centre(goal.norm, shares.shape, generator)
         reaches = np.abs(shares[:, len(entries) :]).T
-        for fraction, attitude in zip(reaches, goal.attitudes, strict=True):
+        for fraction, attitude in zip(reaches, goal.attitudes, strict=False):
             angles = np.minimum(fraction * attitude.tolerance, np.pi)
             near = turned_by_at_most(np.array(attitude.target), angles, generator)
             x[:, attitude.entries] = near
@@ -374,7 +378,35 @@ class PlanningTask:
             x[:, entries] = np.clip(near, *box)
         else:
             x[:, entries] = generator.uniform(*box)
-        return pointed(self.model, goal, x)
+        return self.with_bodies_placed(x, self._offsets(shares, generator))
+
+    def _offsets(self, shares: Array, generator: np.random.Generator) -> Array:
+        """Sample offsets of the goal's points within the last shares (n, targets) of tolerances."""
+        points = self.goal.points
+        offsets = np.zeros((len(shares), len(points), 3))
+        for k, point in enumerate(points):
+            reaches = np.abs(shares[:, k - len(points)]) * point.tolerance
+            offsets[:, k] = reaches[:, None] * _in_a_ball((len(shares), 3), generator)
+        return offsets
+
+    def with_bodies_placed(self, x: Array, offsets: Array | None = None) -> Array:
+        """Return states with points and axes of bodies where the goal wants them, or near that.
+
+        What the goal states of entries and attitudes stays. Attitudes that turn freely come first,
+        for which there is a closed form. Machines with closed loops stay as they are otherwise.
+
+        Args:
+            x: States, shape (n, nx).
+            offsets: Of the points from their targets in [m], shape (n, points, 3); none: 0.
+        """
+        goal = self.goal
+        x = pointed(self.model, goal, x)
+        if not goal.needs_frames or self.machine.closes_loops:
+            return x
+        if offsets is None:
+            offsets = np.zeros((len(x), len(goal.points), 3))
+        scales, limits = self.model.state_scales, self.bounds
+        return reaching(self.model, goal, x, offsets, scales=scales, limits=limits)
 
     @cached_property
     def space(self) -> StateSpace:

@@ -41,6 +41,8 @@ VERIFICATION_SECONDS = 2e-4  # [s] for each knot
 ITERATION_SECONDS = 1.5e-4  # [s] of a search
 # Further searches may each take this many times the first one's iterations, and some more.
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
+# Before a motion is improved, so many searches are made at most, for this fraction of the work.
+FIRST_SEARCHES, FIRST_FRACTION = 4, 0.25
 
 
 @dataclass
@@ -151,6 +153,7 @@ class PlanImprover:
     watch: Callable[[Budget], None] | None = None
     on_improved: Callable[[PlanResult], None] | None = None
     _shortest: float = math.inf  # [s] of all plans
+    _unfinished: bool = False  # whether the work allowed ended the shortening of the first motion
     _gained: float = 1.0  # largest factor by which a duration was reduced
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
@@ -174,6 +177,7 @@ class PlanImprover:
                 return incumbent.plan()
             begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
+            statistics["improvement_unfinished"] = float(self._unfinished)
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
     @property
@@ -216,11 +220,15 @@ class PlanImprover:
                 remaining.cancelled = incumbent.cancelled
                 self._exact(incumbent, first, remaining, first)
                 return 0
-            self._refine(incumbent, first, remaining)
+            given, made = first, 0
+            if not (refused or self.request.anytime):
+                given, made = self._shortest_of_several(incumbent, first, remaining)
+            self._refine(incumbent, given, remaining)
+            self._unfinished = remaining.over and not incumbent.cancelled()
             unmended = refused and incumbent.best.status == REFUSED
             if self.request.anytime or unmended:
-                return 0
-            return self._search_again(incumbent, first, remaining)
+                return made
+            return self._search_again(incumbent, first, remaining, made)
 
     def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
         """Shorten a motion and make it exact: what is long and verified first loses its detours."""
@@ -270,28 +278,70 @@ class PlanImprover:
             incumbent.take(best, "shorten")
         return best
 
-    def _search_again(self, incumbent: Incumbent, first: Trajectory, remaining: Budget) -> int:
-        """Search for motions that may become shorter; return the number of searches."""
-        seed, last = incumbent.best.seed, first
+    def _shortest_of_several(
+        self, incumbent: Incumbent, first: Trajectory, remaining: Budget
+    ) -> tuple[Trajectory, int]:
+        """Search again while that costs little; return the shortest motion and the searches made.
+
+        Improvement keeps the way on which a motion goes, and hardly makes a detour several times as
+        long as another way shorter than that one.
+        """
+        shortest, allowed = first, FIRST_FRACTION * remaining.unspent
+        for k in range(1, FIRST_SEARCHES + 1):
+            allowed -= self._cost_of_a_search(incumbent)
+            if allowed < 0 or remaining.over or incumbent.cancelled():
+                break
+            found = self._searched(incumbent, k, remaining, shortest.duration)
+            if found is not None and found.duration < shortest.duration:
+                shortest = found
+        else:
+            k = FIRST_SEARCHES + 1
+        if shortest is not first and not incumbent.take(shortest, "search"):
+            shortest = first
+        return shortest, k - 1
+
+    def _cost_of_a_search(self, incumbent: Incumbent) -> float:
+        return ITERATION_SECONDS * max(incumbent.best.iterations, MORE_ITERATIONS)
+
+    def _searched(
+        self, incumbent: Incumbent, k: int, remaining: Budget, below: float
+    ) -> Trajectory | None:
+        """Search with the k-th further seed for a motion shorter than a duration in [s]."""
         most = SEARCH_FACTOR * incumbent.best.iterations + MORE_ITERATIONS
-        for k in count(1):
+        affordable = int(remaining.unspent / ITERATION_SECONDS)
+        budget = Budget(
+            PATIENCE * self._seconds,
+            min(most, affordable),
+            improve=0.0,
+            below=below,
+            cancelled=remaining.cancelled,
+        )
+        if self.watch:
+            self.watch(budget)
+        if incumbent.cancelled():
+            return None  # interrupted before this budget was registered
+        incumbent.budget = budget
+        found = motion(self.problem, self.searcher, stream(incumbent.best.seed, k), budget)
+        charge(ITERATION_SECONDS * max(budget.iterations, MORE_ITERATIONS))
+        return found
+
+    def _search_again(
+        self, incumbent: Incumbent, first: Trajectory, remaining: Budget, made: int
+    ) -> int:
+        """Search for motions that may become shorter; return the number of searches.
+
+        Args:
+            incumbent: The best plan.
+            first: The first search's motion.
+            remaining: Of the improvement's work.
+            made: Further searches so far.
+        """
+        last = first
+        for k in count(made + 1):
             affordable = int(remaining.unspent / ITERATION_SECONDS)
-            if remaining.over or affordable < incumbent.best.iterations:
+            if remaining.over or affordable < incumbent.best.iterations or incumbent.cancelled():
                 return k - 1
-            budget = Budget(
-                PATIENCE * self._seconds,
-                min(most, affordable),
-                improve=0.0,
-                below=self._shortest,
-                cancelled=remaining.cancelled,
-            )
-            if self.watch:
-                self.watch(budget)
-            if incumbent.cancelled():
-                return k - 1  # interrupted before this budget was registered
-            incumbent.budget = budget
-            found = motion(self.problem, self.searcher, stream(seed, k), budget)
-            charge(ITERATION_SECONDS * max(budget.iterations, MORE_ITERATIONS))
+            found = self._searched(incumbent, k, remaining, self._shortest)
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):

@@ -56,6 +56,12 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
+    if found.status == "solved" and found.statistics.get("improvement_unfinished"):
+        seconds = problem.scenario.planner.improve
+        lines.append(
+            f"  it may become shorter: all {seconds:g} s for improving it were used; "
+            f"--set planner.improve={4 * seconds:g} gives it more"
+        )
     lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
 

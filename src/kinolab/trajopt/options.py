@@ -167,6 +167,8 @@ class GuessOptions:
     max_branches: tuple[int, int] = setting((600, 2500), meaning="Of trees, and for short paths.")
     shorter: tuple[float, float] = setting((0.4, 1.0), meaning="Range of a path's duration.")
     min_guess_steps: int = setting(10, meaning="Steps of a guess at least.")
+    max_aims: int = setting(40, meaning="States in the goal that are drawn to find free ones.")
+    compared_aims: int = setting(4, meaning="Free states in the goal, of which the nearest counts.")
     max_draws: int = setting(50, meaning="Draws of a configuration on a path that is short.")
     max_path_shortcuts: int = setting(60, meaning="Shortcuts of a path that are tried.")
     path_resolution: float = setting(0.25, meaning="Motion between samples, of the least radius.")
@@ -177,6 +179,9 @@ class GuessOptions:
     max_detour: float = setting(0.25, meaning="Random detour, of a coordinate's range.")
     unlimited: float = setting(100.0, unit="s", meaning="Speeding up that tells of no limit.")
     perturbation: float = setting(0.01, meaning="Noise of the inputs, of their range.")
+    headings: int = setting(360, meaning="Angles tried as the heading of a path's leg.")
+    sideways: float = setting(0.1, meaning="Forbidden share of a leg that is turned.")
+    slip: float = setting(0.02, meaning="The same that a heading may leave.")
     rank_tolerance: float = setting(1e-6, meaning="Singular values that are none, of the largest.")
 
 

@@ -363,8 +363,7 @@ def test_a_direction_without_mass() -> None:
     with pytest.raises(InputError) as caught:
         System("s", bodies=[bob]).model()
     assert str(caught.value) == (
-        "system 's': no mass or inertia resists a motion of hinge. "
-        "Give a body that it moves a mass or an inertia."
+        "system 's': no mass or inertia resists a motion of hinge. Give 'bob' a mass or an inertia."
     )
 
 

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import kinolab
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.multistart.guesses import Guesses
+from kinolab.trajopt.multistart.headings import turned_along
 from tests.support import problem_of
 
 Array = NDArray[np.float64]
@@ -185,3 +187,40 @@ def test_inputs_are_near_the_middle_of_their_range(tmp_path: Path) -> None:
     share = (make.knots(make.straight(), 200, 0.05).u - lower) / (upper - lower)
     assert np.abs(share - 0.5).max() < 0.1  # ten standard deviations
     assert share.std() > 0
+
+
+def test_cyclic_coordinates_of_a_guess_follow_from_its_velocities() -> None:
+    """Wheels roll as far as they turn: in one step of a guess the two agree to second order."""
+    problem = kinolab.load("diffdrive_warehouse")
+    model = problem.model
+    guesses = Guesses(problem, np.random.default_rng(0))
+    knots = guesses.knots(guesses.straight(), 200, 0.1)
+    wheels = [model.state_names.index(name) for name in ("phi_l", "phi_r")]
+    speeds = [model.state_names.index(name) for name in ("phi_l_dot", "phi_r_dot")]
+    rolled = np.diff(knots.x[:, wheels], axis=0)
+    mean = (knots.x[1:, speeds] + knots.x[:-1, speeds]) / 2
+    np.testing.assert_allclose(rolled, 0.1 * mean, atol=1e-9)  # [rad]
+    assert np.abs(rolled).sum() > 1.0
+
+
+def test_a_robot_turns_before_it_drives() -> None:
+    """It cannot slip sideways: on the leg between its turns the heading is the leg's direction."""
+    problem = kinolab.load("diffdrive_warehouse")
+    begin = problem.start.copy()
+    end = begin.copy()
+    end[0], end[1] = begin[0] + 3.0, begin[1] + 4.0
+    path = turned_along(problem, np.stack([begin, end]))
+    psi = problem.model.state_names.index("psi")
+    leg = int(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).argmax())
+    along = np.arctan2(4.0, 3.0)
+    for heading in path[leg : leg + 2, psi]:
+        assert abs(np.sin(heading - along)) < 0.02  # forward or backward
+    np.testing.assert_array_equal(path[0], begin)
+    assert path[-1][psi] == end[psi]
+
+
+def test_a_path_that_is_allowed_stays_as_it_is() -> None:
+    """With all its whole turns: a pendulum may follow any path."""
+    problem = kinolab.load("pendulum_swingup")
+    path = Guesses(problem, np.random.default_rng(0)).straight([2])
+    assert turned_along(problem, path) is path

@@ -28,6 +28,9 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "constraints": [asdict(constraint) for constraint in found.constraints],
         "integrable_combinations": list(closure.combinations) if closure else [],
         "integrals": [str(integral) for integral in closure.integrals] if closure else [],
+        "watched_pairs": [list(pair) for pair in found.watched],
+        "cyclic_coordinates": list(found.cyclic),
+        "conserved_momenta": list(found.conserved),
         "inputs": [_input(entry) for entry in found.inputs],
         "growth_vector": list(closure.growth) if closure else None,
         "accessible": {

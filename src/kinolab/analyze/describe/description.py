@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
+from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
 from kinolab.analyze.describe.modes import Mode, modes_of
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
@@ -65,6 +66,11 @@ class Description:
             is undecided.
         modes: Six generalisations of the upright rolling disk.
         left_out: What could not be determined, in sentences.
+        solids: How many bodies have a shape.
+        watched: Pairs of bodies or cables that may not touch each other, by name.
+        cyclic: Coordinates on which the Lagrangian does not depend.
+        conserved: Coordinates on which neither energies nor forces depend, without forces of their
+            own: their momenta stay as they are.
     """
 
     name: str
@@ -84,6 +90,10 @@ class Description:
     rests: tuple[AtRest, ...]
     modes: tuple[Mode, ...]
     left_out: tuple[str, ...]
+    solids: int = 0
+    watched: tuple[tuple[str, str], ...] = ()
+    cyclic: tuple[str, ...] = ()
+    conserved: tuple[str, ...] = ()
 
 
 def describe(system: System) -> Description:
@@ -129,6 +139,10 @@ def describe(system: System) -> Description:
         rests=rests,
         modes=modes_of(system, freedom=freedom, pushes=pushes, potential=potential),
         left_out=tuple(left_out),
+        solids=sum(bool(body.shapes) for body in system.bodies),
+        watched=system.collisions,
+        cyclic=cyclic_coordinates_of(system),
+        conserved=conserved_momenta(system),
     )
 
 

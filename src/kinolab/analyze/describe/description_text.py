@@ -33,6 +33,12 @@ def _lines(found: Description) -> Iterator[str]:
         )
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
+    yield from _watched(found)
+    if found.cyclic:
+        text = f"symmetries: L does not depend on {', '.join(found.cyclic)}"
+        if found.conserved:
+            text += f"; no input changes the momentum of {', '.join(found.conserved)}"
+        yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
     yield "  controllability"
     for sentence in sentences(found):
         yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
@@ -45,6 +51,15 @@ def _lines(found: Description) -> Iterator[str]:
         yield "  left out"
         for sentence in found.left_out:
             yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
+
+
+def _watched(found: Description) -> Iterator[str]:
+    """Yield the pairs that may not touch; other bodies may pass through each other."""
+    if found.solids < 2:
+        return
+    pairs = "; ".join(f"{a} and {b}" for a, b in found.watched)
+    text = f"pairs that may not touch: {pairs or 'none, all bodies may pass through each other'}"
+    yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _left(found: Description) -> str:

@@ -6,101 +6,40 @@ from pathlib import Path
 
 import click
 
+from kinolab.cli.starters import starter_arm, starter_flyer, starter_puck, starter_wheels
 from kinolab.errors import InputError, Mistake
 
-MACHINE = '''"""A machine of one's own: a puck on an air table, pushed by two fans.
-
-Look at it:   plan equations {name}.py
-Let it move:  plan simulate {name}.py --start x_dot=0.5
-Examine it:   plan examine {name}.py
-Plan for it:  plan {name}.toml
-"""
-
-from kinolab.dynamics import (
-    WORLD,
-    Body,
-    Cylinder,
-    Force,
-    System,
-    Viscous,
-    length,
-    move,
-    parameter,
-    rate,
-)
-
-
-def {name}() -> System:
-    """A puck on an air table."""
-    # Parameters are symbols: equations show their names, and new values compile nothing.
-    m = parameter("m", 0.5, "kg")
-    b = parameter("b", 0.1, "N s/m")
-
-    # Coordinates know their unit and how fast they may change, in m/s.
-    x, y = length("x", speed=1.0), length("y", speed=1.0)
-
-    # A frame is a product of motions: move(x, y, z), rot_x, rot_y, rot_z. It needs no body.
-    center = move(x, y, 0.05)
-
-    # A body's centre of mass is the origin of its frame; its shape is what may not collide.
-    puck = Body("puck", center, mass=m, shape=Cylinder(0.15, 0.1), touches_ground=True)
-
-    return System(
-        "{name}",
-        bodies=[puck],
-        # What the planner decides, with limits in N. The axis says whose direction is meant.
-        inputs=[
-            Force("fan_x", on=puck, along=WORLD.x, limit=0.5),
-            Force("fan_y", on=puck, along=WORLD.y, limit=0.5),
-        ],
-        # What acts besides: here a little drag in each direction.
-        efforts=[Viscous(rate(x), b), Viscous(rate(y), b)],
-        # Constraints, springs, gravity, further bodies: `plan help machine` has every word.
-    )
-'''
-
-SCENARIO = """schema = 1
-title = "A puck crosses an air table"
-
-[system]
-file = "{name}.py:{name}"               # Python code that kinolab runs
-parameters = {{ m = 0.5 }}                # [kg]
-
-[world]
-bounds = {{ x = [0, 3], y = [0, 2] }}     # [m]
-ground = "plane"
-
-[[world.obstacle]]                      # also: mesh = "file.stl", sphere, cylinder
-name = "block"
-box = [0.2, 1.4, 0.3]                   # [m] full edges
-position = [1.5, 0.7, 0.15]             # [m] centre
-
-[start]                                 # what is left out is 0
-x = 0.5
-y = 0.5
-
-[goal]                                  # what is left out is free
-x = 2.5
-y = 0.5
-tolerance = 0.1                         # [m]
-
-[planner]                               # left out, the planner is "auto"
-time_limit = 20.0                       # [s]
-"""
+STARTERS = {
+    "puck": starter_puck,
+    "wheels": starter_wheels,
+    "arm": starter_arm,
+    "flyer": starter_flyer,
+}
 
 
 @click.command("new")
 @click.argument("name")
-def command(name: str) -> int:
-    """Write a commented machine NAME.py and a scenario NAME.toml to start from."""
-    for path in write_starter(name, Path()):
+@click.option("--wheels", "kind", flag_value="wheels", help="A robot on two driven wheels.")
+@click.option("--arm", "kind", flag_value="arm", help="An arm with two links.")
+@click.option("--flyer", "kind", flag_value="flyer", help="A drone in a vertical plane.")
+def command(name: str, kind: str | None) -> int:
+    """Write a commented machine NAME.py and a scenario NAME.toml to start from.
+
+    Left alone, it is a puck on an air table.
+    """
+    for path in write_starter(name, Path(), kind or "puck"):
         click.echo(f"written {path}")
     click.echo(f"next: plan {name}.toml")
     return 0
 
 
-def write_starter(name: str, folder: Path) -> list[Path]:
+def write_starter(name: str, folder: Path, kind: str = "puck") -> list[Path]:
     """Write NAME.py and NAME.toml and return their paths.
+
+    Args:
+        name: Of the machine.
+        folder: Where they go.
+        kind: Of the machine: one of ``STARTERS``.
 
     Raises:
         InputError: If the name cannot be a function's, or a file exists already.
@@ -108,7 +47,8 @@ def write_starter(name: str, folder: Path) -> list[Path]:
     if not name.isidentifier():
         remedy = "Use letters, digits and underscores, beginning with a letter."
         raise InputError([Mistake(repr(name), "this cannot be the name of a machine.", remedy)])
-    files = {folder / f"{name}.py": MACHINE, folder / f"{name}.toml": SCENARIO}
+    starter = STARTERS[kind]
+    files = {folder / f"{name}.py": starter.MACHINE, folder / f"{name}.toml": starter.SCENARIO}
     existing = [
         Mistake(str(path), "this file exists already.", "Choose another name.")
         for path in files

@@ -14,7 +14,7 @@ import click
 from kinolab.cli.common import PATH, quiet_option, set_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import EndpointError, InputError, Mistake
 
 
 @click.command("view")
@@ -81,4 +81,10 @@ def _page_of_scenario(
     with redirect_stdout(sys.stderr):  # keep output of user code out of the result
         problem = load(what, overrides=list(overrides))
     page = out or Path(tempfile.mkdtemp(prefix="kinolab-")) / f"{problem.name}.html"
-    return save_page(problem, None, page)
+    written = save_page(problem, None, page)
+    try:
+        problem.check_endpoints()
+    except EndpointError as error:  # shown all the same: one sees best there what is wrong
+        progress.close()
+        print(error, file=sys.stderr)
+    return written

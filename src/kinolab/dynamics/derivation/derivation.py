@@ -21,6 +21,7 @@ from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
 from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.derivation.massless import remedy_for
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
@@ -464,7 +465,7 @@ class _Derivation:
             massless = [self._velocity_name(free[i]) for i in moved]
         if massless:
             what = f"no mass or inertia resists a motion of {', '.join(massless)}."
-            remedy = "Give a body that it moves a mass or an inertia."
+            remedy = remedy_for(self.system, massless)
             raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
 
     def _velocity_name(self, k: int) -> str:

@@ -8,6 +8,7 @@ import sympy
 from sympy.printing.precedence import PRECEDENCE, precedence
 from sympy.printing.str import StrPrinter
 
+from kinolab.dynamics.lagrange.numbers import with_short_numbers
 from kinolab.dynamics.language.quasi_velocities import MOTIONS, QuasiAcceleration
 from kinolab.dynamics.language.symbols import (
     Acceleration,
@@ -30,7 +31,7 @@ DOT, DOUBLE_DOT = "\u0307", "\u0308"
 
 def one_line(expression: sympy.Expr) -> str:
     """Print an expression on one line in mathematical notation."""
-    return str(_Printer().doprint(expression))
+    return str(_Printer().doprint(with_short_numbers(expression)))
 
 
 def letter(name: str) -> str:

@@ -9,16 +9,12 @@ from typing import TypeAlias
 
 import sympy
 
-from kinolab.dynamics.lagrange.terms import Expander, Monomial, Terms, TooLongError, fraction
+from kinolab.dynamics.lagrange.numbers import short_number, with_short_numbers
+from kinolab.dynamics.lagrange.terms import Expander, Monomial, Terms, TooLongError
 from kinolab.dynamics.language.quasi_velocities import MOTIONS
 from kinolab.dynamics.language.symbols import InputSymbol
 
 Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of sine and cosine
-
-# largest denominator of a fraction printed as such, tenths excepted
-MAX_DENOMINATOR = 12
-# the same for fractions that do not come from decimals, as in energies
-MAX_BINARY_DENOMINATOR = 64
 
 
 def simplified(expression: sympy.Expr, deadline: float) -> sympy.Expr:
@@ -35,7 +31,7 @@ def simplified(expression: sympy.Expr, deadline: float) -> sympy.Expr:
             found.append(written(expander.terms(expression)))
         except TooLongError:
             continue
-    return min(found, key=sympy.count_ops) if found else _rounded(expression)
+    return min(found, key=sympy.count_ops) if found else with_short_numbers(expression)
 
 
 def _has_sums(expression: sympy.Expr) -> bool:
@@ -105,7 +101,7 @@ def written(terms: Terms) -> sympy.Expr:
     for angle in _angles(terms):
         terms = _shortened(terms, angle)
     joined = _joined(terms)
-    return sympy.Add(*(_number(a) * _monomial(m) for m, a in joined.items()))
+    return sympy.Add(*(short_number(a) * _monomial(m) for m, a in joined.items()))
 
 
 def _angles(terms: Terms) -> list[sympy.Expr]:
@@ -222,19 +218,3 @@ def _monomial(monomial: Monomial) -> sympy.Expr:
             powers[cosine] += shared
             powers[sympy.tan(angle)] = shared
     return sympy.Mul(*(base**power for base, power in powers.items()))
-
-
-def _number(value: Fraction) -> sympy.Expr:
-    """Return a number for printing: a short fraction, or a decimal where it came from one."""
-    bottom = value.denominator
-    if (bottom <= MAX_DENOMINATOR and bottom != 10) or (
-        bottom <= MAX_BINARY_DENOMINATOR and (bottom % 5 or not bottom % 3)
-    ):
-        return sympy.Rational(value.numerator, bottom)
-    return sympy.Float(float(value))
-
-
-def _rounded(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression with its numbers rounded for printing."""
-    numbers = expression.atoms(sympy.Float)
-    return expression.xreplace({number: _number(fraction(number)) for number in numbers})

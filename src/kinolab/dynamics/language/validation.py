@@ -188,7 +188,8 @@ def _references(system: MechanismParts) -> Iterator[Mistake]:
             if isinstance(body, Body) and body not in system.bodies:
                 label = getattr(part, "name", type(part).__name__)
                 what = f"it acts on the body {body.name!r}, which the system does not list."
-                yield Mistake(f"{type(part).__name__.lower()} {label!r}", what)
+                remedy = "Add it to bodies, or take the force out."
+                yield Mistake(f"{type(part).__name__.lower()} {label!r}", what, remedy)
     names += [cable.name for cable in system.cables if cable.collides]
     kind = "body or cable that collides" if system.cables else "body"
     for pair in system.collisions:

@@ -53,7 +53,12 @@ def control_points(problem: PlanningTask) -> list[ControlPoint]:
     frames = problem.frames(sample_states(problem, RANDOM_STATES))
     points = (p for c in leaders for p in _points_of(problem, c, goals))
     moved = (p for p in points if not _known(place(p.at, frames[:, p.carrier.body])))
-    return [*named, *moved]
+    return [*named, *(p for p in moved if not any(_same(p, other) for other in named))]
+
+
+def _same(a: ControlPoint, b: ControlPoint) -> bool:
+    alike = bool(np.abs(a.at - b.at).max() < POINT_TOLERANCE)
+    return a.carrier.body == b.carrier.body and alike
 
 
 def place(at: Array, poses: Array) -> Array:

@@ -30,7 +30,7 @@ class Ghost:
 
 @dataclass(frozen=True, eq=False)
 class GoalMarker:
-    """The goal region: a ring on the ground, or a ball if there is no ground."""
+    """A goal region: a ring on the ground; a ball without ground, and around points of bodies."""
 
     position: tuple[float, float, float]  # [m]
     radius: float  # [m]
@@ -86,6 +86,7 @@ class Picture:
         path: Path of the first body's origin, shape (n, 3), in [m].
         start: Poses at which the machine's ghost is drawn.
         goal: A region, or poses for a second ghost.
+        points: Where points of bodies must come, each drawn as a ball.
         cones: Goal cones and keep-out cones of axes.
         lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion, or a
             function that gives shape (nl, 2, 3) at a time. Segments that are not finite are slack.
@@ -100,6 +101,7 @@ class Picture:
     path: Array | None = None
     start: Ghost | None = None
     goal: GoalMarker | Ghost | None = None
+    points: Sequence[GoalMarker] = ()
     cones: Sequence[Cone] = ()
     lines: Lines | None = None
 

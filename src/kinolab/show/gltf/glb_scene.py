@@ -9,13 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import ball
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-from kinolab.show.film.picture import Floor, Ghost, GoalMarker
+from kinolab.show.film.picture import Floor, Ghost
 from kinolab.show.film.raster.camera import horizontal_axes
 from kinolab.show.film.scene import INK
-from kinolab.show.film.staging.backdrop import GOAL, PATH, START, WALL
+from kinolab.show.film.staging.backdrop import GOAL, PATH, START, WALL, goal_ball
 from kinolab.show.gltf.glb import Color, Glb
 from kinolab.show.page.content import Content, Curve
 from kinolab.show.page.curves import evaluated
@@ -51,7 +50,9 @@ def glb_scene(content: Content) -> bytes:
     if isinstance(picture.goal, Ghost):
         _add_ghost(glb, root, "goal", picture.goal, machine, GOAL)
     elif picture.goal is not None:
-        _add_mesh(glb, root, "goal", _region(picture.goal), GHOST_OPACITY)
+        _add_mesh(glb, root, "goal", goal_ball(picture.goal), GHOST_OPACITY)
+    for k, point in enumerate(picture.points):
+        _add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
         _add_cables(
@@ -102,10 +103,6 @@ def _add_ghost(
     poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
     for k, (mesh, pose) in enumerate(zip(machine, poses, strict=True)):
         _add_mesh(glb, parent, f"{name} {k + 1}", mesh.moved(pose).painted(color), GHOST_OPACITY)
-
-
-def _region(goal: GoalMarker) -> SurfaceMesh:
-    return ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
 
 
 def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[SurfaceMesh]) -> None:

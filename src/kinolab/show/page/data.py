@@ -47,6 +47,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         ],
         "start": _poses(picture.start, START),
         "goal": _goal(picture),
+        "points": [_marker(point) for point in picture.points],
         "tree": None if content.tree is None else pack.add(content.tree, "f4"),
         "knots": pack.add(content.knots, "f8"),
         "series": [_series(series, pack) for series in content.series],
@@ -91,8 +92,12 @@ def _poses(ghost: Ghost | None, color: tuple[float, float, float]) -> dict[str, 
 def _goal(picture: Picture) -> dict[str, Any] | None:
     goal = picture.goal
     if isinstance(goal, GoalMarker):
-        return {"position": _numbers(goal.position), "radius": goal.radius, "rgb": list(GOAL)}
+        return _marker(goal)
     return _poses(goal, GOAL)
+
+
+def _marker(goal: GoalMarker) -> dict[str, Any]:
+    return {"position": _numbers(goal.position), "radius": goal.radius, "rgb": list(GOAL)}
 
 
 def _series(series: Series, pack: Pack) -> dict[str, Any]:

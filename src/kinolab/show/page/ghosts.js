@@ -17,6 +17,13 @@ function ghost({ poses, rgb }, bodies) {
   return group;
 }
 
+/** Return the ball that a point must enter. */
+function ball({ position, radius, rgb }) {
+  const mesh = new THREE.Mesh(new THREE.SphereGeometry(radius, 48, 32), veil(rgb, 0.35));
+  mesh.position.set(...position);
+  return mesh;
+}
+
 /** Return a ring on the floor, or a ball where there is none. */
 function region({ position, radius, rgb }, floor) {
   const group = new THREE.Group();
@@ -25,8 +32,7 @@ function region({ position, radius, rgb }, floor) {
     group.add(new THREE.Mesh(new THREE.RingGeometry(0.9 * radius, radius, 64), veil(rgb, 0.95)));
     group.position.set(position[0], position[1], 2e-3 * radius);
   } else {
-    group.add(new THREE.Mesh(new THREE.SphereGeometry(radius, 48, 32), veil(rgb, 0.35)));
-    group.position.set(...position);
+    group.add(ball({ position, radius, rgb }));
   }
   return group;
 }
@@ -42,7 +48,7 @@ function veil(rgb, opacity, behind = -1) {
 export function buildGhosts(data, bodies) {
   const start = data.start && ghost(data.start, bodies);
   const goal = data.goal && (data.goal.poses ? ghost(data.goal, bodies) : region(data.goal, data.floor));
-  return { start, goal };
+  return { start, goal: data.points.length ? new THREE.Group().add(...data.points.map(ball)) : goal };
 }
 
 /** Build the cones that axes shall or must not have. */

@@ -6,8 +6,9 @@ What matters is their duration and their homotopy class, the side on which they 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.problem.pointing import pointed
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
+from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
 
@@ -31,26 +32,44 @@ class Guesses:
 
     def __init__(self, problem: PlanningTask, generator: np.random.Generator) -> None:
         self._problem, self._generator = problem, generator
+        self._aim = problem.start
+
+    def aim(self, is_free: Callable[[Array], bool]) -> None:
+        """Choose anew where paths end, if the goal places points of bodies: many states do that.
+
+        Args:
+            is_free: Says whether a state, shape (nx,), is free of collisions.
+        """
+        if not self._problem.goal.points:
+            return
+        drawn = (self._problem.sample_goal(self._generator, 0.0) for _ in range(GUESS.max_aims))
+        free = islice(filter(is_free, drawn), GUESS.compared_aims)
+        self._aim = min(free, key=lambda x: self.quickest(self._to(x)), default=self._aim)
 
     def straight(self, turns: Sequence[int] = ()) -> Array:
         """Return the straight path from start to goal, shape (2, nx).
 
-        Coordinates that the goal leaves free stay as at the start, except that velocities vanish
-        and attitudes turn by the least angle that makes axes point at their targets.
+        Coordinates that the goal leaves free stay as at the start, or as ``aim`` has chosen them,
+        except that velocities vanish and bodies are placed and turned by the least motion that
+        takes points and axes to their targets.
 
         Args:
             turns: Extra whole turns of each circular angle beyond the shortest path, signed; none
                 if empty.
         """
+        return self._to(self._aim, turns)
+
+    def _to(self, aim: Array, turns: Sequence[int] = ()) -> Array:
+        """Return the straight path from the start to the goal's state nearest to one, (2, nx)."""
         problem, goal = self._problem, self._problem.goal
-        start, end = problem.start, problem.start.copy()
+        start, end = problem.start, aim.copy()
         end[problem.model.nq :] = 0.0
         end[list(goal.indices)] = goal.targets
         for attitude in goal.attitudes:
             own = attitude.entries
             target = np.array(attitude.target)
             end[own] = target if start[own] @ target >= 0 else -target
-        end = pointed(problem.model, goal, end[None])[0]
+        end = problem.with_bodies_placed(end[None])[0]
         circles = self.circles
         end[circles] -= whole_turns(end[circles] - start[circles])
         if len(turns):
@@ -90,7 +109,8 @@ class Guesses:
     def knots(self, path: Array, steps: int, h: float) -> Knots:
         """Return knots along a path, timed by the minimum time of each leg.
 
-        Inputs are at the middle of their ranges plus a little noise.
+        Inputs are at the middle of their ranges plus a little noise. If some coordinates are
+        cyclic, velocities follow the path and these follow the velocities.
 
         Args:
             path: Shape (m, nx).
@@ -105,7 +125,7 @@ class Guesses:
         held = np.tile((lower + upper) / 2, (len(path) - 1, 1))
         even = resampled(times, path, held, steps, problem.space)
         shaken = GUESS.perturbation * generator.standard_normal(even.u.shape) * (upper - lower)
-        return Knots(even.x, even.u + shaken, h)
+        return _rolled(problem, Knots(even.x, even.u + shaken, h))
 
     def _times(self, path: Array) -> Array:
         """Return arrival times in [s] at the maximum rates for a path (m, nx), shape (m,)."""
@@ -159,20 +179,27 @@ def path_time_scaling(problem: PlanningTask, knots: Knots) -> Knots:
     large = problem.scales[matters]
     rates = (x[2:, matters] - x[:-2, matters]) / (2 * knots.h) / large
     possible = np.linalg.pinv(
-        _directions(problem, x[1:-1], matters) / large[:, None], rcond=GUESS.rank_tolerance
+        velocity_directions(problem, x[1:-1], matters) / large[:, None], rcond=GUESS.rank_tolerance
     )
     speeds = (possible @ rates[..., None])[..., 0]
     x[1:-1, nq:] = np.clip(speeds, *problem.bounds[nq:].T)
     return Knots(x, knots.u, knots.h)
 
 
-def _directions(problem: PlanningTask, x: Array, coordinates: NDArray[np.int64]) -> Array:
-    """Jacobian of coordinate rates in the velocities, shape (m, coordinates, velocities)."""
-    model, (m, nx) = problem.model, x.shape
-    one_by_one = np.vstack([np.zeros(nx), np.eye(nx)[model.nq :]])
-    states = np.repeat(x[:, None], len(one_by_one), axis=1)
-    states[:, :, model.nq :] = 0.0
-    states = (states + one_by_one).reshape(-1, nx)
-    idle = np.clip(model.control_bounds, -1e3, 1e3).mean(axis=1)
-    rates = model.f(states, np.tile(idle, (len(states), 1))).reshape(m, -1, nx)[:, :, coordinates]
-    return np.swapaxes(rates[:, 1:] - rates[:, :1], 1, 2)
+def _rolled(problem: PlanningTask, knots: Knots) -> Knots:
+    """Return knots whose cyclic coordinates, if there are any, are integrals of their rates.
+
+    A wheel that would have to roll all the way in one step of the optimiser costs so much change
+    that it rather gives up the goal.
+    """
+    nq = problem.model.nq
+    rolling = np.flatnonzero(cyclic_coordinates(problem)[:nq])
+    if not len(rolling):
+        return knots
+    timed = path_time_scaling(problem, knots)
+    idle = np.clip(problem.model.control_bounds, -1e3, 1e3).mean(axis=1)
+    rates = problem.model.f(timed.x, np.tile(idle, (len(timed.x), 1)))[:, rolling]
+    moved = np.cumsum((rates[1:] + rates[:-1]) / 2 * knots.h, axis=0)
+    x = timed.x.copy()
+    x[1:, rolling] = x[0, rolling] + moved
+    return Knots(x, timed.u, knots.h)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
+from kinolab.trajopt.multistart.headings import turned_along
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
@@ -139,6 +139,7 @@ class Multistart:
         self._guesses = Guesses(problem, self._generator)
         self._geometric_paths = GeometricPaths(problem, self._generator, cancelled)
         self._count, self._below, self._most = 0, below, math.inf
+        self._straight: tuple[Array, bool] | None = None  # where it ends, and whether it is free
 
     def prepare(self) -> None:
         """Warm up: compile and load all that a guess needs, by solving a short one."""
@@ -163,12 +164,14 @@ class Multistart:
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess and its number of steps of the problem per knot interval."""
         guesses, step = self._guesses, self._problem.step
+        if self._count:  # the first takes the nearest state in the goal
+            guesses.aim(lambda x: self._geometric_paths.are_free(x[None]))
         longer = GUESS.durations[self._count % len(GUESS.durations)]
         longer *= math.exp(self._generator.uniform(-GUESS.duration_jitter, GUESS.duration_jitter))
         self._count += 1
         if math.isfinite(self._below):
             self._most = self._below * self._generator.uniform(*GUESS.shorter)
-        path = self._path()
+        path = turned_along(self._problem, self._path())
         quickest = guesses.quickest(path) + guesses.starting
         count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
@@ -191,7 +194,8 @@ class Multistart:
         """
         begin, end = self._guesses.straight()
         turning = float(self._generator.choice((*GUESS.turning, math.nan), p=GUESS.odds))
-        if turning == GUESS.turning[0] or not (self._straight_is_free or math.isnan(turning)):
+        straight = self._straight_is_free(begin, end)
+        if turning == GUESS.turning[0] or not (straight or math.isnan(turning)):
             branches = GUESS.max_branches[math.isfinite(self._below)]
             path = self._geometric_paths.find(begin, end, turning, self._short_enough, branches)
             if path is not None and self._short_enough(path):
@@ -201,6 +205,7 @@ class Multistart:
     def _short_enough(self, path: Array) -> bool:
         return self._guesses.quickest(path) <= self._most
 
-    @cached_property
-    def _straight_is_free(self) -> bool:
-        return self._geometric_paths.is_free(*self._guesses.straight())
+    def _straight_is_free(self, begin: Array, end: Array) -> bool:
+        if self._straight is None or not np.array_equal(self._straight[0], end):
+            self._straight = end, self._geometric_paths.is_free(begin, end)
+        return self._straight[1]

@@ -34,12 +34,12 @@ from tests.machines import kinematic_car, wheeled_hull
 x, y, z, w = sp.symbols("x y z w", real=True)
 
 
-def test_a_square_that_only_pushes_one_way_is_no_verdict() -> None:
+def test_a_square_pushes_one_way_only() -> None:
     """x_dot = u, y_dot = x^2 never decreases y: [u, [drift, u]] points along y and is bad."""
     fields = VectorFields.of((x, y), {"u": (1, 0)}, drift=(0, x**2))
     found = small_time_controllability(fields, {})
-    assert found.outcome is SmallTime.UNDECIDED
-    assert found.controllable is None
+    assert found.outcome is SmallTime.ONE_WAY
+    assert found.controllable is False
     assert found.obstacle == ("u", "drift", "u")
 
 
@@ -118,7 +118,7 @@ def hovercraft(ahead: float, *, torque: bool) -> System:
 def test_one_force_ahead_of_the_centre_pushes_back_only() -> None:
     """Lewis and Murray, 1997: [push, [drift, push]] is centrifugal."""
     found = small_time_controllability(vector_fields(hovercraft(0.3, torque=False)), {})
-    assert found.outcome is SmallTime.UNDECIDED
+    assert found.outcome is SmallTime.ONE_WAY
     assert found.obstacle == ("push", "drift", "push")
 
 

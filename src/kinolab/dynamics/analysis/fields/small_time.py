@@ -4,14 +4,20 @@ A bracket is bad if it has an odd number of drifts and an even number of each in
 inputs changes its sign. At the state, every bad bracket, summed over all permutations of inputs,
 must be a combination of brackets of fewer fields. The condition is sufficient, not necessary.
 
+For a single bounded input, the bad bracket [g, [f, g]] also settles the question: if at an
+equilibrium it is no combination of g, [f, g], [f, [f, g]], ..., then the system is not small-time
+locally controllable.
+
 Source: Sussmann, A general theorem on local controllability, SIAM J. Control and Optimization
-25(1), 1987, with theta = 1; Chow, Math. Ann. 117, 1939, without drift.
+25(1), 1987, with theta = 1; Chow, Math. Ann. 117, 1939, without drift; Sussmann, Lie brackets and
+local controllability: a sufficient condition for scalar-input systems, SIAM J. Control and
+Optimization 21(5), 1983, proposition 6.3, for a single input.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, NoReturn
 
@@ -38,7 +44,10 @@ from kinolab.dynamics.analysis.fields.smoothness import has_kink
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 
+SQUARE = 3  # fields in [g, [f, g]]
+ONE_WAY_TOLERANCE = 1e-6  # relative: what rounding may leave of a bracket that is in the span
 REST_TOLERANCE = 1e-7  # of the drift's components, relative to their terms
 
 
@@ -53,6 +62,7 @@ class SmallTime(Enum):
     KINKED = "The equations of motion have a kink there, so that their brackets decide nothing."
     MOVING = "It does not stay at this state, so that Sussmann's condition does not apply."
     ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
+    ONE_WAY = "Some states near by are out of reach in short time: a bracket pushes one way only."
     UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
 
     @classmethod
@@ -81,7 +91,7 @@ class SmallTimeVerdict:
         """Whether the system is small-time locally controllable; None if unknown."""
         if self.outcome in (SmallTime.DRIFTLESS, SmallTime.LINEAR, SmallTime.BRACKETS):
             return True
-        return False if self.outcome is SmallTime.UNREACHABLE else None
+        return False if self.outcome in (SmallTime.UNREACHABLE, SmallTime.ONE_WAY) else None
 
 
 @checked
@@ -123,7 +133,8 @@ def small_time_controllability(
         layers = BracketFiltration.at(fields, point, degree, held=held, exact=exact)
         verdict = _sussmann(layers, fields.dimension, tolerance)
         if verdict is not None:
-            return verdict
+            one_way = not exact and verdict.obstacle and _one_way(fields, local, layers, verdict)
+            return replace(verdict, outcome=SmallTime.ONE_WAY) if one_way else verdict
         if work_for(fields, degree + 1) > work:
             break
     return SmallTimeVerdict(SmallTime.UNFINISHED, degree)
@@ -166,10 +177,33 @@ def _rests(drift: Bracket) -> bool:
 
 def _linear(fields: VectorFields, layers: BracketFiltration) -> bool:
     """Return whether the linearisation about the state is controllable."""
+    return bool(_reached(fields, layers).shape[1] == fields.dimension)
+
+
+def _reached(fields: VectorFields, layers: BracketFiltration) -> Array:
+    """Return an orthonormal basis of what the linearisation reaches, shape (states, rank)."""
     assert layers.drift is not None
     A = layers.drift.jet[:, 1 : 1 + len(fields.state)]
-    B = stacked(layers.inputs).T
-    return bool(reachable_subspace(A, B).shape[1] == fields.dimension)
+    found: Array = reachable_subspace(A, stacked(layers.inputs).T)
+    return found
+
+
+def _one_way(
+    fields: VectorFields,
+    local: BracketFiltration,
+    layers: BracketFiltration,
+    found: SmallTimeVerdict,
+) -> bool:
+    """Whether a single input's bracket [g, [f, g]] leaves the span of all brackets with one g.
+
+    At an equilibrium that span is the reachable subspace of the linearisation.
+    """
+    if local.drift is None or len(local.inputs) != 1 or found.degree != SQUARE:
+        return False
+    (bad,) = (bracket for bracket in list(layers)[SQUARE - 1] if bracket.word == found.obstacle)
+    reached = _reached(fields, local)
+    missed = bad.vector - reached @ (reached.T @ bad.vector)
+    return bool(np.linalg.norm(missed) > ONE_WAY_TOLERANCE * np.linalg.norm(bad.vector))
 
 
 def _inside(value: float, span: tuple[float, float]) -> bool:

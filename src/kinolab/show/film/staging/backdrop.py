@@ -21,6 +21,7 @@ GRID, PATH = (212, 212, 204), (58, 110, 165)
 WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
 START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
 CONE_OPACITY = 0.3  # of a cone
+GOAL_OPACITY = 0.35  # of a ball
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
 
 
@@ -40,7 +41,13 @@ def backdrop(
         layers.append(_ghost(machine, picture.start, START, pen))
     if isinstance(picture.goal, Ghost):
         layers.append(_ghost(machine, picture.goal, GOAL, pen))
+    layers += [_veil(goal_ball(point), GOAL_OPACITY, pen) for point in picture.points]
     return layers + [_veil(cone_mesh(cone), CONE_OPACITY, pen) for cone in picture.cones]
+
+
+def goal_ball(goal: GoalMarker) -> SurfaceMesh:
+    """Return the ball that a point must enter."""
+    return ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
 
 
 def _floor(floor: Floor, pen: Pen) -> Iterator[Layer]:
@@ -52,8 +59,7 @@ def _floor(floor: Floor, pen: Pen) -> Iterator[Layer]:
 
 def _region(goal: GoalMarker, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
     if floor is None:
-        sphere = ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
-        yield _veil(sphere, 0.35, pen)
+        yield _veil(goal_ball(goal), GOAL_OPACITY, pen)
         return
     yield FloorPaint(pen.faces(annulus(goal.position, (0.0, goal.radius), GOAL)), 0.3)
     yield FloorPaint(pen.faces(annulus(goal.position, (0.9 * goal.radius, goal.radius), GOAL)))

@@ -62,6 +62,7 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
         start=Ghost(poses[0]),
         lines=cables if cables.size else None,
         goal=_goal(problem),
+        points=[GoalMarker(point.position, point.tolerance) for point in problem.goal.points],
         cones=list(_cones(problem, poses[0])),
     )
 
@@ -93,10 +94,8 @@ def _place(pose: np.ndarray) -> tuple[float, float, float]:
 def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
     """Return the goal's marker: a ball or ring, or the machine at the goal; None if undefined."""
     goal = problem.goal
-    if goal.points:
-        return GoalMarker(goal.points[0].position, goal.points[0].tolerance)
-    if goal.directions or not (goal.indices or goal.attitudes):
-        return None  # cones mark directions; the attitude is not determined by them
+    if goal.points or goal.directions or not (goal.indices or goal.attitudes):
+        return None  # balls and cones mark them; the rest of the pose is not determined
     x = problem.start.copy()
     x[list(goal.indices)] = goal.targets
     for attitude in goal.attitudes:

@@ -61,6 +61,8 @@ def seen_points(picture: Picture, machine: tuple[SurfaceMesh, ...], motion: Arra
         reach = picture.goal.radius * np.concatenate([np.eye(3), -np.eye(3)])
         level = np.array([1.0, 1.0, 0.0 if picture.stands_on_ground else 1.0])
         parts.append((np.array(picture.goal.position) + reach) * level)
+    for point in picture.points:
+        parts.append(point.position + point.radius * np.concatenate([np.eye(3), -np.eye(3)]))
     parts += [cone_mesh(cone).vertices for cone in picture.cones]
     if picture.lines is not None and not callable(picture.lines):
         parts.append(np.asarray(picture.lines, dtype=np.float64))

@@ -7,12 +7,13 @@ an energy balance along a DOP853 run, or SymPy's own derivation.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from kinolab.analyze.examine.common_mistakes import mistakes_in
+from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.derivation import has_imposed_velocities
 from kinolab.dynamics.derivation.singularity import singularity_of
@@ -23,32 +24,6 @@ from kinolab.simulation.stability import STABILITY_BOUNDS, decay_rate, step_too_
 RANDOM_STATES = 10  # random states at which laws are checked
 DURATION = 2.0  # [s] of the energy-balance run
 SHORTENINGS = 8  # times that a run into a singularity is halved
-
-
-@dataclass(frozen=True)
-class LawCheck:
-    """Result of checking one law.
-
-    Attributes:
-        law: The law that must hold.
-        value: The largest violation, relative.
-        limit: What rounding and finite differences explain.
-        note: What a violation would mean; or, if it holds, what was observed.
-    """
-
-    law: str
-    value: float
-    limit: float
-    note: str
-
-    @property
-    def holds(self) -> bool:
-        """Whether the law holds."""
-        return bool(self.value <= self.limit)
-
-    def __str__(self) -> str:
-        verdict = "holds" if self.holds else "BROKEN"
-        return f"{verdict:6}  {self.law} ({self.value:.1e}, limit {self.limit:.0e}): {self.note}"
 
 
 def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[LawCheck]:
@@ -76,6 +51,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
         yield LawCheck("a kinematic machine", 0.0, 0.0, str(error))
     if integration is not None:
         yield _steps(model, states, integration)
+    yield from mistakes_in(model, states)
     yield from _limits(system)
 
 

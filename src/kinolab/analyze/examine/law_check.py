@@ -1,0 +1,31 @@
+"""The result of checking one law on a machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LawCheck:
+    """Result of checking one law.
+
+    Attributes:
+        law: The law that must hold.
+        value: The largest violation, relative.
+        limit: What rounding and finite differences explain.
+        note: What a violation would mean; or, if it holds, what was observed.
+    """
+
+    law: str
+    value: float
+    limit: float
+    note: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the law holds."""
+        return bool(self.value <= self.limit)
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.holds else "BROKEN"
+        return f"{verdict:6}  {self.law} ({self.value:.1e}, limit {self.limit:.0e}): {self.note}"

@@ -1,0 +1,75 @@
+"""Configurations in which points and axes of bodies are where the goal wants them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
+from kinolab.problem.goal import Goal
+
+MAX_STEPS = 40
+MAX_STEP = (
+    0.5  # of a coordinate, in its characteristic magnitude: the linearisation holds no longer
+)
+DAMPING = 1e-6  # of the squared singular values, relative: bounds steps near singular poses
+STALLED = 1e-9  # step of a coordinate, relative to its magnitude: no nearer any more
+REACHED = 1e-9  # [m] and [rad] from the targets
+
+
+def reaching(
+    model: Model, goal: Goal, x: Array, offsets: Array, *, scales: Array, limits: Array
+) -> Array:
+    """Return states (n, nx) moved so that points and axes of bodies reach their targets.
+
+    Each is moved as little as it takes, as ``scales`` count; what the goal states of entries and
+    attitudes stays, and so do velocities. Targets out of reach are approached.
+
+    Args:
+        model: The machine; without closed loops, whose constraints are not kept here.
+        goal: The goal.
+        x: States, shape (n, nx).
+        offsets: Where each point is wanted besides its target, in [m], shape (n, points, 3).
+        scales: Characteristic magnitude of each entry, shape (nx,).
+        limits: Lower and upper limit of each entry, shape (nx, 2).
+
+    Source: Wampler, Manipulator inverse kinematic solutions based on vector formulations and
+    damped least-squares methods, IEEE Trans. Systems, Man, and Cybernetics 16(1), 1986.
+    """
+    free = np.zeros(model.nx, dtype=bool)
+    free[: model.nq] = True
+    free[list(goal.indices)] = False
+    for attitude in goal.attitudes:
+        free[attitude.entries] = False
+    widths = np.where(free, scales, 0.0)
+    reached, rows = x.copy(), np.arange(len(x))
+    for _ in range(MAX_STEPS):
+        gap = _gap(model, goal, reached[rows], offsets[rows])
+        apart = np.abs(gap).max(axis=1, initial=0.0) > REACHED
+        rows, gap = rows[apart], gap[apart]
+        if not len(rows):
+            break
+        J = _jacobian(model, goal, reached[rows]) * widths
+        A = J @ J.swapaxes(1, 2)
+        size = np.trace(A, axis1=1, axis2=2)[:, None, None]
+        damped = A + (DAMPING * size + np.finfo(float).tiny) * np.eye(A.shape[1])
+        step = -(J.swapaxes(1, 2) @ np.linalg.solve(damped, gap[..., None]))[..., 0]
+        longest = np.abs(step).max(axis=1, keepdims=True)
+        step *= widths * np.minimum(1.0, MAX_STEP / np.maximum(longest, MAX_STEP))
+        reached[rows] = model.space.unit(np.clip(reached[rows] + step, *limits.T))
+        rows = rows[longest[:, 0] > STALLED]
+    return reached
+
+
+def _gap(model: Model, goal: Goal, x: Array, offsets: Array) -> Array:
+    """Return how far points and axes are from where they are wanted, shape (n, 3 targets)."""
+    frames = model.frames(x)
+    points = [target.offset(frames) - offsets[:, k] for k, target in enumerate(goal.points)]
+    return np.concatenate([*points, *(axis.offset(frames) for axis in goal.directions)], axis=1)
+
+
+def _jacobian(model: Model, goal: Goal, x: Array) -> Array:
+    """Return the derivatives of the gaps by the entries of the states, (n, 3 targets, nx)."""
+    columns = np.moveaxis(model.frames_jacobian(x), -1, 0)
+    slopes = [target.in_world(columns) for target in goal.of_bodies]
+    return np.moveaxis(np.concatenate(slopes, axis=-1), 0, -1)

@@ -1,0 +1,52 @@
+"""Symmetries and conserved momenta that are described, against what machines do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kinolab import systems
+from kinolab.analyze.describe import describe, described_as_text
+from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
+from kinolab.dynamics import Body, Box, System, Torque, angle, length, move, rot_y, toward
+
+
+def swinging_cart() -> System:
+    """A cart on a free rail; a motor between cart and bob moves both."""
+    x, theta = length("x", speed=5.0), angle("theta", speed=5.0)
+    shape = Box(0.1, 0.1, 0.1)
+    cart = Body("cart", move(x, 0, 0), mass=1.0, shape=shape)
+    hinge = move(x, 0, 0) @ rot_y(theta)
+    bob = Body("bob", hinge @ move(0, 0, -0.5), mass=0.3, inertia=0.01, shape=shape)
+    motor = Torque("motor", on=bob, reacts_on=cart, about=hinge.y, limit=1)
+    return System("swing", bodies=[cart, bob], gravity=toward("-z", 9.81), inputs=[motor])
+
+
+def test_a_conserved_momentum_stays_as_it_is_in_a_simulation() -> None:
+    """Along x no force acts, whatever the motor does; along theta gravity and the motor do."""
+    system = swinging_cart()
+    assert conserved_momenta(system) == ("x",)
+    assert cyclic_coordinates_of(system) == ("x",)
+    model, generator = system.model(), np.random.default_rng(0)
+    x = np.array([0.1, 0.7, 0.4, -0.3])
+    momenta = []
+    for _ in range(200):
+        momenta.append(model.mass_matrix(x) @ model.velocity(x))
+        x = model.step(x, generator.uniform(-1.0, 1.0, 1), 0.005)
+    changes = np.ptp(momenta, axis=0)  # [kg m/s] and [kg m^2/s]
+    assert changes[0] < 1e-7
+    assert changes[1] > 1e-2
+
+
+def test_a_driven_symmetry_is_cyclic_but_conserves_nothing() -> None:
+    """The trolley of a crane may stand anywhere, but its motor and drag push it."""
+    crane = systems.get("crane")
+    assert {"x", "y"} <= set(cyclic_coordinates_of(crane))
+    assert conserved_momenta(crane) == ()
+
+
+@pytest.mark.parametrize("pairs", [[], [("cart", "bob")]])
+def test_the_pairs_that_may_not_touch_are_listed(pairs: list[tuple[str, str]]) -> None:
+    text = described_as_text(describe(swinging_cart().changed(collisions=tuple(pairs))))
+    wanted = "cart and bob" if pairs else "none, all bodies may pass through each other"
+    assert f"pairs that may not touch: {wanted}" in text

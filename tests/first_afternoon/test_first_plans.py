@@ -1,0 +1,34 @@
+"""Machines as users write them on a first afternoon: planned for, verified, and not for long."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+import kinolab
+
+HERE = Path(__file__).parent
+# [s] the shortest motions that improving for 25 s and more has found, over several seeds
+BEST = {"furuta_pendulum": 2.14, "mobile_arm": 4.9}
+ENOUGH = 300.0  # [s] for a search, so that a busy computer may take longer
+
+long = pytest.mark.skipif("KINOLAB_LONG" not in os.environ, reason="takes minutes")
+
+
+@pytest.mark.parametrize("name", BEST)
+def test_a_first_plan_is_verified_and_hardly_longer_than_the_best(name: str) -> None:
+    problem = kinolab.load(HERE / f"{name}.toml")
+    plan = problem.solve(seed=3, time_limit=ENOUGH)
+    assert plan.status == "solved"
+    assert kinolab.verify(problem, plan.trajectory).passed
+    assert plan.trajectory.duration <= 1.3 * BEST[name]
+
+
+@long
+@pytest.mark.parametrize("name", BEST)
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_every_seed_finds_a_plan(name: str, seed: int) -> None:
+    problem = kinolab.load(HERE / f"{name}.toml")
+    assert problem.solve(seed=seed, time_limit=ENOUGH).status == "solved"

@@ -1,0 +1,41 @@
+"""Where points of bodies shall come is drawn where it is: in the air, all of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.problem import PlanningTask
+from kinolab.show.film.picture import Picture
+from kinolab.show.film.staging.backdrop import goal_ball
+from kinolab.show.film.staging.motion_script import picture
+from kinolab.show.film.staging.stage import seen_points
+
+ARM = Path(__file__).parents[2] / "first_afternoon" / "mobile_arm.toml"
+
+
+@pytest.fixture(scope="module")
+def shown() -> Picture:
+    problem: PlanningTask = kinolab.load(ARM)
+    (point,) = problem.goal.points
+    second = replace(point, position=(1.0, 2.0, 3.0))
+    problem = replace(problem, goal=replace(problem.goal, points=(point, second)))
+    return picture(problem, problem.frames(problem.start)[None], np.zeros((1, 0, 2, 3)))
+
+
+def test_every_point_of_the_goal_has_a_ball_of_its_tolerance(shown: Picture) -> None:
+    places = [point.position for point in shown.points]
+    assert places == [(4.4, 1.0, 0.3), (1.0, 2.0, 3.0)]
+    ball = goal_ball(shown.points[0])
+    distances = np.linalg.norm(ball.vertices - np.array(places[0]), axis=1)
+    np.testing.assert_allclose(distances, 0.05)  # [m]
+
+
+def test_the_picture_shows_them_above_the_ground(shown: Picture) -> None:
+    """A ring on the floor would be hidden below the shelf."""
+    seen = seen_points(shown, shown.machine(), np.zeros((0, len(shown.bodies), 12)))
+    assert seen[:, 2].max() >= 3.05  # [m]: the upper one's top
