@@ -11,7 +11,12 @@ import kinolab
 
 HERE = Path(__file__).parent
 # [s] the shortest motions that improving for 25 s and more has found, over several seeds
-BEST = {"furuta_pendulum": 2.14, "mobile_arm": 4.9}
+BEST = {
+    "chaplygin_sleigh": 4.51,
+    "furuta_pendulum": 2.14,
+    "mobile_arm": 4.9,
+    "roller_racer": 3.73,
+}
 ENOUGH = 300.0  # [s] for a search, so that a busy computer may take longer
 
 long = pytest.mark.skipif("KINOLAB_LONG" not in os.environ, reason="takes minutes")

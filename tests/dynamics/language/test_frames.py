@@ -8,6 +8,9 @@ import sympy as sp
 
 from kinolab.dynamics import (
     WORLD,
+    Body,
+    System,
+    Torque,
     angle,
     hat,
     homogeneous,
@@ -21,6 +24,7 @@ from kinolab.dynamics import (
     velocity,
 )
 from kinolab.dynamics.language.frames import Frame, pose, time_derivative
+from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from tests.dynamics.machines import random_machine
 from tests.dynamics.reference import Array, Reference, taylor
 
@@ -64,6 +68,21 @@ def test_the_symbolic_pose_is_the_product_of_the_motions(seed: int) -> None:
         expected = reference.pose(body.frame, q)
         np.testing.assert_allclose(made, expected[0].real, atol=ROUNDING)
         np.testing.assert_allclose(place, expected[1].real, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("name", ["x", "y", "z"])
+def test_the_negative_of_an_axis_points_the_other_way(name: str) -> None:
+    """A pendulum that a torque turns about it accelerates the other way, from its file as well."""
+    theta = angle("theta")
+    turn = {"x": rot_x, "y": rot_y, "z": rot_z}[name](theta)
+    wheel = Body("wheel", turn, inertia=0.5)
+    axis = getattr(WORLD, name)
+    for about, slope in ((axis, 6.0), (-axis, -6.0)):
+        motor = Torque("motor", on=wheel, about=about, limit=5.0)
+        machine = System("wheel", bodies=[wheel], inputs=[motor])
+        kept = System.of(machine_from_json(machine_to_json(machine)))
+        for one in (machine, kept):
+            assert one.model().f([0.3, 0.0], [3.0]) == pytest.approx([0.0, slope])
 
 
 def test_a_quarter_turn_is_right_handed() -> None:

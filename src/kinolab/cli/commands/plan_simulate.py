@@ -30,7 +30,10 @@ def command(
     no_animation: bool,
     quiet: bool,
 ) -> int:
-    """Let WHAT move by itself: a system, a scenario, or machine.py:function."""
+    """Let WHAT move by itself: a system, a scenario, or machine.py:function.
+
+    Obstacles do not stop it.
+    """
     from kinolab.analyze.simulate import simulate
     from kinolab.loading import build_problem, find_scenario
     from kinolab.runs import write_run

@@ -121,6 +121,11 @@ class Axis:
         """Validate the axis."""
         check_axis(self.name)
 
+    def __neg__(self) -> Axis:
+        """Return the opposite direction, as an axis of the same frame turned by half a turn."""
+        turned = self.frame @ (rot_z(sympy.pi) if self.name == "x" else rot_x(sympy.pi))
+        return Axis(turned, self.name)
+
 
 @checked
 @dataclass(frozen=True)
