@@ -266,6 +266,7 @@ def loose_snakeboard() -> System:
             Torque("tau_b", on=bodies[2], about=board.z, reacts_on=bodies[0], limit=0.2),
             Torque("tau_f", on=bodies[3], about=board.z, reacts_on=bodies[0], limit=0.2),
         ],
+        velocities=[x, psi, back, front],
     )
 
 

@@ -84,6 +84,14 @@ VALID: dict[str, dict[str, Any]] = {
     "PlaneCurves": {"x": X, "y": X, "heading": TH, "steered": ()},
     "Potential": {"energy": X**2},
     "Pull": {"name": "p", "between": (FRAME, kd.WORLD), "limit": 1.0},
+    "QuasiVelocity": {
+        "name": "v",
+        "velocity": kd.rate(X),
+        "unit": "m/s",
+        "speed": 1.0,
+        "scale": 1.0,
+        "direction": "",
+    },
     "Rate": {"name": "r", "on": X, "limit": 1.0},
     "Reference": {"name": "r", "limit": 1.0, "unit": "m"},
     "Regulator": {
@@ -272,7 +280,10 @@ ALSO = {  # what an argument takes besides what the table gives it
     ("SmallTimeVerdict", "obstacle", "tuple"),
     ("System", "velocities", "text"),  # "all"
     *(("linear_controllability", "without", kind) for kind in ("tuple", "list")),
-    *((name, "velocity", "number") for name in ("Coulomb", "Viscous", "State", "zero")),
+    *(
+        (name, "velocity", "number")
+        for name in ("Coulomb", "QuasiVelocity", "State", "Viscous", "zero")
+    ),
     *((name, "angle", "number") for name in ("rot_x", "rot_y", "rot_z")),
     ("Potential", "energy", "number"),
     ("Rate", "on", "number"),

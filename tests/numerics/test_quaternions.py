@@ -60,7 +60,9 @@ time_limit = 20.0
 SEED = 18  # of a short plan
 QUARTER = Rotation.from_euler("z", 90, degrees=True)  # the goal's attitude: a yaw to the left
 ROTATION = "Give its quaternion [x, y, z, w]; [0, 0, 0, 1] is not turned."
-COORDINATE = "Give a number, or a list of four numbers x, y, z, w for a rotation."
+COORDINATE = (
+    'Give a number, an angle such as "pi/2" or "90 deg", or four numbers x, y, z, w for a rotation.'
+)
 
 
 def pairs(count: int) -> list[tuple[Rotation, Rotation]]:

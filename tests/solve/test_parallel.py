@@ -302,7 +302,7 @@ def test_a_process_tells_what_went_wrong(
 def test_a_wrong_question_raises_before_any_process_is_started(table: PlanningTask) -> None:
     with pytest.raises(InputError) as caught:
         table.solve(jobs=0)
-    assert str(caught.value) == "jobs: 0 processes cannot search. Give 1 or more."
+    assert str(caught.value) == "solve jobs: 0 processes cannot search. Give 1 or more."
     with pytest.raises(InputError, match="Did you mean 'rrt'"):
         table.solve(planner="rtt", jobs=2)
     with pytest.raises(InputError, match="Did you mean 'goal_bias'"):

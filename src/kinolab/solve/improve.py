@@ -224,6 +224,8 @@ class PlanImprover:
             if not (refused or self.request.anytime):
                 given, made = self._shortest_of_several(incumbent, first, remaining)
             self._refine(incumbent, given, remaining)
+            if given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
+                self._refine(incumbent, first, remaining)  # the longer one may end in the centre
             self._unfinished = remaining.over and not incumbent.cancelled()
             unmended = refused and incumbent.best.status == REFUSED
             if self.request.anytime or unmended:

@@ -115,8 +115,8 @@ def test_a_file_without_a_class_is_refused(home: Path, reference: str) -> None:
 @pytest.mark.usefixtures("home")
 def test_a_file_without_a_class_is_refused_in_python(table: PlanningTask) -> None:
     assert refusal(table, "pusher.py") == (
-        "[planner] name: 'pusher.py' does not name a class in a file. "
-        'Write "my_planner.py:Class".'
+        'solve planner: "pusher.py" does not name a class in a file. '
+        'Give the name of a planner in quotes, or "my_planner.py:Class" (default "auto").'
     )
 
 

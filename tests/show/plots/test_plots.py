@@ -112,6 +112,20 @@ def test_the_configuration_plane_is_dark_where_walls_are(
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [m]", "y [m]")
 
 
+def test_the_configuration_plane_is_drawn_where_a_clearance_is_asked_for(
+    problem: PlanningTask, trajectory: Trajectory
+) -> None:
+    """What is too near is as dark as a wall, so the dark grows with the clearance."""
+    wider = kinolab.load("rolling_disk_maze", overrides=["world.clearance=0.1"])
+    shades = []
+    for one in (problem, wider):
+        figure = configuration_plane(one, trajectory, None, "")
+        assert figure is not None
+        shades.append(np.asarray(figure.axes[0].get_images()[0].get_array()))
+    assert (shades[1] >= shades[0]).all()
+    assert shades[1].sum() > 1.2 * shades[0].sum()
+
+
 def test_an_angle_goes_around_and_its_line_is_broken_there(
     problem: PlanningTask, trajectory: Trajectory
 ) -> None:

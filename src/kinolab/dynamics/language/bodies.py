@@ -54,7 +54,7 @@ class Body:
         mass: Number = 0,
         inertia: Number | tuple[Number, ...] = 0,
         added_mass: Sequence[Number] | Sequence[Sequence[Number]] = (),
-        shape: Shape | tuple[Shape, ...] | None = None,
+        shape: Shape | Sequence[Shape] | None = None,
         touches_ground: bool = False,
         color: tuple[float, float, float] | None = None,
         whirl: float = 0.0,
@@ -65,7 +65,11 @@ class Body:
             "mass": exact(mass),
             "inertia": _six(name, inertia),
             "added_mass": _six_by_six(name, added_mass),
-            "shapes": shape if isinstance(shape, tuple) else () if shape is None else (shape,),
+            "shapes": ()
+            if shape is None
+            else tuple(shape)
+            if isinstance(shape, Sequence)
+            else (shape,),
             "touches_ground": touches_ground,
             "color": color,
             "whirl": float(whirl),

@@ -16,6 +16,7 @@ from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots.figure import GOAL, PLAN, START, WIDTH, figure_of, label
 from kinolab.trajectory import Trajectory
+from kinolab.world import NO_ENDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,7 +127,7 @@ def _occupied(
 def _collisions(problem: PlanningTask, states: Array) -> NDArray[np.bool_]:
     model, checker = problem.model, problem.checker()
     frames = model.frames(states)
-    ends = model.cables(states) if problem.cables else [()] * len(states)
+    ends = model.cables(states) if problem.cables else [NO_ENDS] * len(states)
     return np.array([checker.collides(*pair) for pair in zip(frames, ends, strict=True)])
 
 
