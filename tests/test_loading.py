@@ -35,6 +35,18 @@ def test_every_scenario_loads_and_its_start_and_goal_have_room(name: str) -> Non
     problem.check_endpoints()
 
 
+def test_meshes_are_found_where_an_editable_installation_links_scenarios(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """It makes a folder of links, one for each file, and meshes of links there lie elsewhere."""
+    installed = builtin_scenarios()["rolling_disk_maze"].parent
+    for file in ("rolling_disk_maze.toml", "meshes/rolling_disk_maze.stl"):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).symlink_to(installed / file)
+    monkeypatch.setattr("importlib.resources.files", lambda _: tmp_path)
+    assert kinolab.load("rolling_disk_maze").world.obstacles
+
+
 def test_names_put_numbers_at_their_entries(tmp_path: Path) -> None:
     text = OPEN.replace("[start]\nx = -1.0", "[start]\npsi_dot = 0.5\ny = 2\nphi = 0.25\nx = -1")
     problem = problem_of(tmp_path, text)

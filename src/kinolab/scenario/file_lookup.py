@@ -22,7 +22,8 @@ def builtin_scenarios() -> dict[str, Path]:
     except (ModuleNotFoundError, FileNotFoundError):
         return {}
     files = [entry for entry in entries if isinstance(entry, Path) and entry.suffix == ".toml"]
-    return {file.stem: file for file in sorted(files)}
+    # an editable installation links each file, and meshes lie beside the scenario itself
+    return {file.stem: file.resolve() for file in sorted(files)}
 
 
 def scenario_path(source: str | Path) -> Path:
