@@ -15,7 +15,10 @@ from kinolab.errors import InputError
 from kinolab.loading import build_problem, find_scenario
 from kinolab.numerics.quaternions import (
     multiply,
+    of_matrices,
     random_attitude,
+    slerp,
+    to_matrices,
     turn_between,
     turned_at_random,
     unit,
@@ -32,6 +35,35 @@ from kinolab.verification import verify
 from tests.support import detail, failed, plan, problem_of
 
 Array = NDArray[np.float64]
+
+HALF_TURNS = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0.6, 0.8, 0, 0], [0, 0.6, 0, 0.8]]
+
+
+def attitudes(count: int) -> Array:
+    """Rotations at random, none, and half turns, where signs and roots are delicate."""
+    drawn = Rotation.random(count, random_state=1).as_quat()
+    nearly = Rotation.from_rotvec([[np.pi - 1e-9, 0, 0], [0, 1e-9, 0], [0, 0, 0]]).as_quat()
+    return np.vstack([drawn, nearly, HALF_TURNS])
+
+
+def test_matrices_of_attitudes_are_scipys() -> None:
+    q = attitudes(200)
+    matrices = Rotation.from_quat(q).as_matrix()
+    np.testing.assert_allclose(to_matrices(q), matrices, atol=1e-15)
+    np.testing.assert_allclose(turn_between(of_matrices(matrices), q), 0.0, atol=1e-15)
+    assert of_matrices(matrices.reshape(4, 52, 3, 3)).shape == (4, 52, 4)
+
+
+def test_slerp_turns_at_a_constant_rate_along_the_shorter_way() -> None:
+    """Between rotations a and b it is a exp(s log(a^-1 b)), by SciPy's exp and log."""
+    a, b = attitudes(200)[:200], attitudes(400)[200:400]
+    s = np.linspace(0.0, 1.0, 200)
+    turn = (Rotation.from_quat(a).inv() * Rotation.from_quat(b)).as_rotvec()
+    want = Rotation.from_quat(a) * Rotation.from_rotvec(s[:, None] * turn)
+    for sign in (1.0, -1.0):
+        np.testing.assert_allclose(to_matrices(slerp(a, sign * b, s)), want.as_matrix(), atol=1e-14)
+    np.testing.assert_allclose(slerp(a, a, s), a, atol=1e-15)
+
 
 WATER = """\
 schema = 1

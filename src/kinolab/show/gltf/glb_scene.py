@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.quaternions import of_matrices
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Floor, Ghost
@@ -65,7 +65,7 @@ def _upright(up: Array) -> list[float]:
     """The rotation of up to y and of a front view's right to x, as x, y, z, w."""
     across, toward = horizontal_axes(up)
     upward = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
-    return _numbers(Rotation.from_matrix(np.stack([across, upward, toward])).as_quat())
+    return _numbers(of_matrices(np.stack([across, upward, toward])))
 
 
 def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: float = 1.0) -> int:

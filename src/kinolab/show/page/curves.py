@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.quaternions import of_matrices
 from kinolab.show.page.content import Curve
 
 
@@ -40,8 +40,7 @@ def evaluated(curve: Curve, at: Array) -> Array:
 
 def quaternions(poses: Array) -> Array:
     """Return unit quaternions x, y, z, w of poses [R | p], shape (n, nb, 12) to (n, nb, 4)."""
-    matrices = poses.reshape(-1, 3, 4)[:, :, :3]
-    return np.asarray(Rotation.from_matrix(matrices).as_quat()).reshape(*poses.shape[:-1], 4)
+    return of_matrices(poses.reshape(*poses.shape[:-1], 3, 4)[..., :3])
 
 
 def turn_rates(quaternion: Array, poses: Array, rates: Array) -> Array:

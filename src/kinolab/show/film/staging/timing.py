@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.quaternions import of_matrices, slerp, to_matrices
 from kinolab.show.film.staging.playback import Playback
 
 MAX_FRAMES = 400  # of a GIF
@@ -51,19 +51,13 @@ def interpolate_poses(times: Array, poses: Array, at: Array) -> Array:
 
     Returns:
         Poses, shape (nf, nb, 12).
-
-    Source: Shoemake, Animating Rotation with Quaternion Curves, 1985 (slerp).
     """
     row, weight = _bracket(times, at)
     g = poses.reshape(len(times), -1, 3, 4)
-    before, after = g[row], g[row + 1]
-    out = np.empty_like(before)
-    w = weight[:, None, None]
-    out[..., 3] = (1.0 - w) * before[..., 3] + w * after[..., 3]
-    start = Rotation.from_matrix(before[..., :3].reshape(-1, 3, 3))
-    turn = (start.inv() * Rotation.from_matrix(after[..., :3].reshape(-1, 3, 3))).as_rotvec()
-    part = np.repeat(weight, g.shape[1])[:, None] * turn
-    out[..., :3] = (start * Rotation.from_rotvec(part)).as_matrix().reshape(before[..., :3].shape)
+    attitudes, w = of_matrices(g[..., :3]), weight[:, None, None]
+    out = np.empty((len(at), g.shape[1], 3, 4))
+    out[..., 3] = (1.0 - w) * g[row, :, :, 3] + w * g[row + 1, :, :, 3]
+    out[..., :3] = to_matrices(slerp(attitudes[row], attitudes[row + 1], weight[:, None]))
     return out.reshape(len(at), -1, 12)
 
 
