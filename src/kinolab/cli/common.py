@@ -60,9 +60,9 @@ def write_pictures(
     from kinolab.show.view import content_of, write_model, write_page
 
     assert found.trajectory is not None
+    film.begin(problem, found.trajectory)
     content = content_of(problem, found.trajectory, report, found.graph)
     write_page(folder, content)
     page_written()
-    film.begin(problem, found.trajectory)
     write_model(folder, content)
     write_whole(folder / "animation.gif", film.animation())

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.errors import KinolabError
@@ -188,8 +187,10 @@ class _Balance:
         """Return inputs and further states with the least drift, with or without limits."""
         lower, upper = self._limits.T
         none = np.clip(np.zeros(len(lower)), lower, upper)
-        if not len(none):
+        if not len(none) or not self.drift(none).any():
             return none
+        from scipy.optimize import least_squares
+
         unit = np.maximum(np.abs(self._limits).max(axis=1), 1e-12)  # scales the unknowns
         found = least_squares(
             lambda z: self.drift(z * unit),
