@@ -19,5 +19,6 @@ def test_a_maze_is_not_gone_through_by_the_first_detour() -> None:
 
 
 def test_the_summary_says_when_more_improvement_would_pay() -> None:
-    problem = kinolab.load("rolling_disk_maze", overrides=["planner.improve=0.4"])
-    assert problem.solve(seed=1).statistics["improvement_unfinished"] == 1.0
+    plan = kinolab.load("rolling_disk_maze").solve(seed=1, improve=0.4)
+    assert plan.statistics["improvement_unfinished"] == 1.0
+    assert "all 0.4 s for improving it were used; --set planner.improve=1.6" in str(plan)

@@ -41,8 +41,9 @@ VERIFICATION_SECONDS = 2e-4  # [s] for each knot
 ITERATION_SECONDS = 1.5e-4  # [s] of a search
 # Further searches may each take this many times the first one's iterations, and some more.
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
-# Before a motion is improved, so many searches are made at most, for this fraction of the work.
-FIRST_SEARCHES, FIRST_FRACTION = 4, 0.25
+# Before a motion is improved, so many searches are made at most, begun within this fraction of the
+# work; the last one, whose guesses may take long, ends with the other fraction.
+FIRST_SEARCHES, FIRST_FRACTION, MOST_OF_FIRST = 4, 0.25, 0.5
 
 
 @dataclass
@@ -178,6 +179,7 @@ class PlanImprover:
             begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
             statistics["improvement_unfinished"] = float(self._unfinished)
+            statistics["improvement_seconds"] = self._seconds  # of work that it was allowed
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
     @property
@@ -288,12 +290,15 @@ class PlanImprover:
         Improvement keeps the way on which a motion goes, and hardly makes a detour several times as
         long as another way shorter than that one.
         """
-        shortest, allowed = first, FIRST_FRACTION * remaining.unspent
+        shortest = first
+        begin, end = (
+            Budget(part * remaining.unspent, clock=remaining.clock, cancelled=remaining.cancelled)
+            for part in (FIRST_FRACTION, MOST_OF_FIRST)
+        )
         for k in range(1, FIRST_SEARCHES + 1):
-            allowed -= self._cost_of_a_search(incumbent)
-            if allowed < 0 or remaining.over or incumbent.cancelled():
+            if begin.over or begin.unspent < self._cost_of_a_search(incumbent):
                 break
-            found = self._searched(incumbent, k, remaining, shortest.duration)
+            found = self._searched(incumbent, k, end, shortest.duration)
             if found is not None and found.duration < shortest.duration:
                 shortest = found
         else:
@@ -316,7 +321,7 @@ class PlanImprover:
             min(most, affordable),
             improve=0.0,
             below=below,
-            cancelled=remaining.cancelled,
+            cancelled=remaining.expired,  # guesses are work, too
         )
         if self.watch:
             self.watch(budget)

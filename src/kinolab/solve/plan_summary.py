@@ -57,7 +57,7 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         lines += [f"  {check}" for check in found.certificate.failures]
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
     if found.status == "solved" and found.statistics.get("improvement_unfinished"):
-        seconds = problem.scenario.planner.improve
+        seconds = found.statistics["improvement_seconds"]
         lines.append(
             f"  it may become shorter: all {seconds:g} s for improving it were used; "
             f"--set planner.improve={4 * seconds:g} gives it more"
