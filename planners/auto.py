@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, final
 
 from kinolab.concurrency.cancel import CancelledError
+from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
@@ -22,6 +24,7 @@ from kinolab.search.tree import (
 )
 
 if TYPE_CHECKING:
+    from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
     from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 GUESS_KNOTS = 80  # knots of a guess
@@ -37,7 +40,8 @@ class Auto(AbstractCompiledPlanner):
     """A portfolio: kpiece_fast and rrt_fast take turns, with guesses of shooting in between.
 
     The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
-    solve machines that swing and fly.
+    solve machines that swing and fly. If the inputs accelerate a rolling machine along all that its
+    constraints leave, every other guess is a motion without masses, which the dynamics follow.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -77,18 +81,23 @@ class _Multistart:
         again = math.isfinite(budget.below)  # if so, every other search begins with a guess
         self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget
+        self._count = 0
 
     @cached_property
-    def _multistart(self) -> Multistart:
-        with self._budget.preparing():
-            from kinolab.trajopt.multistart.multiple_shooting import Multistart  # late: rarely due
+    def _members(self) -> Sequence[Multistart | KinematicMultistart]:
+        """Guesses for the dynamics and, where there is one, by way of the kinematic reduction."""
+        with self._budget.preparing():  # late: rarely due
+            from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
+            from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
             budget = self._budget
-            multistart = Multistart(
-                self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below
-            )
-            multistart.prepare()
-            return multistart
+            given = (self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below)
+            members: list[Multistart | KinematicMultistart] = [Multistart(*given)]
+            with suppress(InputError):  # it has no reduction
+                members += 2 * [KinematicMultistart(*given)]  # its guesses take less time
+            for member in members[:2]:
+                member.prepare()
+            return members
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:  # noqa: ARG002
         """Optimise a guess if due; return inputs (N, nu) into the goal, or None."""
@@ -96,9 +105,10 @@ class _Multistart:
         if self.due > 0:
             return None
         try:
-            guess = self._multistart.next()
+            guess = self._members[self._count % len(self._members)].next()
         except CancelledError:
             return None
+        self._count += 1
         self.due = ITERATIONS_PER_GUESS_STEP * guess.steps
         return None if guess.motion is None else guess.motion.u
 

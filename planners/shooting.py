@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import ClassVar, Protocol, final
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.multiple_shooting import Multistart
+from kinolab.trajopt.multistart.multiple_shooting import GuessResult, Multistart
 
 
 @final
@@ -33,15 +33,30 @@ class Shooting(AbstractPlanner):
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Optimise one guess after another until one succeeds; each is an iteration."""
         multistart = Multistart(problem, self.knots, seed, budget.expired, budget.below)
-        multistart.prepare()
-        budget.restart()  # code for this machine was compiled and loaded until here
-        motion = None
-        try:
-            while motion is None and not budget.spent():
-                motion = multistart.next().motion
-        except CancelledError:
-            budget.take_back()
-        return _result(problem, motion, budget)
+        return first_motion(problem, multistart, budget)
+
+
+class AnyMultistart(Protocol):
+    """A source of motions, each optimised from a guess of its own."""
+
+    def prepare(self) -> None:
+        """Compile and load all that a guess needs."""
+
+    def next(self) -> GuessResult:
+        """Optimise the next guess."""
+
+
+def first_motion(problem: PlanningTask, multistart: AnyMultistart, budget: Budget) -> SearchResult:
+    """Return the first motion that comes of a guess; each guess is an iteration."""
+    multistart.prepare()
+    budget.restart()  # code for this machine was compiled and loaded until here
+    motion = None
+    try:
+        while motion is None and not budget.spent():
+            motion = multistart.next().motion
+    except CancelledError:
+        budget.take_back()
+    return _result(problem, motion, budget)
 
 
 def _result(problem: PlanningTask, motion: Trajectory | None, budget: Budget) -> SearchResult:

@@ -161,6 +161,11 @@ class GuessOptions:
     max_iterations: tuple[int, int] = setting((20, 30), meaning="Subproblems: first, later.")
     min_repeatable: float = setting(0.25, meaning="Duration at least, where errors grow.")
     durations: tuple[float, float] = setting((2.0, 3.0, 1.4, 4.0, 2.5, 6.0), meaning="In turn.")
+    kinematic_guesses: int = setting(8, meaning="Of the reduction, until one becomes a motion.")
+    kinematic_cost: float = setting(0.25, meaning="What one costs, of a guess with dynamics.")
+    slower_than_kinematic: tuple[float, float] = setting(
+        (1.1, 1.6), meaning="Durations of kinematic motions with the dynamics, in turn."
+    )
     duration_jitter: float = setting(0.2, meaning="How far its logarithm is off at random.")
     turning: tuple[float, float] = setting((0.1, 0.3, 1.0), meaning="Random half turns of paths.")
     odds: tuple[float, float] = setting((0.4, 0.1, 0.25, 0.25), meaning="And of a detour.")

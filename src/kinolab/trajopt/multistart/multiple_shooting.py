@@ -39,6 +39,8 @@ def shoot(
     block: int,
     iterations: int,
     cancelled: Callable[[], bool] = lambda: False,
+    *,
+    hasten: bool = True,
 ) -> Trajectory | None:
     """Return a feasible trajectory from the start to the goal's centre, or None.
 
@@ -48,18 +50,38 @@ def shoot(
         block: Time steps of the problem per knot interval.
         iterations: Maximum number of subproblems on the coarse grid.
         cancelled: Whether to give up.
+        hasten: Whether to look for a faster trajectory where errors grow too much along one.
     """
     task = TrajectoryProblem(problem, GUESS.clearance)
     knots = _closed(task, guess, block, iterations, cancelled)
     if knots is None:
         return None
     given = _step_by_step(task, knots, block)
-    motion = given if repeatable(task.problem, given) else _faster(task, knots, block, cancelled)
+    motion: Trajectory | None = given
+    if not repeatable(task.problem, given):
+        motion = _faster(task, knots, block, cancelled) if hasten else None
     return (
         None
         if motion is None
         else make_exact(problem, motion, cancelled, GUESS.fine_iterations, held=True)
     )
+
+
+def shot(
+    problem: PlanningTask,
+    guess: Knots,
+    block: int,
+    patience: int,
+    cancelled: Callable[[], bool],
+    *,
+    hasten: bool = True,
+) -> Trajectory | None:
+    """Return what ``shoot`` finds; None, too, if a guess's steps are so long that they diverge."""
+    try:
+        with np.errstate(over="raise", invalid="raise"):
+            return shoot(problem, guess, block, patience, cancelled, hasten=hasten)
+    except FloatingPointError:
+        return None
 
 
 def _closed(
@@ -124,6 +146,7 @@ class Multistart:
         seed: Random seed.
         cancelled: Whether to give up.
         below: Duration in [s] of the incumbent solution, if any.
+        hasten: As for ``shoot``.
     """
 
     def __init__(
@@ -133,8 +156,11 @@ class Multistart:
         seed: int,
         cancelled: Callable[[], bool],
         below: float = math.inf,
+        *,
+        hasten: bool = True,
     ) -> None:
         self._problem, self._knots, self._cancelled = problem, knots, cancelled
+        self._hasten = hasten
         self._generator = np.random.default_rng([seed, 1])
         self._guesses = Guesses(problem, self._generator)
         self._geometric_paths = GeometricPaths(problem, self._generator, cancelled)
@@ -148,7 +174,7 @@ class Multistart:
         guess = Guesses(problem, np.random.default_rng(0)).knots(
             path, GUESS.min_guess_steps, problem.step
         )
-        self._shot(guess, 1, 1, never_cancelled)
+        shot(problem, guess, 1, 1, never_cancelled)
 
     def next(self) -> GuessResult:
         """Solve from the next guess.
@@ -158,7 +184,7 @@ class Multistart:
         """
         guess, block = self._guess()
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
-        motion = self._shot(guess, block, patience, self._cancelled)
+        motion = shot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
         return GuessResult(motion, len(guess.u) * block)
 
     def _guess(self) -> tuple[Knots, int]:
@@ -176,16 +202,6 @@ class Multistart:
         count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
         return guesses.knots(path, math.ceil(count / block), block * step), block
-
-    def _shot(
-        self, guess: Knots, block: int, patience: int, cancelled: Callable[[], bool]
-    ) -> Trajectory | None:
-        """Solve from a guess; None if that fails or its steps are so long that they diverge."""
-        try:
-            with np.errstate(over="raise", invalid="raise"):
-                return shoot(self._problem, guess, block, patience, cancelled)
-        except FloatingPointError:
-            return None
 
     def _path(self) -> Array:
         """Return a free path that is short enough, or a random detour; shape (m, nx).

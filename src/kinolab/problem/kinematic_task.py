@@ -1,0 +1,120 @@
+"""The planning task of a machine's kinematic reduction: a path first, its dynamics later."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from kinolab.dynamics import Model
+from kinolab.dynamics.analysis.kinematic_reduction import kinematic_reduction
+from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
+from kinolab.problem.goal import Goal
+from kinolab.problem.task import PlanningTask
+
+REST = 1e-9  # of a velocity's scale: a machine that is slower than this rests
+FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
+
+
+def kinematic_task(problem: PlanningTask) -> PlanningTask:
+    """Return the task of finding a motion of a machine's kinematic reduction.
+
+    Its states are the machine's configurations, its inputs the machine's independent velocities,
+    within the same limits.
+
+    Args:
+        problem: Of the machine with its dynamics.
+
+    Raises:
+        InputError: If it has no reduction: where no constraint is nonholonomic, where the inputs do
+            not accelerate the machine along each velocity that the constraints leave, or where it
+            begins or ends in motion.
+    """
+    model = problem.model
+    reason = _obstacle(problem)
+    if reason:
+        raise _refusal(problem, reason)
+    limits = [(float(a), float(b)) for a, b in problem.bounds[model.nq : model.nq + model.nv]]
+    reduction = Model(kinematic_reduction(problem.system, limits))
+    if reduction.coordinate_names != model.coordinate_names or reduction.nx != model.nq:
+        raise _refusal(problem, "its constraints need more than its velocities")
+    own = slice(0, model.nq)
+    return replace(
+        problem,
+        machine=reduction.machine,
+        model=reduction,
+        whole=None,
+        start=problem.start[own],
+        goal=_placed(problem.goal, model.nq),
+        bounds=problem.bounds[own],
+        rate_bounds=_all_rates(problem),
+        scales=problem.scales[own],
+        weights=problem.weights[own],
+        circular=problem.circular[own],
+    )
+
+
+def _refusal(problem: PlanningTask, reason: str) -> InputError:
+    where = f"{problem.scenario.origin.file.name} [planner] name"
+    what = f"{problem.machine.name} has no kinematic reduction: {reason}."
+    return InputError([Mistake(where, what, "Take another planner, such as auto.")])
+
+
+def _obstacle(problem: PlanningTask) -> str:
+    """Say what keeps a machine from following the paths of a reduction; nothing where none does."""
+    model, machine = problem.model, problem.machine
+    if machine.references is not None or machine.states:
+        return "it has feedback or states of its own"
+    if problem.scenario.integration.truth == "discrete":
+        return "its motion is defined by discrete steps"
+    if not model.nv:
+        return "its inputs are velocities already"
+    if machine.all_rates or all(constraint.of_position for constraint in machine.constraints):
+        return "no constraint takes velocities away from its state"
+    if not _accelerates_all(problem):
+        return "its inputs do not accelerate it along every velocity that the constraints leave"
+    return "" if _rests(problem) else "it does not rest at the start and in the goal"
+
+
+def _accelerates_all(problem: PlanningTask) -> bool:
+    """Say whether inputs accelerate the machine along every independent velocity at its start."""
+    model = problem.model
+    idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    ranges = np.ptp(model.control_bounds, axis=1)
+    effect = model.jacobian(problem.start, idle)[1][model.nq :] * ranges
+    sizes = np.linalg.svd(effect / problem.scales[model.nq :, None], compute_uv=False)
+    return model.nv <= model.nu and bool(sizes[-1] > FULL_RANK * sizes[0])
+
+
+def _rests(problem: PlanningTask) -> bool:
+    """Say whether the machine rests at the start, and may rest in the goal."""
+    nq, goal = problem.model.nq, problem.goal
+    moving = np.abs(problem.start[nq:] / problem.scales[nq:]).max(initial=0.0) > REST
+    wanted = [
+        abs(target) <= tolerance
+        for i, target, tolerance in zip(goal.indices, goal.targets, goal.tolerances, strict=True)
+        if i >= nq
+    ]
+    return not moving and all(wanted)
+
+
+def _placed(goal: Goal, nq: int) -> Goal:
+    """Return what a goal says of configurations (nq,)."""
+    kept = [k for k, i in enumerate(goal.indices) if i < nq]
+    return replace(
+        goal,
+        indices=tuple(goal.indices[k] for k in kept),
+        targets=goal.targets[kept],
+        tolerances=goal.tolerances[kept],
+        circular=goal.circular[kept],
+    )
+
+
+def _all_rates(problem: PlanningTask) -> Array:
+    """Return the limits of all rates (nt, 2), those that are states of the machine included."""
+    model, limits = problem.model, problem.rate_bounds.copy()
+    for i, name in enumerate(model.rate_names):
+        if name in model.state_names:
+            limits[i] = problem.bounds[model.state_names.index(name)]
+    return limits

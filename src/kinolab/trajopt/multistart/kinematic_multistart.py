@@ -1,0 +1,111 @@
+"""Kinematic first, dynamics after: motions of the kinematic reduction as initial guesses.
+
+The reduction has fewer states and no inertia, so shooting finds motions there where it fails with
+the whole dynamics. If the inputs accelerate the machine along every velocity that its constraints
+leave, it can follow each of them slowly enough.
+
+Source: Bullo, Lynch, Kinematic controllability for decoupled trajectory planning, IEEE Trans.
+Robotics and Automation 17(4), 2001.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.problem import PlanningTask
+from kinolab.problem.kinematic_task import kinematic_task
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.multistart.guesses import path_time_scaling
+from kinolab.trajopt.multistart.multiple_shooting import GuessResult, Multistart, shot
+from kinolab.trajopt.nlp.decision import Knots, resampled
+from kinolab.trajopt.options import GUESS
+
+
+class KinematicMultistart:
+    """Multistart in the kinematic reduction, whose motions are guesses for the dynamics.
+
+    Args:
+        problem: The planning problem.
+        knots: Approximate number of knots of a guess.
+        seed: Random seed.
+        cancelled: Whether to give up.
+        below: Duration in [s] of the incumbent solution, if any.
+
+    Raises:
+        InputError: If the machine has no kinematic reduction for this problem.
+    """
+
+    def __init__(
+        self,
+        problem: PlanningTask,
+        knots: int,
+        seed: int,
+        cancelled: Callable[[], bool],
+        below: float = math.inf,
+    ) -> None:
+        self._problem, self._knots, self._cancelled = problem, knots, cancelled
+        self._reduced = Multistart(
+            kinematic_task(problem), knots, seed, cancelled, below, hasten=False
+        )
+
+    def prepare(self) -> None:
+        """Warm up: compile and load all that a guess needs."""
+        self._reduced.prepare()
+
+    def next(self) -> GuessResult:
+        """Find a motion of the reduction, from one of several guesses, and solve with the dynamics.
+
+        Raises:
+            CancelledError: If the path search is cancelled.
+        """
+        steps = 0.0
+        for _ in range(GUESS.kinematic_guesses):
+            found = self._reduced.next()
+            steps += GUESS.kinematic_cost * found.steps
+            if found.motion is not None or self._cancelled():
+                break
+        if found.motion is None:
+            return GuessResult(None, math.ceil(steps))
+        motion = None
+        for slower in GUESS.slower_than_kinematic:
+            guess, block = self._timed(found.motion, slower)
+            motion = shot(
+                self._problem, guess, block, GUESS.max_iterations[0], self._cancelled, hasten=False
+            )
+            steps += len(guess.u) * block
+            if motion is not None or self._cancelled():
+                break
+        return GuessResult(motion, math.ceil(steps))
+
+    def _timed(self, motion: Trajectory, slower: float) -> tuple[Knots, int]:
+        """Return a motion of the reduction as a guess, and its steps of the problem per interval.
+
+        Velocities follow the configurations, inputs the velocities.
+        """
+        problem, duration = self._problem, slower * motion.duration
+        count = max(math.ceil(duration / problem.step), GUESS.min_guess_steps)
+        block = max(1, round(count / self._knots))
+        still = np.zeros((len(motion.x), problem.model.nv))
+        none = np.zeros((len(motion.u), problem.model.nu))
+        times = slower * (motion.t - motion.t[0])
+        even = resampled(
+            times, np.hstack([motion.x, still]), none, math.ceil(count / block), problem.space
+        )
+        guess = path_time_scaling(problem, Knots(even.x, even.u, block * problem.step))
+        return Knots(guess.x, _inverse_dynamics(problem, guess), guess.h), block
+
+
+def _inverse_dynamics(problem: PlanningTask, knots: Knots) -> Array:
+    """Return inputs (N, nu) of least norm, within limits, that make the velocities of knots."""
+    model, nq = problem.model, problem.model.nq
+    middle = problem.space.unit((knots.x[1:] + knots.x[:-1]) / 2)
+    idle = np.tile(np.clip(np.zeros(model.nu), *model.control_bounds.T), (len(knots.u), 1))
+    wanted = np.diff(knots.x[:, nq:], axis=0) / knots.h
+    effect = model.jacobian(middle, idle)[1][:, nq:]
+    lacking = wanted - model.f(middle, idle)[:, nq:]
+    inputs = idle + (np.linalg.pinv(effect) @ lacking[..., None])[..., 0]
+    return np.asarray(np.clip(inputs, *model.control_bounds.T))

@@ -1,0 +1,63 @@
+"""Kinematic reductions: the same motions, given velocities in place of inputs that push."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.errors import InputError
+from kinolab.problem.kinematic_task import kinematic_task
+
+REDUCIBLE = ("rolling_disk_maze", "diffdrive_warehouse")
+MINE = Path(__file__).parents[1] / "first_afternoon"
+ENOUGH = 300.0  # [s] for a search, so that a busy computer may take longer
+
+
+@pytest.mark.parametrize("name", [*REDUCIBLE, str(MINE / "dynamic_tractor.toml")])
+def test_configurations_change_as_they_do_with_the_dynamics(name: str) -> None:
+    """Rates of coordinates are w(q) v whether v is a state or an input: masses play no part."""
+    problem = kinolab.load(name)
+    reduced, model = kinematic_task(problem), problem.model
+    generator = np.random.default_rng(1)
+    for _ in range(20):
+        x = problem.sample(generator)
+        q, v = x[: model.nq], x[model.nq :]
+        u = generator.uniform(*model.control_bounds.T)
+        np.testing.assert_allclose(reduced.model.f(q, v), model.f(x, u)[: model.nq], atol=1e-12)
+        np.testing.assert_allclose(reduced.frames(q), problem.frames(x), atol=1e-12)
+    np.testing.assert_allclose(reduced.model.control_bounds, problem.bounds[model.nq :])
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("pendulum_swingup", "no constraint takes velocities away"),
+        ("snakeboard_park", "do not accelerate it along every velocity"),
+        ("falling_disk_slalom", "it has feedback or states of its own"),
+    ],
+)
+def test_machines_without_a_reduction_are_refused_with_the_reason(name: str, reason: str) -> None:
+    problem = kinolab.load(name)
+    with pytest.raises(InputError, match=reason) as caught:
+        problem.solve(planner="kinematic_first", time_limit=1.0)
+    (mistake,) = caught.value.mistakes
+    assert mistake.where == f"{name}.toml [planner] name"
+    assert mistake.remedy == "Take another planner, such as auto."
+
+
+def test_a_machine_that_begins_in_motion_has_none() -> None:
+    problem = kinolab.load("rolling_disk_maze", overrides=["start.psi_dot=0.5"])
+    with pytest.raises(InputError, match="does not rest at the start"):
+        kinematic_task(problem)
+
+
+def test_the_dynamics_follow_a_motion_of_the_reduction_into_the_bay() -> None:
+    problem = kinolab.load(MINE / "dynamic_tractor.toml")
+    plan = problem.solve(planner="kinematic_first", seed=2, time_limit=ENOUGH, improve=0.0)
+    assert plan.status == "solved"
+    assert kinolab.verify(problem, plan.trajectory).passed
+    # The goal's centre, all at rest; backing, errors of the planner's steps grow a thousandfold.
+    assert problem.goal_distance(plan.trajectory.x[-1]) < 1e-2
