@@ -172,6 +172,7 @@ class GuessOptions:
     max_branches: tuple[int, int] = setting((600, 2500), meaning="Of trees, and for short paths.")
     shorter: tuple[float, float] = setting((0.4, 1.0), meaning="Range of a path's duration.")
     min_guess_steps: int = setting(10, meaning="Steps of a guess at least.")
+    max_guess_steps: int = setting(20_000, meaning="The same, at most: others are left alone.")
     max_aims: int = setting(40, meaning="States in the goal that are drawn to find free ones.")
     compared_aims: int = setting(4, meaning="Free states in the goal, of which the nearest counts.")
     max_draws: int = setting(50, meaning="Draws of a configuration on a path that is short.")

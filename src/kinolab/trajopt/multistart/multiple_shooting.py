@@ -52,6 +52,8 @@ def shoot(
         cancelled: Whether to give up.
         hasten: Whether to look for a faster trajectory where errors grow too much along one.
     """
+    if len(guess.u) * block > GUESS.max_guess_steps:
+        return None
     task = TrajectoryProblem(problem, GUESS.clearance)
     knots = _closed(task, guess, block, iterations, cancelled)
     if knots is None:
