@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -25,7 +25,7 @@ from kinolab.search.tree import (
 
 if TYPE_CHECKING:
     from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
-    from kinolab.trajopt.multistart.multiple_shooting import Multistart
+    from kinolab.trajopt.multistart.multiple_shooting import GuessResult, Multistart
 
 GUESS_KNOTS = 80  # knots of a guess
 # tree iterations before the first guess: some milliseconds
@@ -41,7 +41,7 @@ class Auto(AbstractCompiledPlanner):
 
     The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
     solve machines that swing and fly. If the inputs accelerate a rolling machine along all that its
-    constraints leave, every other guess is a motion without masses, which the dynamics follow.
+    constraints leave, most guesses are motions without masses, which the dynamics follow.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -84,20 +84,30 @@ class _Multistart:
         self._count = 0
 
     @cached_property
-    def _members(self) -> Sequence[Multistart | KinematicMultistart]:
-        """Guesses for the dynamics and, where there is one, by way of the kinematic reduction."""
-        with self._budget.preparing():  # late: rarely due
-            from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
-            from kinolab.trajopt.multistart.multiple_shooting import Multistart
+    def _multistart(self) -> Multistart:
+        """Guesses for the dynamics."""
+        with self._budget.preparing():
+            from kinolab.trajopt.multistart.multiple_shooting import Multistart  # late: rarely due
 
-            budget = self._budget
-            given = (self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below)
-            members: list[Multistart | KinematicMultistart] = [Multistart(*given)]
-            with suppress(InputError):  # it has no reduction
-                members += 2 * [KinematicMultistart(*given)]  # its guesses take less time
-            for member in members[:2]:
-                member.prepare()
-            return members
+            multistart = Multistart(*self._given)
+            multistart.prepare()
+            return multistart
+
+    @cached_property
+    def _kinematic(self) -> KinematicMultistart | None:
+        """Guesses by way of the kinematic reduction; None without one."""
+        with self._budget.preparing(), suppress(InputError):
+            from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
+
+            multistart = KinematicMultistart(*self._given)
+            multistart.prepare()
+            return multistart
+        return None
+
+    @property
+    def _given(self) -> tuple[PlanningTask, int, int, Callable[[], bool], float]:
+        budget = self._budget
+        return self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:  # noqa: ARG002
         """Optimise a guess if due; return inputs (N, nu) into the goal, or None."""
@@ -105,12 +115,18 @@ class _Multistart:
         if self.due > 0:
             return None
         try:
-            guess = self._members[self._count % len(self._members)].next()
+            guess = self._next()
         except CancelledError:
             return None
         self._count += 1
         self.due = ITERATIONS_PER_GUESS_STEP * guess.steps
         return None if guess.motion is None else guess.motion.u
+
+    def _next(self) -> GuessResult:
+        """Optimise a guess: of three, two are by way of the reduction, which take less time."""
+        if self._count % 3 and self._kinematic is not None:
+            return self._kinematic.next()
+        return self._multistart.next()
 
 
 class _Portfolio(AbstractTreeExtension):

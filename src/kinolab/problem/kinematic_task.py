@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinolab.dynamics import Model
-from kinolab.dynamics.analysis.kinematic_reduction import kinematic_reduction
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
 from kinolab.problem.task import PlanningTask
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import Mechanism
 
 REST = 1e-9  # of a velocity's scale: a machine that is slower than this rests
 FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
@@ -36,7 +41,8 @@ def kinematic_task(problem: PlanningTask) -> PlanningTask:
     if reason:
         raise _refusal(problem, reason)
     limits = [(float(a), float(b)) for a, b in problem.bounds[model.nq : model.nq + model.nv]]
-    reduction = Model(kinematic_reduction(problem.system, limits))
+    content = json.dumps([model.key, "kinematic reduction", limits])
+    reduction = Model.described_by(content, partial(_reduction, model, limits))
     if reduction.coordinate_names != model.coordinate_names or reduction.nx != model.nq:
         raise _refusal(problem, "its constraints need more than its velocities")
     own = slice(0, model.nq)
@@ -53,6 +59,12 @@ def kinematic_task(problem: PlanningTask) -> PlanningTask:
         weights=problem.weights[own],
         circular=problem.circular[own],
     )
+
+
+def _reduction(model: Model, limits: list[tuple[float, float]]) -> Mechanism:
+    from kinolab.dynamics.analysis.kinematic_reduction import kinematic_reduction  # uses SymPy
+
+    return kinematic_reduction(model.system, limits)
 
 
 def _refusal(problem: PlanningTask, reason: str) -> InputError:
