@@ -237,7 +237,7 @@ def test_a_plan_without_a_problem_cannot_be_saved(solved: kinolab.Plan, tmp_path
         replace(solved, problem=None).save(tmp_path)
     with pytest.raises(InputError, match=r"^save folder: it is 3\. Give a text or a path\.$"):
         solved.save(3)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="there is no such file"):
+    with pytest.raises(InputError, match="there is no such folder"):
         kinolab.read_run(tmp_path / "nowhere")
 
 

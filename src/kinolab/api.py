@@ -295,17 +295,16 @@ class Plan(PlanResult):
             The folder.
 
         Raises:
-            InputError: If the plan does not know its problem, or the folder cannot be written.
+            InputError: If the plan does not know its problem, or the folder cannot be written or
+                has a scenario of its own.
         """
-        from kinolab.runs import writable, write_run
+        from kinolab.runs import require_place, write_run
 
         require_fit("save folder", str | Path, folder)
         if self.problem is None:
             what = "this plan does not know its problem."
             raise InputError([Mistake("save", what, "Save what problem.solve(…) returned.")])
-        if not writable(Path(folder)):
-            what = "this folder cannot be written."
-            raise InputError([Mistake(str(folder), what, "Name another.")])
+        require_place(Path(folder))
         write_run(Path(folder), self.problem, self)
         return Path(folder)
 

@@ -211,6 +211,23 @@ tolerance = 0.2
     assert problem.goal_distance(x) == pytest.approx(np.sqrt(chord**2 + 0.3**2 + 0.5**2))
 
 
+def test_what_states_beside_an_unreachable_goal_touch_is_not_blamed(tmp_path: Path) -> None:
+    """The bob is 1 m from its pivot; a point 3 m away is out of reach, ball or no ball."""
+    text = """
+schema = 1
+title = "Out of reach"
+[system]
+name = "pendulum"
+[[goal.point]]
+body = "bob"
+position = [3.0, 0.0, 0.0]
+tolerance = 0.1
+"""
+    ball = '[[world.obstacle]]\nname = "ball"\nsphere = 0.3\nposition = [1.0, 0.0, 0.0]\n'
+    for problem in (problem_of(tmp_path, text), problem_of(tmp_path, text + ball)):
+        assert not list(problem._goal_mistakes())
+
+
 def test_a_planner_reaches_a_point_of_a_body(tmp_path: Path) -> None:
     text = """
 schema = 1

@@ -362,12 +362,29 @@ def test_a_missing_mesh_is_bad_input(run_copy: Path, capsys: Capture) -> None:
 
 def test_reading_names_every_missing_file_at_once(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        read_run(tmp_path / "nothing")
+        read_run(tmp_path)
     for name in ("trajectory.csv", "report.json", "scenario.toml"):
         assert name in str(caught.value)
+    with pytest.raises(InputError, match=r"nothing: there is no such folder\."):
+        read_run(tmp_path / "nothing")
 
 
 # --- writing ---
+
+
+def test_a_scenario_of_the_users_is_not_replaced_by_that_of_a_run(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    """``plan scenario.toml --out .`` wrote the run's scenario over the one that was planned."""
+    (tmp_path / "scenario.toml").write_text(OPEN)
+    words = [str(tmp_path / "scenario.toml"), "--out", str(tmp_path), "--no-animation"]
+    assert cli.run(words) == 2
+    error = capsys.readouterr().err
+    assert f"{tmp_path}: this folder has a scenario.toml of its own" in error
+    assert [file.name for file in tmp_path.iterdir()] == ["scenario.toml"]
+    assert (tmp_path / "scenario.toml").read_text() == OPEN
+    assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0
+    assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0  # it is a run's
 
 
 def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(

@@ -192,7 +192,9 @@ def test_an_attitude_between_two_is_halfway_on_the_great_circle() -> None:
 
 @pytest.mark.parametrize("t", [-0.1, 2.1, np.nan, [0.0, 3.0]])
 def test_a_time_outside_the_motion_is_refused(t: float) -> None:
-    with pytest.raises(InputError, match=r"at t: a time is outside .* Give times from 0 to 2 s\."):
+    with pytest.raises(
+        InputError, match=r"at t: .* s is outside the motion. Give times from 0 to 2 s\."
+    ):
         sampled(0.1).at(t)
 
 

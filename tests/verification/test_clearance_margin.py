@@ -65,6 +65,21 @@ def glide(problem: PlanningTask, times: list[float]) -> Certificate:
     return verify(problem, Trajectory(t, x, np.zeros((len(t) - 1, 2)), *names))
 
 
+def test_the_smallest_clearance_is_the_distance_whatever_the_world_asks_for(tmp_path: Path) -> None:
+    """A puck passes 0.5 m from a ball; [world] clearance keeps 0.05 m of the gap of 0.2 m."""
+    problem = passing(tmp_path, ("ball", 1.0, 0.5))
+    kept = problem_of(
+        tmp_path, problem.scenario.origin.file.read_text(), "start.y=-8.0", "world.clearance=0.05"
+    )
+    margins = [glide(given, [0.05 * k for k in range(41)]).margin for given in (problem, kept)]
+    for margin, required in zip(margins, (0.0, 0.05), strict=True):
+        assert margin is not None
+        assert margin.required == required
+        assert margin.clearance + margin.required == pytest.approx(0.5 - RADII, abs=1e-3)
+    assert "150 mm more than [world] clearance asks for" in str(margins[1])
+    assert "more than" not in str(margins[0])
+
+
 @pytest.mark.parametrize("times", [[0.0, 2.0], [0.0, 0.7, 2.0], [0.0, 1.0, 2.0]])
 def test_the_margin_is_the_smallest_clearance_between_knots(
     times: list[float], tmp_path: Path
@@ -126,7 +141,7 @@ def test_the_report_says_how_small_the_clearance_is_when_and_beside_what(
     report = ran(tmp_path)
     margin = report["margin"]
     assert isinstance(margin, dict)
-    assert set(margin) == {"clearance", "time", "beside"}
+    assert set(margin) == {"clearance", "time", "beside", "required"}
     assert 0.0 < margin["clearance"] < 1.0 - 0.2 - 0.025  # [m], as at the start
     assert 0.0 <= margin["time"] <= report["duration"]  # type: ignore[operator]
     assert margin["beside"] == ["coin – ball"]

@@ -120,7 +120,11 @@ def _system_from_python(path: Path, function: str, where: str) -> System:
     module = run_file(path, where)
     factory = getattr(module, function, None)
     if not callable(factory):
-        known = sorted(name for name, value in vars(module).items() if callable(value))
+        known = sorted(
+            name
+            for name, value in vars(module).items()
+            if callable(value) and getattr(value, "__module__", None) == module.__name__
+        )
         raise UnknownNameError(f"function of {path.name}", function, known=known, where=where)
     with blamed(f"running {function}() of {path.name}", where, path.resolve()):
         system = factory()

@@ -65,7 +65,8 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
             remedy = "Compare [bounds], [world] bounds and the machine's own limits."
             yield Issue(("bounds", name), what, remedy)
         elif not np.isfinite([lower, upper]).all():
-            what = f"nothing limits {name}, so a planner cannot sample it."
+            known = {v.name: f", the {v.direction}, in {v.unit}," for v in model.quasi_velocities}
+            what = f"nothing limits {name}{known.get(name, '')}, so a planner cannot sample it."
             yield Issue(("bounds",), what, f"Write {name} = [lower, upper] below [bounds].")
         elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."

@@ -30,6 +30,7 @@ from kinolab.problem.inverse_kinematics import reaching
 from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
+from kinolab.world.collision.contact_report import GROUND_NAME
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
@@ -290,10 +291,14 @@ class PlanningTask:
         generator, reasons = np.random.default_rng(0), []
         for _ in range(GOAL_SAMPLES):
             x = self.sample_goal(generator)
+            if self.goal.needs_frames and not self.goal_excess(x) <= 1.0:
+                continue  # what a state beside the goal touches says nothing about it
             faults = list(self._faults(x))
             if not faults:
                 return
             reasons += faults
+        if not reasons:
+            return
         blocked = max(set(reasons), key=reasons.count)
         what = f"none of {GOAL_SAMPLES} states in the goal region is free: {blocked}"
         yield Mistake(where, what)
@@ -430,8 +435,10 @@ def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
 
 
 def _contact_sentence(contact: Any) -> str:
+    stands = " A body that stands on it has touches_ground=True."
+    wheel = stands if contact.obstacle == GROUND_NAME else ""
     phrase = {
-        "touches": f"{contact.body} touches {contact.obstacle}.",
+        "touches": f"{contact.body} touches {contact.obstacle}.{wheel}",
         "inside": f"{contact.body} is inside {contact.obstacle}.",
         "sinks": f"{contact.body} sinks into {contact.obstacle}.",
         "near": f"{contact.body} is nearer to {contact.obstacle} than [world] clearance allows.",

@@ -9,7 +9,7 @@ from kinolab.runs.folder import (
     add_diagnosis,
     check_run,
     read_run,
-    writable,
+    require_place,
     write_run,
 )
 from kinolab.runs.report import check_to_json, goal_distance_by_unit, margin_to_json
@@ -26,7 +26,7 @@ __all__ = [
     "has_its_steps",
     "margin_to_json",
     "read_run",
+    "require_place",
     "result_text",
-    "writable",
     "write_run",
 ]

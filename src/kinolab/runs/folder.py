@@ -124,12 +124,23 @@ def _recorded_assets(folder: Path) -> set[str]:
         return set()
 
 
-def writable(folder: Path) -> bool:
-    """Whether a folder can be written, or made, before hours of search end in its refusal."""
+def require_place(folder: Path) -> None:
+    """Refuse a folder that no run can be written into, before hours of search.
+
+    Raises:
+        InputError: If it can be neither written nor made, or holds a scenario that no run wrote,
+            which would be lost.
+    """
     place = folder.absolute()
     while not place.exists() and place != place.parent:
         place = place.parent
-    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+    what = ""
+    if not (place.is_dir() and os.access(place, os.W_OK | os.X_OK)):
+        what = "this folder cannot be written."
+    elif (folder / "scenario.toml").exists() and not (folder / "assets/machine.json").exists():
+        what = "this folder has a scenario.toml of its own, which the run's would replace."
+    if what:
+        raise InputError([Mistake(str(folder), what, "Name another.")])
 
 
 def read_run(folder: Path) -> Run:
@@ -138,6 +149,9 @@ def read_run(folder: Path) -> Run:
     Raises:
         InputError: If a file is missing or damaged.
     """
+    if not folder.is_dir():
+        what = "there is no such folder."
+        raise InputError([Mistake(str(folder), what, "Give the folder of a finished run.")])
     missing = [
         Mistake(str(folder / name), "there is no such file.", "Give the folder of a finished run.")
         for name in ("scenario.toml", "report.json", "trajectory.csv")

@@ -42,8 +42,8 @@ ITERATION_SECONDS = 1.5e-4  # [s] of a search
 # Further searches may each take this many times the first one's iterations, and some more.
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # Before a motion is improved, so many searches are made at most, begun within this fraction of the
-# work; the last one, whose guesses may take long, ends with the other fraction.
-FIRST_SEARCHES, FIRST_FRACTION, MOST_OF_FIRST = 4, 0.25, 0.5
+# work, or so many seconds; the last one, whose guesses may take long, ends after twice as much.
+FIRST_SEARCHES, FIRST_FRACTION, FIRST_SECONDS = 4, 0.25, 2.0
 
 
 @dataclass
@@ -154,7 +154,8 @@ class PlanImprover:
     watch: Callable[[Budget], None] | None = None
     on_improved: Callable[[PlanResult], None] | None = None
     _shortest: float = math.inf  # [s] of all plans
-    _unfinished: bool = False  # whether the work allowed ended the shortening of the first motion
+    _unfinished: bool = False  # whether more work might give a shorter motion
+    _too_late: bool = False  # whether the time limit ended it
     _gained: float = 1.0  # largest factor by which a duration was reduced
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
@@ -179,6 +180,7 @@ class PlanImprover:
             begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
             statistics["improvement_unfinished"] = float(self._unfinished)
+            statistics["improvement_out_of_time"] = float(self._too_late)
             statistics["improvement_seconds"] = self._seconds  # of work that it was allowed
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
@@ -228,11 +230,11 @@ class PlanImprover:
             self._refine(incumbent, given, remaining)
             if given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
                 self._refine(incumbent, first, remaining)  # the longer one may end in the centre
-            self._unfinished = remaining.over and not incumbent.cancelled()
             unmended = refused and incumbent.best.status == REFUSED
-            if self.request.anytime or unmended:
-                return made
-            return self._search_again(incumbent, first, remaining, made)
+            if not (self.request.anytime or unmended):
+                made = self._search_again(incumbent, first, remaining, made)
+            self._too_late = incumbent.time() >= limit and not incumbent.cancelled()
+            return made
 
     def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
         """Shorten a motion and make it exact: what is long and verified first loses its detours."""
@@ -291,9 +293,10 @@ class PlanImprover:
         long as another way shorter than that one.
         """
         shortest = first
+        first_part = min(FIRST_FRACTION * remaining.unspent, FIRST_SECONDS)
         begin, end = (
-            Budget(part * remaining.unspent, clock=remaining.clock, cancelled=remaining.cancelled)
-            for part in (FIRST_FRACTION, MOST_OF_FIRST)
+            Budget(seconds, clock=remaining.clock, cancelled=remaining.cancelled)
+            for seconds in (first_part, 2 * first_part)
         )
         for k in range(1, FIRST_SEARCHES + 1):
             if begin.over or begin.unspent < self._cost_of_a_search(incumbent):
@@ -347,6 +350,7 @@ class PlanImprover:
         for k in count(made + 1):
             affordable = int(remaining.unspent / ITERATION_SECONDS)
             if remaining.over or affordable < incumbent.best.iterations or incumbent.cancelled():
+                self._unfinished = not incumbent.cancelled()
                 return k - 1
             found = self._searched(incumbent, k, remaining, self._shortest)
             if found is None:

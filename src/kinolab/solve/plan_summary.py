@@ -55,15 +55,28 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         passed = sum(check.passed for check in found.certificate.checks)
         lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
         lines += [f"  {check}" for check in found.certificate.failures]
+        if found.certificate.margin is not None:
+            lines.append(f"  {found.certificate.margin}")
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
     if found.status == "solved" and found.statistics.get("improvement_unfinished"):
-        seconds = found.statistics["improvement_seconds"]
-        lines.append(
-            f"  it may become shorter: all {seconds:g} s for improving it were used; "
-            f"--set planner.improve={4 * seconds:g} gives it more"
-        )
+        lines.append(_more_time(problem, found.statistics))
     lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
+
+
+def _more_time(problem: PlanningTask, statistics: Mapping[str, float]) -> str:
+    """Say what gives the improvement of a plan more time."""
+    if statistics.get("improvement_out_of_time"):
+        limit = problem.scenario.planner.time_limit
+        return (
+            f"  it may become shorter: the time limit of {limit:g} s ended improving it; "
+            f"--time-limit {4 * limit:g} gives it more"
+        )
+    seconds = statistics["improvement_seconds"]
+    return (
+        f"  it may become shorter: all {seconds:g} s for improving it were used; "
+        f"--set planner.improve={4 * seconds:g} gives it more"
+    )
 
 
 def _before(found: PlanResult) -> str:
@@ -89,9 +102,7 @@ def _ends(found: PlanResult) -> str:
 def plan_text(problem: PlanningTask, found: PlanResult) -> str:
     """Return what ``print`` shows of a plan, its summary and what it holds: ten lines at most."""
     lines = summary(problem, found).splitlines()
-    certificate, motion = found.certificate, found.trajectory
-    if certificate is not None and certificate.margin is not None:
-        lines.append(f"  {certificate.margin}")
+    motion = found.trajectory
     lines.append(
         f"  {problem.machine.name} in {problem.name}, planner {found.planner}, seed {found.seed}"
     )

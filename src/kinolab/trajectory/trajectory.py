@@ -114,7 +114,10 @@ class Trajectory:
         times = np.atleast_1d(np.asarray(t, dtype=float))
         first, last = float(self.t[0]), float(self.t[-1])
         if times.ndim != 1 or not ((times >= first) & (times <= last)).all():
-            what = "a time is outside the motion, or they are no list."
+            outside = times[~((times >= first) & (times <= last))]
+            what = "times are one number or a list of them."
+            if outside.size:
+                what = f"{float(outside.flat[0]):g} s is outside the motion."
             raise InputError([Mistake("at t", what, f"Give times from {first:g} to {last:g} s.")])
         x = states_at(self.t, self.x, self.state_names, times)
         k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, max(len(self.u) - 1, 0))

@@ -13,6 +13,7 @@ from kinolab.world import CollisionChecker
 CONTACT_MARGIN = 1e-5  # [m] beyond the clearance, to find the closest pairs by contact
 CLEARANCE_TOLERANCE = 1e-4  # [m] by which the minimum may be missed between two samples
 RELATIVE_TOLERANCE = 0.01  # of the smallest clearance: the same, where that is larger
+BETWEEN = " – "  # the names of a pair
 MAX_CHECKS = 20_000  # samples after which the tolerance doubles, and so on
 
 
@@ -37,18 +38,25 @@ class ClearanceMargin:
     """The smallest clearance along a motion.
 
     Attributes:
-        clearance: How far every point may move before anything can touch, in [m].
+        clearance: How far every point may move, in [m], before anything can touch, or come nearer
+            to an obstacle than ``required``.
         time: When it occurs, in [s].
         beside: The closest pairs of body and obstacle, or of two bodies.
+        required: The distance in [m] that ``[world] clearance`` keeps from that obstacle; 0 from
+            the ground, and between bodies.
     """
 
     clearance: float
     time: float
     beside: tuple[str, ...]
+    required: float = 0.0
 
     def __str__(self) -> str:
         beside = f" ({', '.join(self.beside)})" if self.beside else ""
-        return f"smallest clearance {1000 * self.clearance:.3g} mm at t = {self.time:.6g} s{beside}"
+        whole = f"smallest clearance {1000 * (self.clearance + self.required):.3g} mm"
+        if self.required:
+            whole += f", {1000 * self.clearance:.3g} mm more than [world] clearance asks for,"
+        return f"{whole} at t = {self.time:.6g} s{beside}"
 
 
 def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) -> StateClearance:
@@ -58,7 +66,7 @@ def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) 
     if math.isinf(clearance):
         return StateClearance(clearance, ())
     reaching = checker.inflated(clearance + CONTACT_MARGIN, ground=problem.world.ground)
-    pairs = (f"{contact.body} – {contact.obstacle}" for contact in reaching.contacts(*place))
+    pairs = (f"{contact.body}{BETWEEN}{contact.obstacle}" for contact in reaching.contacts(*place))
     return StateClearance(clearance, tuple(dict.fromkeys(pairs)))
 
 
@@ -90,7 +98,10 @@ def least_clearance(search: ClearanceSearch) -> ClearanceMargin | None:
         return None
     nearest.pinpoint()
     beside = state_clearance(problem, nearest.x, problem.checker()).beside
-    return ClearanceMargin(nearest.least, nearest.time, beside)
+    obstacles = {obstacle.name for obstacle in problem.world.obstacles}
+    kept = any(pair.rpartition(BETWEEN)[2] in obstacles for pair in beside)
+    required = problem.world.clearance if kept else 0.0
+    return ClearanceMargin(nearest.least, nearest.time, beside, required)
 
 
 def _settle(search: ClearanceSearch, known: float) -> None:

@@ -67,7 +67,8 @@ def command(
     from kinolab.runs import read_run
 
     if not no_picture:  # before the work, not after it
-        library_of("plots", "matplotlib", "execution.png needs Matplotlib")
+        need = "without --no-picture, execution.png needs Matplotlib"
+        library_of("plots", "matplotlib", need)
     progress = Progress(quiet)
     conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
     progress("reading the run and compiling the machine")

@@ -80,7 +80,7 @@ def command(
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
-    from kinolab.runs import PAGE, writable
+    from kinolab.runs import PAGE, require_place
     from kinolab.solve.plan_summary import summary
 
     if live and jobs > 1:
@@ -99,8 +99,7 @@ def command(
     for warning in problem.world.warnings:
         progress(f"warning: {warning}")
     folder = out or Path("runs") / problem.name
-    if not writable(folder):
-        raise InputError([Mistake(str(folder), "this folder cannot be written.", "Name another.")])
+    require_place(folder)
     with (
         compiled_ahead(),
         progress.compiling(),

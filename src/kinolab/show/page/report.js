@@ -48,7 +48,7 @@ function offCentre({ goal_distance: all, goal_distance_by_unit: parts }) {
 function smallestClearance(margin) {
   if (!margin) return null;
   const beside = margin.beside.length ? ` (${margin.beside.join(", ")})` : "";
-  return `${number(1000 * margin.clearance)} mm at ${number(margin.time)} s${beside}`;
+  return `${number(1000 * (margin.clearance + (margin.required ?? 0)))} mm at ${number(margin.time)} s${beside}`;
 }
 
 /** The checks, folded where all of them passed. */
