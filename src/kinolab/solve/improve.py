@@ -43,7 +43,7 @@ ITERATION_SECONDS = 1.5e-4  # [s] of a search
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # Before a motion is improved, so many searches are made at most, begun within this fraction of the
 # work, or so many seconds; the last one, whose guesses may take long, ends after twice as much.
-FIRST_SEARCHES, FIRST_FRACTION, FIRST_SECONDS = 4, 0.25, 2.0
+FIRST_SEARCHES, FIRST_FRACTION, FIRST_SECONDS = 4, 0.25, 1.0
 
 
 @dataclass
