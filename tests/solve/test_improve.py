@@ -79,7 +79,9 @@ def test_a_search_improves_for_as_long_as_it_may(name: str, tmp_path: Path) -> N
     problem = behind_a_wall(tmp_path, "planner.improve=0.4")
     found = problem.solve(planner=name, seed=1, time_limit=20.0, optimize=False)
     assert found.status == "solved"
-    assert 0.4 <= found.timings["search"] < 19.0  # [s] of 20; test_time_limits has it exactly
+    # What is loaded while it improves counts as preparation; test_time_limits has it exactly.
+    assert found.timings["search"] + found.timings["prepare"] >= 0.4
+    assert found.timings["search"] < 19.0  # [s] of 20
 
 
 @improving
