@@ -48,6 +48,14 @@ def test_machines_without_a_reduction_are_refused_with_the_reason(name: str, rea
     assert mistake.remedy == "Take another planner, such as auto."
 
 
+def test_parameters_of_masses_are_gone_and_others_keep_their_values() -> None:
+    """A coin of another mass and radius: its speed is R phi_dot, whatever it weighs."""
+    changes = {"system.parameters.m": 2.0, "system.parameters.R": 0.2}
+    reduced = kinematic_task(kinolab.load("rolling_disk_maze").replace(**changes))
+    rates = dict(zip(reduced.model.control_names, (0.0, 0.0), strict=True)) | {"phi_dot_given": 3.0}
+    assert reduced.model.f(reduced.start * 0.0, list(rates.values()))[0] == pytest.approx(0.2 * 3.0)
+
+
 def test_a_machine_that_begins_in_motion_has_none() -> None:
     problem = kinolab.load("rolling_disk_maze", overrides=["start.psi_dot=0.5"])
     with pytest.raises(InputError, match="does not rest at the start"):

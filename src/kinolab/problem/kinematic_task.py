@@ -92,11 +92,13 @@ def _obstacle(problem: PlanningTask) -> str:
 def _accelerates_all(problem: PlanningTask) -> bool:
     """Say whether inputs accelerate the machine along every independent velocity at its start."""
     model = problem.model
+    if model.nv > model.nu:
+        return False
     idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
     ranges = np.ptp(model.control_bounds, axis=1)
     effect = model.jacobian(problem.start, idle)[1][model.nq :] * ranges
     sizes = np.linalg.svd(effect / problem.scales[model.nq :, None], compute_uv=False)
-    return model.nv <= model.nu and bool(sizes[-1] > FULL_RANK * sizes[0])
+    return bool(sizes[-1] > FULL_RANK * sizes[0])
 
 
 def _rests(problem: PlanningTask) -> bool:

@@ -155,7 +155,7 @@ class PlanImprover:
     on_improved: Callable[[PlanResult], None] | None = None
     _shortest: float = math.inf  # [s] of all plans
     _unfinished: bool = False  # whether more work might give a shorter motion
-    _too_late: bool = False  # whether the time limit ended it
+    _out_of_time: float = 0.0  # [s] the time limit, where it ended an improvement
     _gained: float = 1.0  # largest factor by which a duration was reduced
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
@@ -180,7 +180,7 @@ class PlanImprover:
             begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
             statistics["improvement_unfinished"] = float(self._unfinished)
-            statistics["improvement_out_of_time"] = float(self._too_late)
+            statistics["improvement_out_of_time"] = self._out_of_time
             statistics["improvement_seconds"] = self._seconds  # of work that it was allowed
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
@@ -209,6 +209,7 @@ class PlanImprover:
 
         A rejected motion is repaired if possible; otherwise the caller searches again.
         """
+        self._unfinished, self._out_of_time = False, 0.0
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
@@ -233,7 +234,8 @@ class PlanImprover:
             unmended = refused and incumbent.best.status == REFUSED
             if not (self.request.anytime or unmended):
                 made = self._search_again(incumbent, first, remaining, made)
-            self._too_late = incumbent.time() >= limit and not incumbent.cancelled()
+            if incumbent.time() >= limit and not incumbent.cancelled():
+                self._out_of_time = limit
             return made
 
     def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:

@@ -59,15 +59,14 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
             lines.append(f"  {found.certificate.margin}")
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
     if found.status == "solved" and found.statistics.get("improvement_unfinished"):
-        lines.append(_more_time(problem, found.statistics))
+        lines.append(_more_time(found.statistics))
     lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
 
 
-def _more_time(problem: PlanningTask, statistics: Mapping[str, float]) -> str:
+def _more_time(statistics: Mapping[str, float]) -> str:
     """Say what gives the improvement of a plan more time."""
-    if statistics.get("improvement_out_of_time"):
-        limit = problem.scenario.planner.time_limit
+    if limit := statistics["improvement_out_of_time"]:
         return (
             f"  it may become shorter: the time limit of {limit:g} s ended improving it; "
             f"--time-limit {4 * limit:g} gives it more"

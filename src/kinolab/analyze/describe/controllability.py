@@ -60,10 +60,7 @@ def _followed(found: Description) -> str:
         return f", {', '.join(named)}"
     if found.potential:
         return ", so that it can follow any path of such motions on which they are strong enough"
-    return (
-        ", so that it can follow any path of such motions, slowly enough, "
-        "which the planner kinematic_first makes use of"
-    )
+    return ", so that it can follow any path of such motions, slowly enough"
 
 
 def _both_ways(entry: Input) -> bool:

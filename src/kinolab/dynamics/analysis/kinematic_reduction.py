@@ -36,7 +36,7 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
         *((rates[i].name, rates[i]) for i in derivation.independent),
     ]
     named = zip(velocities, limits, strict=True)
-    return Mechanism(
+    made = Mechanism(
         system.name,
         bodies=[_without_mass(body) for body in system.bodies],
         constraints=system.constraints,
@@ -46,8 +46,9 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
         collisions=system.collisions,
         cables=system.cables,
         coordinates=system.coordinates,
-        values=dict(system.values),
     )
+    left = {parameter.name for parameter in made.parameters}  # those of masses and forces are gone
+    return made.with_parameters(**{name: x for name, x in system.values if name in left})
 
 
 def _without_mass(body: Body) -> Body:
