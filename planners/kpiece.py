@@ -20,6 +20,7 @@ class KPIECE(AbstractGridPlanner):
     """
 
     name: ClassVar[str] = "kpiece"
+    work_per_iteration: ClassVar[float] = 1e-2
 
     angles: bool = with_default(True, AbstractGridPlanner, "angles")
 

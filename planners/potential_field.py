@@ -19,6 +19,7 @@ class PotentialField(AbstractPlanner):
     """
 
     name: ClassVar[str] = "potential_field"
+    work_per_iteration: ClassVar[float] = 1.5e-2
 
     navigation: bool = setting(
         True,

@@ -32,6 +32,7 @@ class PRM(AbstractPlanner):
     """
 
     name: ClassVar[str] = "prm"
+    work_per_iteration: ClassVar[float] = 3e-2
 
     neighbours: int = setting(8, 1, 1000, meaning="Nearest milestones that each one is steered to.")
     milestones: int = setting(

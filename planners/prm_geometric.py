@@ -37,6 +37,7 @@ class PRMGeometric(AbstractPlanner):
     """
 
     name: ClassVar[str] = "prm_geometric"
+    work_per_iteration: ClassVar[float] = 2e-2
 
     neighbours: int = setting(
         8, 1, 1000, meaning="Nearest configurations that each one is joined to."

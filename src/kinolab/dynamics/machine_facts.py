@@ -8,9 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
+from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.language.shapes import Shape
 
 if TYPE_CHECKING:
+    from kinolab.dynamics.language.flatness import Flat
     from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, MechanismParts
 
 Limits = tuple[float, float]
@@ -110,10 +113,23 @@ class RequirementFacts:
 
 @dataclass(frozen=True)
 class FlatFacts:
-    """A flat map, ``PlaneCurves`` or another, by the names of the coordinates it determines."""
+    """A flat map, ``PlaneCurves`` or another.
+
+    Attributes:
+        plane_curves: Whether the flat outputs are a point of a plane curve.
+        coordinates: Names of the coordinates that it determines.
+        outputs: Names of the flat outputs; none of plane curves, whose ``steered`` coordinates
+            are functions of ``curvature``.
+        defined: The outputs as functions of coordinates.
+        determined: The coordinates, or those that are steered, as functions of the outputs and
+            their derivatives, named with primes.
+    """
 
     plane_curves: bool
     coordinates: tuple[str, ...]
+    outputs: tuple[str, ...]
+    defined: Formulas
+    determined: Formulas
 
     @property
     def steered(self) -> tuple[str, ...]:
@@ -171,7 +187,6 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         InputError: If the limits of an input are not finite, or lower is not below upper.
     """
     from kinolab.dynamics.language.constraints import PositionConstraint
-    from kinolab.dynamics.language.flatness import PlaneCurves
     from kinolab.dynamics.language.inputs import bounds_of
     from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 
@@ -204,12 +219,33 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         ),
         collisions=system.collisions,
         all_rates=system.velocities == "all",
-        flat=None
-        if system.flat is None
-        else FlatFacts(
-            isinstance(system.flat, PlaneCurves), tuple(c.name for c in system.flat.coordinates)
-        ),
+        flat=None if system.flat is None else _flat(system, system.flat),
         down=None if system.gravity is None else system.gravity.down,
+    )
+
+
+def _flat(system: MechanismParts, flat: Flat) -> FlatFacts:
+    from kinolab.dynamics.derivation.lowering import Lowering
+    from kinolab.dynamics.language.flatness import FlatOutputs, output_symbols
+
+    outputs = flat.outputs if isinstance(flat, FlatOutputs) else ()
+    pairs = flat.determined if isinstance(flat, FlatOutputs) else flat.steered
+    graph = ExpressionGraph()
+    values = {p: graph.constant(system.parameter_values[p.name]) for p in system.parameters}
+    places = {c: graph.variable(c.name) for c in flat.coordinates}
+    defined = [Lowering(graph, {**values, **places})(e) for _, e in outputs]
+    names = output_symbols(name for name, _ in outputs)
+    bound = {**values, **{symbol: graph.variable(symbol.name) for symbol in names}}
+    determined = []
+    for coordinate, expression in pairs:
+        bound[coordinate] = Lowering(graph, bound)(expression)
+        determined.append(bound[coordinate])
+    return FlatFacts(
+        not isinstance(flat, FlatOutputs),
+        tuple(c.name for c in flat.coordinates),
+        tuple(name for name, _ in outputs),
+        Formulas.of(graph, defined),
+        Formulas.of(graph, determined),
     )
 
 

@@ -42,10 +42,13 @@ class AbstractPlanner(ABC):
         name: What a scenario writes after ``[planner] name =``.
         in_threads: Whether several searches may run in threads of one process: ``solve`` writes to
             no shared data, and releases the GIL most of the time.
+        work_per_iteration: What an iteration takes on an idle computer, about, in [s], apart from
+            what it charges itself. Budgets that count work go by it.
     """
 
     name: ClassVar[str]
     in_threads: ClassVar[bool] = False
+    work_per_iteration: ClassVar[float] = 2e-3
 
     @abstractmethod
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:

@@ -15,6 +15,7 @@ import numpy as np
 
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
+from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.search.plugins import search
@@ -44,6 +45,8 @@ class Verdict:
     goal_distance: float = math.nan
 
 
+MIN_SEARCH_WORK = 0.03  # [s] on an idle computer, what begins and ends a search included
+
 UNVERIFIED = Verdict("interrupted", "Interrupted before what was found had been verified.")
 
 
@@ -65,7 +68,8 @@ def attempt(
         keep_approach: Whether to re-simulate a motion that misses the goal.
     """
     timings: dict[str, float] = {}
-    result = _searched(problem, searcher, seed, budget, timings)
+    with counted_work() as work:
+        result = _searched(problem, searcher, seed, budget, timings)
     with judging:
         if budget.abandoned:
             verdict = UNVERIFIED
@@ -88,6 +92,7 @@ def attempt(
         interrupted=budget.interrupted,
         graph=result.graph,
         warnings=tuple(_warnings(problem, verdict.trajectory)),
+        search_work=work.seconds,
     )
 
 
@@ -144,6 +149,7 @@ def _searched(
         found = _timed(
             lambda: search(searcher, problem, seed, budget), budget, timings, "search", patience=1
         )
+    charge(max(MIN_SEARCH_WORK, searcher.work_per_iteration * budget.iterations))
     timings |= {"prepare": budget.prepared, "search": timings["search"] - budget.prepared}
     if found is None:  # it did not check the budget
         nothing = np.zeros((0, problem.model.nu))

@@ -36,9 +36,7 @@ MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are 
 REPAIR_TIME_FRACTION = 0.1
 MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
 PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, on a busy computer
-# What these take on an idle computer, as ``charge`` counts it
-VERIFICATION_SECONDS = 2e-4  # [s] for each knot
-ITERATION_SECONDS = 1.5e-4  # [s] of a search
+VERIFICATION_SECONDS = 2e-4  # [s] for each knot, as ``charge`` counts it
 # Further searches may each take this many times the first one's iterations, and some more.
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # Before a motion is improved, so many searches are made at most, begun within this fraction of the
@@ -301,7 +299,7 @@ class PlanImprover:
             for seconds in (first_part, 2 * first_part)
         )
         for k in range(1, FIRST_SEARCHES + 1):
-            if begin.over or begin.unspent < self._cost_of_a_search(incumbent):
+            if begin.over or begin.unspent < incumbent.best.search_work:
                 break
             found = self._searched(incumbent, k, end, shortest.duration)
             if found is not None and found.duration < shortest.duration:
@@ -312,15 +310,12 @@ class PlanImprover:
             shortest = first
         return shortest, k - 1
 
-    def _cost_of_a_search(self, incumbent: Incumbent) -> float:
-        return ITERATION_SECONDS * max(incumbent.best.iterations, MORE_ITERATIONS)
-
     def _searched(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
     ) -> Trajectory | None:
         """Search with the k-th further seed for a motion shorter than a duration in [s]."""
         most = SEARCH_FACTOR * incumbent.best.iterations + MORE_ITERATIONS
-        affordable = int(remaining.unspent / ITERATION_SECONDS)
+        affordable = int(remaining.unspent / self.searcher.work_per_iteration)
         budget = Budget(
             PATIENCE * self._seconds,
             min(most, affordable),
@@ -333,9 +328,7 @@ class PlanImprover:
         if incumbent.cancelled():
             return None  # interrupted before this budget was registered
         incumbent.budget = budget
-        found = motion(self.problem, self.searcher, stream(incumbent.best.seed, k), budget)
-        charge(ITERATION_SECONDS * max(budget.iterations, MORE_ITERATIONS))
-        return found
+        return motion(self.problem, self.searcher, stream(incumbent.best.seed, k), budget)
 
     def _search_again(
         self, incumbent: Incumbent, first: Trajectory, remaining: Budget, made: int
@@ -350,8 +343,8 @@ class PlanImprover:
         """
         last = first
         for k in count(made + 1):
-            affordable = int(remaining.unspent / ITERATION_SECONDS)
-            if remaining.over or affordable < incumbent.best.iterations or incumbent.cancelled():
+            dear = remaining.unspent < incumbent.best.search_work
+            if remaining.over or dear or incumbent.cancelled():
                 self._unfinished = not incumbent.cancelled()
                 return k - 1
             found = self._searched(incumbent, k, remaining, self._shortest)

@@ -106,6 +106,7 @@ class PlanResult:
         refused: Number of motions that the verifier rejected, by failed checks; the search
             continued.
         warnings: What the plan does not suffer from but the search did, in sentences.
+        search_work: What the search takes on an idle computer, about, in [s].
     """
 
     status: str
@@ -126,6 +127,7 @@ class PlanResult:
     graph: SearchGraph | None = None
     refused: dict[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    search_work: float = 0.0
 
     @property
     def exit_code(self) -> int:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-import sympy
 
-from kinolab.dynamics.derivation.lowering import evaluate
-from kinolab.dynamics.language.flatness import FlatOutputs, output
+from kinolab.dynamics.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import Path
@@ -24,13 +21,9 @@ class FlatOutputPaths:
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """
 
-    def __init__(self, problem: PlanningTask) -> None:
-        flat = problem.system.flat
-        assert isinstance(flat, FlatOutputs)
+    def __init__(self, problem: PlanningTask, flat: FlatFacts) -> None:
         self._problem, self._flat = problem, flat
-        self.coordinates = tuple(c.name for c in flat.coordinates)
-        system = problem.system
-        self._parameters = {p: system.parameter_values[p.name] for p in system.parameters}
+        self.coordinates = flat.coordinates
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
         """Yield nothing: there are no alternatives."""
@@ -47,24 +40,18 @@ class FlatOutputPaths:
             yield [self._path(begin, end)]
 
     def _outputs(self, x: Array) -> Array:
-        names = self._problem.model.coordinate_names
-        by_name = {c.name: c for c in self._flat.coordinates}
-        values = {by_name[name]: x[i] for i, name in enumerate(names) if name in by_name}
-        return np.array(
-            [float(evaluate(e, values | self._parameters)) for _, e in self._flat.outputs]
+        values = dict(
+            zip(self._problem.model.coordinate_names, x[: self._problem.model.nq], strict=True)
         )
+        return np.array([float(value) for value in self._flat.defined(values)])
 
     def _path(self, begin: Array, end: Array) -> Path:
         def path(fraction: Array, rate: Array, slope: Array) -> Array:
-            values: dict[sympy.Symbol, Any] = dict(self._parameters)
-            for k, (name, _) in enumerate(self._flat.outputs):
-                path = end[k] - begin[k]
-                line = (begin[k] + fraction * path, rate * path, slope * path)
-                values |= {output(name, order): line[order] for order in range(3)}
-            columns = []
-            for coordinate, expression in self._flat.determined:
-                columns.append(np.broadcast_to(evaluate(expression, values), fraction.shape))
-                values[coordinate] = columns[-1]
-            return np.column_stack(columns)
+            values: dict[str, Array] = {}
+            for name, first, change in zip(self._flat.outputs, begin, end - begin, strict=True):
+                line = (first + fraction * change, rate * change, slope * change)
+                values |= {name + "'" * order: value for order, value in enumerate(line)}
+            columns = self._flat.determined(values)
+            return np.column_stack([np.broadcast_to(c, fraction.shape) for c in columns])
 
         return path

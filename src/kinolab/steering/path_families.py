@@ -9,6 +9,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.steering.flat_outputs import FlatOutputPaths
 from kinolab.steering.path_motion import Path
 from kinolab.steering.plane_curves import PlanePaths
 
@@ -65,6 +66,4 @@ def path_family(problem: PlanningTask) -> PathFamily:
         return StraightLines(problem)
     if flat.plane_curves:
         return PlanePaths(problem, flat)
-    from kinolab.steering.flat_outputs import FlatOutputPaths  # late: its maps are symbols
-
-    return FlatOutputPaths(problem)
+    return FlatOutputPaths(problem, flat)

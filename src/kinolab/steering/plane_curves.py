@@ -51,7 +51,7 @@ class PlanePaths:
     """
 
     def __init__(self, problem: PlanningTask, flat: FlatFacts) -> None:
-        self._problem, self._steers = problem, bool(flat.steered)
+        self._flat, self._steers = flat, bool(flat.steered)
         self.coordinates = flat.coordinates
         self._index = [problem.model.coordinate_names.index(name) for name in flat.coordinates]
         self._sharpest = _sharpest(problem, flat)
@@ -128,7 +128,7 @@ class PlanePaths:
     def _steered(self, curvature: Array) -> Array:
         if not self._steers:
             return np.empty((len(curvature), 0))
-        return np.column_stack(_steered_at(self._problem, curvature))
+        return np.column_stack(_steered_at(self._flat, curvature))
 
     def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Path]:
         path = np.array([end.x - begin.x, end.y - begin.y])
@@ -167,22 +167,17 @@ def _sharpest(problem: PlanningTask, flat: FlatFacts) -> float:
     curvatures = np.geomspace(1e-3, MAX_CURVATURE, 400)
     possible = np.ones(len(curvatures), dtype=bool)
     for sign in (1.0, -1.0) if flat.steered else ():
-        angles = _steered_at(problem, sign * curvatures)
+        angles = _steered_at(flat, sign * curvatures)
         for name, values in zip(flat.steered, angles, strict=True):
             lower, upper = problem.bounds[problem.model.state_names.index(name)]
             possible &= (lower <= values) & (values <= upper)
     return float(curvatures[possible].max(initial=1e-3))
 
 
-def _steered_at(problem: PlanningTask, curvature: Array) -> list[Array]:
+def _steered_at(flat: FlatFacts, curvature: Array) -> list[Array]:
     """Return what each steered coordinate is where a curve has curvatures (m,) in [1/m]."""
-    from kinolab.dynamics.derivation.lowering import evaluate  # late: a coin steers nothing
-    from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
-
-    system = problem.system
-    assert isinstance(system.flat, PlaneCurves)
-    given = {p: system.parameter_values[p.name] for p in system.parameters}
-    return [evaluate(e, {CURVATURE: curvature, **given}) for _, e in system.flat.steered]
+    found = flat.determined({"curvature": curvature})
+    return [np.broadcast_to(angles, curvature.shape) for angles in found]
 
 
 def _hermite(ends: Array, tangents: Array) -> tuple[Array, Array, Array]:

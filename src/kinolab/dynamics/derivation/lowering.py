@@ -10,6 +10,7 @@ import sympy
 from numpy.typing import ArrayLike
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 
@@ -23,12 +24,6 @@ FUNCTIONS: dict[type, str] = {
     sympy.atan: "atan",
     sympy.Abs: "fabs",
     sympy.sign: "sign",
-}
-ON_ARRAYS: dict[str, np.ufunc] = {
-    **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")},
-    **{"atan": np.arctan, "fabs": np.abs, "sign": np.sign, "neg": np.negative},
-    **{"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide},
-    "fmax": np.maximum,
 }
 
 
@@ -115,17 +110,10 @@ def evaluate_nodes(
     tape: ExpressionGraph, outputs: Sequence[Node], given: Mapping[Node, Array]
 ) -> list[Array]:
     """Evaluate nodes at arrays of values of the variables; results have their broadcast shape."""
-    memo: dict[Node, Array] = {}
-    for node in tape.needed(outputs):
-        operation = tape.operations[node]
-        if operation.name == "const":
-            memo[node] = np.asarray(operation.value)
-        elif operation.name == "variable":
-            memo[node] = given[node]
-        else:
-            memo[node] = ON_ARRAYS[operation.name](*(memo[o] for o in operation.operands))
+    values = {tape.operations[node].label: array for node, array in given.items()}
     shape = np.broadcast_shapes(*(array.shape for array in given.values()))
-    return [np.broadcast_to(memo[output], shape).copy() for output in outputs]
+    found = Formulas.of(tape, outputs)(values)
+    return [np.broadcast_to(value, shape).copy() for value in found]
 
 
 @lru_cache(maxsize=256)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import random_attitude
+from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
 from kinolab.search.potential.eikonal import WorkspaceGrid
@@ -33,6 +34,7 @@ ROUNDING = 1e-9  # [m]
 BYTES_PER_CELL = 64  # occupancy, speeds and values, with the solver's own arrays
 MIN_RADIUS = 1e-3  # [m] radius of a ball that represents a point
 CELLS_PER_CANCELLATION_CHECK = 16  # cells between cancellation checks
+CELL_SECONDS = 8e-5  # [s] that checking a cell takes, as ``charge`` counts it
 
 
 def grid_of(
@@ -97,8 +99,10 @@ def open_cells(
                 continue
             seen[neighbour] = True
             judged += 1
-            if judged % CELLS_PER_CANCELLATION_CHECK == 0 and stop():
-                return None
+            if judged % CELLS_PER_CANCELLATION_CHECK == 0:
+                charge(CELL_SECONDS * CELLS_PER_CANCELLATION_CHECK)
+                if stop():
+                    return None
             if is_free(grid.centre(neighbour)):
                 free[neighbour] = True
                 front.append(neighbour)

@@ -31,6 +31,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     """A planner whose whole loop is compiled, once for all machines."""
 
     in_threads: ClassVar[bool] = True
+    work_per_iteration: ClassVar[float] = 1.5e-4
 
     control_samples: int = setting(
         1, 1, 1000, meaning="Inputs that are compared before one is held."
