@@ -108,7 +108,7 @@ def test_it_plays_and_pauses_and_the_machine_goes_on(page: Any) -> None:
     before = page.evaluate("kinolab.frames().coin")
     page.click("#play")
     until(page, "kinolab.time > 0.1 * kinolab.last")
-    assert page.evaluate("kinolab.fps()") > 0.0
+    until(page, "kinolab.fps() > 0")  # of two pictures at least, and a busy computer draws slowly
     page.click("#play")
     time = page.evaluate("kinolab.time")
     assert page.evaluate("kinolab.frames().coin") != before

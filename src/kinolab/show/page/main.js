@@ -109,7 +109,7 @@ function buildScene(data, array, moves, clock) {
     dirty = camera_views.follow(clock.time);
     draw();
     pictures.push(now);
-    while (now - pictures[0] > 2000) pictures.shift();
+    while (pictures.length > 2 && now - pictures[0] > 2000) pictures.shift(); // slow is not none
     clock.pace = 1000 * passed;
     if ((clock.playing || driver?.active) && pictures.length > 2) viewer.spare(clock.pace);
   };
