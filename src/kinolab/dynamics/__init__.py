@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         velocity,
     )
     from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+    from kinolab.dynamics.language.modes import Mode, Transition
     from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
     from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
     from kinolab.dynamics.language.symbols import (
@@ -111,6 +112,7 @@ __all__ = [
     "Gravity",
     "InvolutiveClosure",
     "LinearControllability",
+    "Mode",
     "Model",
     "Parameter",
     "PlaneCurves",
@@ -130,6 +132,7 @@ __all__ = [
     "StateFunctions",
     "System",
     "Torque",
+    "Transition",
     "Trim",
     "VectorField",
     "VectorFields",
@@ -256,6 +259,10 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Pull",
             "Rate",
             "Torque",
+        ),
+        "kinolab.dynamics.language.modes": (
+            "Mode",
+            "Transition",
         ),
         "kinolab.dynamics.language.quasi_velocities": ("QuasiVelocity",),
         "kinolab.dynamics.language.shapes": (

@@ -17,6 +17,7 @@ from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -51,6 +52,8 @@ class MechanismParts:
     values: tuple[tuple[str, float], ...]
     flat: Flat | None
     feedback: Feedback | Regulator | None
+    modes: tuple[Mode, ...]
+    transitions: tuple[Transition, ...]
 
     @property
     def parameter_values(self) -> dict[str, float]:
