@@ -80,6 +80,7 @@ def command(
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
+    from kinolab.problem.static_holding import rest_warnings
     from kinolab.runs import PAGE, require_place
     from kinolab.solve.plan_summary import summary
 
@@ -96,7 +97,7 @@ def command(
         "planner.roadmap": roadmap,
     }
     problem = _load(scenario, overrides, shortcuts)
-    for warning in problem.world.warnings:
+    for warning in (*problem.world.warnings, *rest_warnings(problem)):
         progress(f"warning: {warning}")
     folder = out or Path("runs") / problem.name
     require_place(folder)
