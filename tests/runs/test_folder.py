@@ -322,6 +322,27 @@ def test_a_trajectory_that_changed_fails(
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_an_npz_file_that_says_something_else_fails(run_copy: Path, capsys: Capture) -> None:
+    """It is what Python reads, and a check that passed would vouch for it."""
+    path = run_copy / "trajectory.npz"
+    with np.load(path) as stored:
+        tables = dict(stored)
+    tables["u"][3, 0] += 1e-12  # [N m]
+    np.savez(path, **tables)
+    assert code_of(run_copy) == 7
+    assert (
+        "FAILED trajectory.npz (1, limit 0): it differs from trajectory.csv in u"
+        in capsys.readouterr().out
+    )
+
+
+def test_a_damaged_npz_file_fails_and_a_missing_one_is_no_matter(run_copy: Path) -> None:
+    (run_copy / "trajectory.npz").write_bytes(b"PK and nothing else")
+    assert code_of(run_copy) == 7
+    (run_copy / "trajectory.npz").unlink()
+    assert code_of(run_copy) == 0
+
+
 @pytest.mark.parametrize(
     "name", ["trajectory.csv", "report.json", "scenario.toml", "assets/machine.json"]
 )
