@@ -40,6 +40,7 @@ REACH_SAMPLES = 500  # more, each led as near as it comes, before a goal is call
 # a goal is called so only if the nearest of them misses by more than both; singular poses may do it
 MISSED_TOLERANCES, MISSED_LENGTH = 2.0, 1e-3  # [m] or [rad]
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
+REST = 1e-10  # of an entry's scale: what is slower rests
 SAME = 1e-12  # smaller differences are not printed
 
 
@@ -156,6 +157,11 @@ class PlanningTask:
     def goal_distance(self, x: Array) -> float:
         """Return the norm of all goal errors in SI units."""
         return self.goal.distance(x, self._goal_frames(x))
+
+    def rests(self, x: Array) -> bool:
+        """Say whether the velocities and auxiliary states of a state, shape (nx,), vanish."""
+        nq = self.model.nq
+        return bool(np.abs(x[nq:] / self.scales[nq:]).max(initial=0.0) <= REST)
 
     def _goal_frames(self, x: Array) -> Array | None:
         return self.frames(x) if self.goal.needs_frames else None

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack, redirect_stdout
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stdout
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,7 +96,9 @@ def command(
         "planner.max_iterations": max_iterations,
         "planner.roadmap": roadmap,
     }
-    problem = _load(scenario, overrides, shortcuts)
+    options = _overrides_of(scenario, shortcuts)
+    with _as_typed(options):
+        problem = _load(scenario, [*overrides, *options])
     for warning in (*problem.world.warnings, *rest_warnings(problem)):
         progress(f"warning: {warning}")
     folder = out or Path("runs") / problem.name
@@ -108,10 +110,11 @@ def command(
         live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),
     ):
         film = None if no_animation else cache(lambda: opened.enter_context(film_process(progress)))
-        found, report = _search(
-            problem, folder, progress, page, film,
-            jobs=jobs, anytime=anytime, optimize=not no_optimize,
-        )  # fmt: skip
+        with _as_typed(options):
+            found, report = _search(
+                problem, folder, progress, page, film,
+                jobs=jobs, anytime=anytime, optimize=not no_optimize,
+            )  # fmt: skip
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
 
@@ -148,21 +151,33 @@ def _say(text: str) -> None:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
 
 
-def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> PlanningTask:
-    """Load a scenario; mistakes in options are reported under the options' names."""
-    from kinolab.api import load
-    from kinolab.scenario import override_place, scenario_path
+def _overrides_of(scenario: str, shortcuts: dict[str, Any]) -> dict[str, str]:
+    """Return what options stand for: keys of [planner] by the overrides that set them."""
+    from kinolab.scenario import scenario_path
     from kinolab.search.plugins import seen_from
 
     if shortcuts["planner.name"]:  # a file is given relative to the working folder
         folder = scenario_path(scenario).parent
         shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
-    given = {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
+    return {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
+
+
+def _load(scenario: str, overrides: Sequence[str]) -> PlanningTask:
+    from kinolab.api import load
+
+    with redirect_stdout(sys.stderr):  # keep output of user code out of the result
+        return load(scenario, overrides=overrides)
+
+
+@contextmanager
+def _as_typed(options: Mapping[str, str]) -> Iterator[None]:
+    """Report mistakes in overrides that options stand for under the options' names."""
+    from kinolab.scenario import override_place
+
     try:
-        with redirect_stdout(sys.stderr):  # keep output of user code out of the result
-            return load(scenario, overrides=[*overrides, *given])
+        yield
     except InputError as error:
-        typed = {override_place(text): _option_of(key) for text, key in given.items()}
+        typed = {override_place(text): _option_of(key) for text, key in options.items()}
         raise InputError(
             Mistake(typed.get(m.where, m.where), m.what, m.remedy) for m in error.mistakes
         ) from error
