@@ -15,9 +15,9 @@ from scipy.integrate import solve_ivp
 from kinolab.analyze.examine.common_mistakes import mistakes_in
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.derivation.derivation import has_imposed_velocities
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.errors import KinolabError, NoDynamicsError
+from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import STABILITY_BOUNDS, decay_rate, step_too_long
 
@@ -52,7 +52,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
     if integration is not None:
         yield _steps(model, states, integration)
     yield from mistakes_in(model, states)
-    yield from _limits(system)
+    yield from _limits(model)
 
 
 def random_states(model: Model) -> NDArray[np.float64]:
@@ -175,12 +175,11 @@ def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSecti
     return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], note)
 
 
-def _limits(system: System) -> Iterator[LawCheck]:
-    """Report missing limits and inputs that a planner needs."""
-    unlimited = [c.name for c in system.coordinates if not np.isfinite(c.speed)]
-    kinematic = has_imposed_velocities(system)
-    if unlimited and not kinematic:
-        note = f"no speed limit on {', '.join(unlimited)}: planners will ask for [bounds]"
-        yield LawCheck("rates have limits", 0.0, 0.0, note)
-    if not system.inputs:
+def _limits(model: Model) -> Iterator[LawCheck]:
+    """Report the limits and inputs that a planner will miss, in the words in which it asks."""
+    for i in model.speeds:
+        if not np.isfinite(model.state_bounds[i]).all():
+            note = " ".join(unlimited_sentences(model, model.state_names[i]))
+            yield LawCheck("velocities have limits", 0.0, 0.0, note)
+    if not model.nu:
         yield LawCheck("something can be decided", 0.0, 0.0, "it has no inputs: only simulate it")
