@@ -408,6 +408,21 @@ def test_a_scenario_of_the_users_is_not_replaced_by_that_of_a_run(
     assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0  # it is a run's
 
 
+def test_a_run_of_another_file_of_the_same_name_is_replaced_with_a_warning(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for home in ("a", "b"):
+        (tmp_path / home).mkdir()
+        (tmp_path / home / "table.toml").write_text(OPEN)
+    brief = ("--max-iterations", "1", "--no-animation", "--no-diagnosis")
+    warnings = []
+    for source in ("a/table.toml", "a/table.toml", "b/table.toml"):
+        cli.run([source, *brief])
+        warnings.append("which this one replaces" in capsys.readouterr().err)
+    assert warnings == [False, False, True]
+
+
 def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(
     table_run: Finished, short: Solved, tmp_path: Path
 ) -> None:

@@ -77,6 +77,7 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     """
     assets = assets_of(problem)
     report = report_of(problem, plan, assets)
+    report["scenario_file"] = os.path.relpath(_source(problem), folder.resolve())
     files: dict[str, bytes] = {f"assets/{name}": content for name, content in assets.items()}
     files["scenario.toml"] = write_scenario(portable_scenario(problem)).encode()
     if plan.trajectory is not None:
@@ -148,6 +149,23 @@ def require_place(folder: Path) -> None:
         what = "this folder has a scenario.toml of its own, which the run's would replace."
     if what:
         raise InputError([Mistake(str(folder), what, "Name another.")])
+
+
+def replaced_scenario(folder: Path, problem: PlanningTask) -> Path | None:
+    """Return the scenario's file of a run that another scenario's would replace; None if it won't.
+
+    Scenarios of one name in several folders share the folder of their runs, unless told otherwise.
+    """
+    try:
+        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        earlier = (folder.resolve() / report["scenario_file"]).resolve()
+    except (OSError, LookupError, RecursionError, TypeError, ValueError):
+        return None
+    return None if earlier == _source(problem) else earlier
+
+
+def _source(problem: PlanningTask) -> Path:
+    return problem.scenario.origin.file.resolve()
 
 
 def read_run(folder: Path) -> Run:

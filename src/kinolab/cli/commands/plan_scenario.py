@@ -80,7 +80,6 @@ def command(
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
-    from kinolab.problem.static_holding import rest_warnings
     from kinolab.runs import PAGE, require_place
     from kinolab.solve.plan_summary import summary
 
@@ -99,10 +98,10 @@ def command(
     options = _overrides_of(scenario, shortcuts)
     with _as_typed(options):
         problem = _load(scenario, [*overrides, *options])
-    for warning in (*problem.world.warnings, *rest_warnings(problem)):
-        progress(f"warning: {warning}")
     folder = out or Path("runs") / problem.name
     require_place(folder)
+    for warning in _warnings(problem, folder):
+        progress(f"warning: {warning}", lasting=True)
     with (
         compiled_ahead(),
         progress.compiling(),
@@ -141,6 +140,21 @@ def command(
     else:
         _say(f"  written to {folder}")
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
+
+
+def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
+    """Yield what one should know before a search, in sentences."""
+    from kinolab.problem.static_holding import rest_warnings
+    from kinolab.runs import replaced_scenario
+
+    yield from problem.world.warnings
+    yield from rest_warnings(problem)
+    earlier = replaced_scenario(folder, problem)
+    if earlier is not None:
+        yield (
+            f"{folder} has a run of {earlier}, which this one replaces. "
+            "--out writes into another folder."
+        )
 
 
 def _say(text: str) -> None:
