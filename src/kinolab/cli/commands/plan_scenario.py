@@ -40,23 +40,35 @@ if TYPE_CHECKING:
 @click.argument("scenario")
 @click.option("--planner", metavar="NAME", help="A planner's name, or file.py:Class.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
-@click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
-@click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
-@click.option("--roadmap", metavar="FILE", help="Roadmap of the planner prm, kept between runs.")
+@click.option("--time-limit", type=float, metavar="SECONDS", help="Time limit of the search.")
+@click.option("--max-iterations", type=click.IntRange(1), help="Iteration limit of the search.")
+@click.option(
+    "--roadmap",
+    metavar="FILE",
+    help="File in which the planner prm keeps its roadmap between runs.",
+)
 @click.option(
     "--jobs",
     type=click.IntRange(1, MAX_JOBS),
     default=1,
     metavar="N",
-    help="Searches at once, each with a seed of its own; the first plan wins.",
+    help="Run N searches at once, each with its own seed; the first plan wins.",
 )
-@click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
-@click.option("--no-optimize", is_flag=True, help="Keep the first motion as it was found.")
+@click.option(
+    "--anytime",
+    is_flag=True,
+    help="Keep planning until the time limit, and keep the shortest plan.",
+)
+@click.option(
+    "--no-optimize",
+    is_flag=True,
+    help="Keep the first motion as it was found, without improving it.",
+)
 @set_option
-@click.option("--out", type=PATH, help="Folder; default runs/<scenario>.")
+@click.option("--out", type=PATH, help="Folder of the run; by default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
-@click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
-@click.option("--no-diagnosis", is_flag=True, help="Do not look for why nothing was found.")
+@click.option("--no-animation", is_flag=True, help="Write no pictures.")
+@click.option("--no-diagnosis", is_flag=True, help="Do not diagnose why nothing was found.")
 @click.option("--live", is_flag=True, help="Show in a browser how the search tree grows.")
 @click.option("--no-browser", is_flag=True, help="With --live: only print the page's address.")
 @quiet_option
