@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.light import LIGHT_JITTER
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.snapshot import render_frame
+from kinolab.show.film.staging.motion_script import picture as picture_of
 from kinolab.show.film.staging.stage import build_scene
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
@@ -212,3 +214,13 @@ def test_the_ghosts_cable_is_drawn() -> None:
     marked = build_scene(replace(bare, start=Ghost(pose, cable)), pose[None], SIZE)
     column, row = marked.pen.camera.project([1.0, 0.0, 0.5], SIZE)[:2].astype(int)
     assert (marked.image[row, column] < marked.image[2, 2] - 20).all()
+
+
+def test_start_and_goal_of_a_machine_without_cables_are_drawn() -> None:
+    problem = kinolab.load("pendulum_swingup")
+    x = np.array([problem.start, problem.start])
+    shown = picture_of(problem, problem.model.frames(x), problem.model.cables(x))
+    assert isinstance(shown.goal, Ghost)
+    for ghost in (shown.start, shown.goal):
+        assert ghost is not None
+        assert ghost.lines.shape == (0, 2, 3)
