@@ -65,9 +65,7 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
             remedy = "Compare [bounds], [world] bounds and the machine's own limits."
             yield Issue(("bounds", name), what, remedy)
         elif not np.isfinite([lower, upper]).all():
-            known = {v.name: f", the {v.direction}, in {v.unit}," for v in model.quasi_velocities}
-            what = f"nothing limits {name}{known.get(name, '')}, so a planner cannot sample it."
-            yield Issue(("bounds",), what, f"Write {name} = [lower, upper] below [bounds].")
+            yield Issue(("bounds",), *unlimited_sentences(model, name))
         elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
             yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
@@ -77,6 +75,13 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
     if scenario.integration.step < MIN_STEP:
         what = f"{scenario.integration.step:g} s is too short a step."
         yield Issue(("integration", "step"), what, f"Take {MIN_STEP:g} s or more.")
+
+
+def unlimited_sentences(model: Model, name: str) -> tuple[str, str]:
+    """Say that nothing limits a state, and of a quasi-velocity what it is; and what would."""
+    known = {v.name: f", the {v.direction}, in {v.unit}" for v in model.quasi_velocities}
+    what = f"nothing limits {name}{known.get(name, '')}, so a planner cannot sample it."
+    return what, f"Write {name} = [lower, upper] below [bounds]."
 
 
 def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:

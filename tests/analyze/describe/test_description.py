@@ -143,7 +143,7 @@ def test_the_state_space_has_the_dimension_of_the_textbook(name: str) -> None:
 
 def test_inputs_that_count_as_states_in_brackets_are_named_as_such() -> None:
     text = " ".join(described_as_text(described("helicopter")).split())
-    assert "of 16 dimensions of the state space and the inputs, which count as states" in text
+    assert "of the 16 dimensions of the state space and the inputs, which count as states" in text
 
 
 ONE_AND_BOTH = ("unicycle1_v1", "unicycle1_v0")
@@ -154,7 +154,7 @@ def test_a_machine_that_only_goes_forward_is_not_said_to_follow_any_path() -> No
     forward, both = (" ".join(described_as_text(described(n)).split()) for n in ONE_AND_BOTH)
     assert "follow any path" not in forward
     assert "v one way only (0.25 to 0.5" in forward
-    assert "follow any path of such motions, slowly enough" in both
+    assert "follow any path made of such motions if it moves slowly enough" in both
 
 
 def test_what_is_left_of_a_configuration_space_by_holonomic_constraints_is_said() -> None:

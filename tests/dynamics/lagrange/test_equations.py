@@ -11,7 +11,19 @@ import pytest
 import sympy as sp
 
 import kinolab.systems
-from kinolab.dynamics import Model, System, rate
+from kinolab.dynamics import (
+    Body,
+    Model,
+    System,
+    Viscous,
+    angle,
+    length,
+    move,
+    parameter,
+    rate,
+    rot_z,
+    velocity,
+)
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
@@ -298,3 +310,16 @@ def test_the_motorcycle_leans_by_the_equation_of_its_source() -> None:
     lean = equations_of("motorcycle").reduced[0]
     difference = m * p * (p * Acceleration(alpha) - right) - (lean.lhs - lean.rhs)
     assert sp.simplify(difference) == 0
+
+
+def test_friction_along_a_chain_of_frames_keeps_its_sums_of_angles() -> None:
+    """A trailer's drag is -c V^2 along its own axis, a + psi from the world's."""
+    x, y, psi, a = length("x"), length("y"), angle("psi"), angle("a")
+    c = parameter("c", 1.0, "N s/m")
+    car = move(x, y) @ rot_z(psi)
+    trailer = car @ rot_z(a) @ move(-1.2, 0, 0)
+    bodies = [Body("car", car, mass=80, inertia=10), Body("trailer", trailer, mass=40, inertia=5)]
+    drag = [Viscous(velocity(car).x, c), Viscous(velocity(trailer).x, c)]
+    text = System("pair", bodies=bodies, efforts=drag).equations().text()
+    assert "- c (cos²(ψ) + cos²(a + ψ)) ẋ" in text
+    assert "- c (cos(ψ) sin(ψ) + cos(a + ψ) sin(a + ψ)) ẏ" in text

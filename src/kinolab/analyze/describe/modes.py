@@ -51,15 +51,14 @@ def modes_of(system: System, *, freedom: int, pushes: int, potential: bool) -> t
 
 def _internal(system: System, left: int, freedom: int, potential: bool) -> Mode:
     lagging = [entry.name for entry in system.states if entry.velocity is None]
-    verb = "is" if left == 1 else "are"
     facts = {
-        f"{left} of {_counted(freedom, 'degree')} of freedom {verb} pushed by no input": left > 0,
+        f"no input acts on {left} of {_counted(freedom, 'degree')} of freedom": left > 0,
         f"{', '.join(lagging)} with differential equations of their own": len(lagging) > 1,
         f"{', '.join(lagging)} with a differential equation of its own": len(lagging) == 1,
-        "its potential energy changes with its place": potential,
+        "its potential energy depends on its configuration": potential,
     }
     shown = [fact for fact, holds in facts.items() if holds]
-    why = "its inputs move every degree of freedom, and its potential energy is the same everywhere"
+    why = "its inputs act on every degree of freedom, and its potential energy is constant"
     why = "; ".join(shown) or why
     return Mode("internal dynamics or potential energy", bool(shown), why)
 
@@ -70,15 +69,15 @@ def _inputs(system: System) -> Mode:
 
 
 def _freedom(freedom: int) -> Mode:
-    why = f"{freedom}, where the upright rolling disk has {SIMPLEST}"
+    why = f"{freedom}, and the upright rolling disk has {SIMPLEST}"
     return Mode("more degrees of freedom", freedom > SIMPLEST, why)
 
 
 def _feedback(system: System) -> Mode:
-    why = "its inputs are chosen directly"
+    why = "its inputs are set directly"
     if system.feedback is not None:
         followed = ", ".join(entry.name for entry in system.feedback.references)
-        why = f"a controller sets its inputs; what is chosen is {followed}"
+        why = f"a controller sets its inputs; it follows {followed}"
     return Mode("feedback", system.feedback is not None, why)
 
 
@@ -91,7 +90,7 @@ def _several(system: System) -> Mode:
 def _transitions(system: System) -> Mode:
     """No machine of this vocabulary switches its dynamics: dry friction is regularised."""
     dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, Coulomb))
-    why = "one set of laws holds everywhere"
+    why = "the same equations hold everywhere"
     if dry:
         why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "
         why += "sticks"

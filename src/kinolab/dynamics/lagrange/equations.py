@@ -165,9 +165,13 @@ class _LagrangeDerivation:
         )
 
     def forces(self) -> list[sympy.Expr]:
-        """Return the generalised nonconservative forces."""
+        """Return the generalised nonconservative forces.
+
+        Strengths and velocities are simplified before they are multiplied: the square of a velocity
+        along a chain of frames no longer shows its sums of angles.
+        """
         total = [sympy.Integer(0)] * len(self.velocities)
-        for strength, velocity in loads(self.system):
+        for strength, velocity in (map(self.joined, load) for load in loads(self.system)):
             for k, v in enumerate(self.velocities):
                 total[k] += strength * sympy.diff(velocity, v)
         return total
@@ -288,6 +292,10 @@ class _LagrangeDerivation:
         if _terms(expression) > MAX_EXPANDED_TERMS:
             return expression
         return simplified(expression, self.deadline)
+
+    def joined(self, expression: sympy.Expr) -> sympy.Expr:
+        """Simplify where products of sines may join into sines of sums."""
+        return self.tidy(expression) if expression.has(sympy.sin, sympy.cos) else expression
 
     def brief(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify and collect terms with common factors."""

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from kinolab.analyze.diagnose.goal_states import goal_states
 from kinolab.analyze.diagnose.narrow_passage.passage import Passage, find_passage, is_applicable
+from kinolab.problem.goal_states import goal_states
 from tests.analyze.diagnose.scenarios import COIN, ROBOT, ROOM, box, door, ring
 from tests.support import OPEN, problem_of
 
