@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         vector_fields,
     )
     from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
+    from kinolab.dynamics.derivation.hybrid import in_mode
     from kinolab.dynamics.language.auxiliary_states import State, lag, state
     from kinolab.dynamics.language.bodies import Body
     from kinolab.dynamics.language.cables import Cable
@@ -148,6 +149,7 @@ __all__ = [
     "growth_vector",
     "hat",
     "homogeneous",
+    "in_mode",
     "involutive_closure",
     "lag",
     "length",
@@ -201,6 +203,7 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Trim",
             "trim",
         ),
+        "kinolab.dynamics.derivation.hybrid": ("in_mode",),
         "kinolab.dynamics.language.auxiliary_states": (
             "State",
             "lag",

@@ -91,6 +91,7 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
             what = f"{name} is a rotation, which has no limits."
             yield Issue(("bounds", name), what, "Limit its rates, or use [[keep_out]].")
     free = ", ".join(model.velocity_names)
+    modes = {model.state_names[-1]: model.machine.modes} if model.machine.modes else {}
     sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
     for section, values in sections.items():
         for name, value in values.items():
@@ -101,6 +102,10 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
                 what = f"{name} is a rotation, not a single number."
                 remedy = "Give its quaternion [x, y, z, w]; [0, 0, 0, 1] is not turned."
                 yield Issue((section, name), what, remedy)
+            elif name in modes and value not in range(len(modes[name])):
+                named = (f"{k} for {mode}" for k, mode in enumerate(modes[name]))
+                what = f"{value} is no mode of {model.machine.name}."
+                yield Issue((section, name), what, f"Give {', '.join(named)}.")
             elif name in model.rate_names and name not in model.state_names:
                 what = f"{name} follows from the other rates by the constraints."
                 yield Issue((section, name), what, f"Give one of {free} instead.")

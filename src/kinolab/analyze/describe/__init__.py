@@ -4,6 +4,7 @@ from kinolab.analyze.describe.at_rest import AtRest
 from kinolab.analyze.describe.data import description_to_json
 from kinolab.analyze.describe.description import ConstraintKind, Description, describe
 from kinolab.analyze.describe.description_text import described_as_text
+from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.describe.modes import Mode
 
 __all__ = [
@@ -14,4 +15,5 @@ __all__ = [
     "describe",
     "described_as_text",
     "description_to_json",
+    "in_each_mode",
 ]

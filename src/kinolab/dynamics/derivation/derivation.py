@@ -39,7 +39,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, require_one_mode
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
@@ -117,10 +117,7 @@ def derive(system: Mechanism, *, idle_inputs: bool = False) -> Derivation:
         InputError: If a constraint is not linear in the rates or is vacuous, if an input has no
             effect, if a direction of motion has no mass, or if something divides by zero.
     """
-    if system.modes:
-        remedy = "Take one of its modes: kinolab.dynamics.in_mode(system, 0)."
-        what = "its equations of motion are different in each of its modes."
-        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
+    require_one_mode(system)
     try:
         return _Derivation(system).result(idle_inputs=idle_inputs)
     except ZeroDivisionError as error:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from kinolab.arguments import checked
 from kinolab.dynamics.derivation.derivation import Derivation, derive, is_kinematic
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.lowering import Lowering
@@ -19,9 +20,9 @@ from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.modes import Transition
+from kinolab.dynamics.language.modes import MODE, Transition
 from kinolab.dynamics.language.symbols import ForceSymbol
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, UnknownNameError
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,30 @@ class ModeDerivation:
     landed: tuple[Node, ...]
 
 
-def in_mode(system: Mechanism, index: int) -> Mechanism:
+@checked
+def in_mode(system: Mechanism, mode: str) -> Mechanism:
+    """Return a machine as it is in one of its modes: one without modes, to be looked at by itself.
+
+    It has the inputs that have an effect in this mode.
+
+    Args:
+        system: The machine.
+        mode: The mode's name.
+
+    Raises:
+        InputError: If it has no such mode.
+    """
+    names = [entry.name for entry in system.modes]
+    if mode not in names:
+        raise UnknownNameError("mode", mode, known=names)
+    states = [entry for entry in system.states if entry.name != MODE]
+    made = _in_mode(system, names.index(mode)).changed(states=states, velocities=system.velocities)
+    d = derive(made, idle_inputs=True)
+    acting = [e for e, node in zip(made.inputs, d.binding.inputs, strict=True) if _reaches(d, node)]
+    return made.changed(inputs=acting)
+
+
+def _in_mode(system: Mechanism, index: int) -> Mechanism:
     """Return a machine as it is in one of its modes, with the same symbols in the same order."""
     mode = system.modes[index]
     constrained = any(m.constraints for m in system.modes) or bool(system.constraints)
@@ -80,7 +104,7 @@ def derive_modes(system: Mechanism) -> list[ModeDerivation]:
     derived: list[Derivation] = []
     for index, mode in enumerate(system.modes):
         try:
-            derived.append(derive(in_mode(system, index), idle_inputs=True))
+            derived.append(derive(_in_mode(system, index), idle_inputs=True))
         except InputError as error:
             where = f"mode {mode.name!r}"
             mistakes += [Mistake(f"{where} {m.where}", m.what, m.remedy) for m in error.mistakes]
@@ -113,7 +137,7 @@ def _reaches(d: Derivation, node: Node) -> bool:
 
 def _widened(system: Mechanism, index: int, d: Derivation, *, projects: bool) -> Derivation:
     """Return a mode's derivation with an entry for what only other modes have."""
-    own, tape = in_mode(system, index), d.binding.tape
+    own, tape = _in_mode(system, index), d.binding.tape
     everything = all_constraints(system)
     names = [c.name for c in own.constraints]
     closing = [c.name for c in own.constraints if isinstance(c, PositionConstraint)]
@@ -149,7 +173,7 @@ def _mode(system: Mechanism, index: int, d: Derivation) -> ModeDerivation:
         tuple(names.index(t.target) for t in leaving),
         tuple(_guard(d, lower, t) for t in leaving),
         tuple(_reset(system, d, lower, t, names.index(t.target)) for t in leaving),
-        _landed(in_mode(system, index), d),
+        _landed(_in_mode(system, index), d),
     )
 
 

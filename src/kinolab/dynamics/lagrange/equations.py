@@ -26,7 +26,7 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import require_one_mode, tangent_symbols
 from kinolab.dynamics.language.quasi_velocities import (
     QuasiAcceleration,
     QuasiVelocity,
@@ -86,7 +86,12 @@ class Equations(Sequence[sympy.Eq]):
 
 
 def equations_of(system: Mechanism) -> Equations:
-    """Derive a machine's equations of motion from its energies."""
+    """Derive a machine's equations of motion from its energies.
+
+    Raises:
+        InputError: If it has modes, or cannot be derived.
+    """
+    require_one_mode(system)
     return _LagrangeDerivation(system).result()
 
 

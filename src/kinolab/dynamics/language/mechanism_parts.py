@@ -28,6 +28,7 @@ from kinolab.dynamics.language.symbols import (
     TurnRate,
     rate,
 )
+from kinolab.errors import InputError, Mistake
 
 AnyCoordinate: TypeAlias = Coordinate | Attitude
 
@@ -79,6 +80,18 @@ class MechanismParts:
             replace(shape, **{field: number(value) for field, value in vars(shape).items()})
             for shape in body.shapes
         )
+
+
+def require_one_mode(system: MechanismParts) -> None:
+    """Require that a machine has the same equations of motion everywhere.
+
+    Raises:
+        InputError: If it has modes.
+    """
+    if system.modes:
+        remedy = f'Take one of them: in_mode(system, "{system.modes[0].name}").'
+        what = "its equations of motion are different in each of its modes."
+        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
 
 
 def configuration_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:
