@@ -81,11 +81,11 @@ MODES = {  # internal or potential, many inputs, much freedom, feedback, several
 
 @pytest.mark.parametrize("name", MODES)
 def test_machines_show_the_modes_of_generalisation_that_they_have(name: str) -> None:
-    assert "".join(str(int(mode.shown)) for mode in described(name).modes) == MODES[name]
+    assert "".join(str(int(mode.shown)) for mode in described(name).generalisations) == MODES[name]
 
 
 def test_the_six_modes_are_those_of_the_source() -> None:
-    assert [mode.name for mode in described("pendulum").modes] == [
+    assert [mode.name for mode in described("pendulum").generalisations] == [
         "internal dynamics or potential energy",
         "more than two inputs",
         "more degrees of freedom",
@@ -104,8 +104,8 @@ def test_dry_friction_is_told_where_it_has_a_strength(
 ) -> None:
     """It is a smooth law, so that no state sticks; without a strength there is nothing to tell."""
     found = describe(systems.get(name, **dry) if dry else machine(name))
-    why = found.modes[5].why
-    assert not found.modes[5].shown
+    why = found.generalisations[5].why
+    assert not found.generalisations[5].shown
     assert ("dry friction" in why) == (places > 0)
     assert ("regularised" in why) == (places > 0)
     if places:

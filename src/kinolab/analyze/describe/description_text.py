@@ -43,7 +43,7 @@ def _lines(found: Description) -> Iterator[str]:
     for sentence in sentences(found):
         yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
     yield "  generalisations of the upright rolling disk"
-    for k, mode in enumerate(found.modes, 1):
+    for k, mode in enumerate(found.generalisations, 1):
         begin = f"    {k} {SHOWN[mode.shown]:3}  "
         sentence = f"{mode.name}: {mode.why}"
         yield from wrap(sentence, LINE_WIDTH, initial_indent=begin, subsequent_indent=" " * 11)

@@ -24,7 +24,11 @@ def command(what: str, as_json: bool) -> int:
     from kinolab.loading import find_machine
 
     with redirect_stdout(sys.stderr):  # keep output of user code out of the result
-        found = [(title, describe(one)) for title, one in in_each_mode(find_machine(what))]
+        machine = find_machine(what)
+        switching = [transition.name for transition in machine.transitions]
+        found = [
+            (title, describe(one, switching=switching)) for title, one in in_each_mode(machine)
+        ]
     if as_json:
         documents = [description_to_json(description) for _, description in found]
         echo_json(documents[0] if len(documents) == 1 else {"modes": documents})
