@@ -190,8 +190,6 @@ class PlanImprover:
     def _worth_it(self, found: PlanResult, incumbent: Incumbent) -> bool:
         if not (self.request.optimize and self._seconds) or incumbent.cancelled():
             return False
-        if self.problem.machine.modes:
-            return False  # its steps are smooth only between transitions
         return found.status != "solved" or self._promises(found.cost)
 
     def _promises(self, duration: float | None) -> bool:
