@@ -28,10 +28,8 @@ if TYPE_CHECKING:
         vector_fields,
     )
     from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
-    from kinolab.dynamics.derivation.hybrid import in_mode
     from kinolab.dynamics.language.auxiliary_states import State, lag, state
-    from kinolab.dynamics.language.bodies import Body
-    from kinolab.dynamics.language.cables import Cable
+    from kinolab.dynamics.language.bodies import Body, Cable
     from kinolab.dynamics.language.constraints import (
         Constraint,
         Requirement,
@@ -83,6 +81,7 @@ if TYPE_CHECKING:
         rotation,
         turn_rate,
     )
+    from kinolab.dynamics.mode_derivations import in_mode
     from kinolab.dynamics.model import Model
     from kinolab.dynamics.system import System
     from kinolab.numerics.riccati import dlqr, lqr, tvlqr
@@ -203,14 +202,16 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Trim",
             "trim",
         ),
-        "kinolab.dynamics.derivation.hybrid": ("in_mode",),
+        "kinolab.dynamics.mode_derivations": ("in_mode",),
         "kinolab.dynamics.language.auxiliary_states": (
             "State",
             "lag",
             "state",
         ),
-        "kinolab.dynamics.language.bodies": ("Body",),
-        "kinolab.dynamics.language.cables": ("Cable",),
+        "kinolab.dynamics.language.bodies": (
+            "Body",
+            "Cable",
+        ),
         "kinolab.dynamics.language.constraints": (
             "Constraint",
             "Requirement",

@@ -11,9 +11,9 @@ from kinolab.dynamics.codegen.exports import results_of
 from kinolab.dynamics.codegen.hybrid import emit_hybrid
 from kinolab.dynamics.codegen.llvm_jit import compile_ir
 from kinolab.dynamics.derivation.derivation import Derivation, derive
-from kinolab.dynamics.derivation.hybrid import derive_modes
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.mode_derivations import derive_modes
 
 
 def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:

@@ -21,7 +21,7 @@ from kinolab.dynamics.codegen.compiled_functions import CHATTERS, STEPPERS
 from kinolab.dynamics.codegen.emission import emit_function, emit_module
 from kinolab.dynamics.codegen.integrators import STEP
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
-from kinolab.dynamics.derivation.hybrid import ModeDerivation
+from kinolab.dynamics.mode_derivations import ModeDerivation
 
 HALVINGS = 48  # of a step, to locate a transition: 1 s to 4e-15 s
 MAX_SWITCHES = 64  # in one step; more are called chattering

@@ -8,8 +8,7 @@ from typing import Any, Literal, Self
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.auxiliary_states import State
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import AnyCable, as_cables
+from kinolab.dynamics.language.bodies import AnyCable, Body, as_cables
 from kinolab.dynamics.language.constraints import Constraint, Requirement
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat

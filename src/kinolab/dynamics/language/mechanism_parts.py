@@ -9,8 +9,7 @@ from typing import Any, Literal, TypeAlias
 import sympy
 
 from kinolab.dynamics.language.auxiliary_states import State
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import Constraint, Requirement
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import Constraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator

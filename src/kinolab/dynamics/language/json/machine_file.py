@@ -12,8 +12,7 @@ from typing import Any
 import sympy
 
 from kinolab.dynamics.language.auxiliary_states import State
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable, as_cables
+from kinolab.dynamics.language.bodies import Body, Cable, as_cables
 from kinolab.dynamics.language.constraints import (
     PositionConstraint,
     Requirement,
