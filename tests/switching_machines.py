@@ -76,13 +76,23 @@ def hopper(thrust: bool = False) -> System:
     )
 
 
-def compass_walker() -> System:
-    """Two legs that take turns in standing, on a slope that falls to +x."""
+def compass_walker(
+    hip: float = 10.0, leg: float = 5.0, place: float = 0.5, slope: float = 0.0525, g: float = 9.81
+) -> System:
+    """Two legs that take turns in standing, on a slope that falls to +x.
+
+    Args:
+        hip: Mass in [kg] at the hip.
+        leg: Mass in [kg] of each leg, in a point.
+        place: Of this point below the hip in [m]; legs are 1 m long.
+        slope: In [rad].
+        g: Gravity in [m/s^2].
+    """
     x, z = length("x", -10.0, 100.0), length("z", -100.0, 10.0)
     left, right = angle("left"), angle("right")
-    gamma = parameter("gamma", 0.0525, "rad")
+    gamma = parameter("gamma", slope, "rad")
     legs = {n: move(x, 0, z) @ rot_y(-a) for n, a in (("left", left), ("right", right))}
-    feet = {name: leg @ move(0, 0, -1.0) for name, leg in legs.items()}
+    feet = {name: at @ move(0, 0, -1.0) for name, at in legs.items()}
 
     def height(name: str) -> sympy.Expr:
         place = homogeneous(feet[name])[:3, 3]
@@ -96,10 +106,10 @@ def compass_walker() -> System:
     return System(
         "compass_walker",
         bodies=[
-            Body("hip", move(x, 0, z), mass=10.0),
-            *(Body(f"{n} leg", leg @ move(0, 0, -0.5), mass=5.0) for n, leg in legs.items()),
+            Body("hip", move(x, 0, z), mass=hip),
+            *(Body(f"{n} leg", at @ move(0, 0, -place), mass=leg) for n, at in legs.items()),
         ],
-        gravity=toward("-z", 9.81),
+        gravity=toward("-z", g),
         modes=[Mode(name, constraints=pinned(name)) for name in stance],
         transitions=[
             Transition(

@@ -34,7 +34,7 @@ def test_every_machine_has_a_section_with_all_its_names(name: str) -> None:
     machine, text = systems.get(name), section(name)
     listed = {*machine.coordinates, *machine.inputs, *machine.parameters, *machine.states}
     assert all(f"\n| `{entry.name}` |" in text for entry in listed)
-    held = {*machine.constraints, *machine.requirements}
+    held = {*machine.all_constraints, *machine.all_requirements}
     assert all(f"\n| {entry.name} |" in text for entry in held)
 
 

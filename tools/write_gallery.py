@@ -40,7 +40,7 @@ PAGE, IMAGES = DOCS / "gallery.md", DOCS / "images"
 # The order of the course; machines that are not in it follow by name.
 COURSE = (
     *("pendulum", "rolling_disk", "crane", "two_cranes", "car", "diff_drive"),
-    *("snakeboard", "submarine"),
+    *("snakeboard", "biped", "submarine"),
     *("falling_disk", "unicycle", "motorcycle", "whipple"),
     *("helicopter", "snakeboard", "submarine", "satellite", "satellite_two_wheels"),
 )
@@ -90,7 +90,7 @@ def overview(machines: Iterable[System], problems: Sequence[PlanningTask]) -> st
     rows = (
         (
             f"[{heading(machine.name)}](#{machine.name.replace('_', '-')})",
-            *(configuration_space(machine), str(len(machine.constraints))),
+            *(configuration_space(machine), str(len(machine.all_constraints))),
             str(len(machine.inputs)),
             ", ".join(f"`{problem.name}`" for problem in planned_for(machine, problems)) or "–",
         )
@@ -188,7 +188,7 @@ def inputs(machine: System) -> Iterator[Sequence[str]]:
 
 def constraints(machine: System) -> Iterator[Sequence[str]]:
     """Yield a row per constraint: w(q) q_dot = 0, or h(q) = 0."""
-    for constraint in machine.constraints:
+    for constraint in machine.all_constraints:
         text = formula(held(constraint))
         fits = len(text) <= LONGEST
         elsewhere = f"long; `plan equations {machine.name}` prints it"
@@ -204,7 +204,7 @@ def held(constraint: Constraint) -> sympy.Expr:
 
 def requirements(machine: System) -> Iterator[Sequence[str]]:
     """Yield a row per requirement."""
-    for requirement in machine.requirements:
+    for requirement in machine.all_requirements:
         yield requirement.name, f"`{one_line(requirement.margin)} ≥ 0`"
 
 

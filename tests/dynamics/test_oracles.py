@@ -36,6 +36,7 @@ from kinolab.dynamics.language.frames import Orientation, Rotation, Translation,
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
 from kinolab.errors import SingularError
+from tests import registered
 from tests.dynamics.machines import knife_edge
 from tests.dynamics.machines import snakeboard as snakeboard_by_turning
 from tests.machines import MACHINES, four_bar, trident_snake, wheeled_hull
@@ -46,11 +47,11 @@ Array = NDArray[np.float64]
 
 def plant(name: str) -> System:
     """Return a registered machine without its controller: laws of mechanics speak of its inputs."""
-    return kinolab.systems.get(name).with_feedback(None)
+    return registered.MAKERS[name]().with_feedback(None)
 
 
 MAKERS: dict[str, Callable[[], System]] = dict(MACHINES)
-MAKERS |= {name: partial(plant, name) for name in kinolab.systems.names()}
+MAKERS |= {name: partial(plant, name) for name in registered.NAMES}
 
 # Where a chart ends: the snakeboard's with parallel wheels, and heading along y; the bicycle's
 # where it lies on its side, which takes a second unless it rides; the parallel robot's where its

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
-import kinolab.systems
 from kinolab.dynamics import (
     Body,
     Buoyancy,
@@ -30,7 +29,7 @@ from kinolab.errors import (
     SingularError,
     UnknownNameError,
 )
-from tests import machines
+from tests import machines, registered
 from tests.dynamics.variational_integrator import VariationalIntegrator
 from tests.machines import MACHINES
 
@@ -64,8 +63,7 @@ def drifting_hull() -> System:
 
 OWN = (rigid_body, heavy_top, drifting_hull)
 MAKERS: dict[str, Callable[[], System]] = {**MACHINES, **{make.__name__: make for make in OWN}}
-for _name in kinolab.systems.names():
-    MAKERS[_name] = partial(kinolab.systems.get, _name)
+MAKERS |= registered.MAKERS
 
 REFUSED = {
     "finned_hull": (InputError, "a wrench"),
@@ -85,6 +83,7 @@ REFUSED = {
     **dict.fromkeys(("quad3d_v0", "quad3d_omplapp"), (InputError, "a wrench")),
     **{f"unicycle1_v{k}": (NoDynamicsError, "it has no energy") for k in range(3)},
     **dict.fromkeys(("unicycle2_v0", "car1_v0"), (NoDynamicsError, "it has no energy")),
+    **dict.fromkeys(("biped, left", "biped, right"), (NoDynamicsError, "it has no energy")),
 }
 SERVED = [name for name in MAKERS if name not in REFUSED]
 

@@ -36,7 +36,8 @@ class ModeDerivation:
     """Equations of one mode.
 
     Attributes:
-        derivation: Of the machine while it is in this mode.
+        machine: The machine while it is in this mode, with the symbols of all modes.
+        derivation: Its equations.
         targets: Index of the mode that each of its transitions leads to.
         guards: Of each transition: what it lasts until, the rate of that, and what else must be
             positive.
@@ -44,6 +45,7 @@ class ModeDerivation:
         landed: The state with velocities that the mode's own constraints forbid stopped.
     """
 
+    machine: Mechanism
     derivation: Derivation
     targets: tuple[int, ...]
     guards: tuple[tuple[Node, Node, Node], ...]
@@ -178,6 +180,7 @@ def _mode(system: Mechanism, own: Mode, machine: Mechanism, d: Derivation) -> Mo
     leaving = [t for t in system.transitions if t.source == own.name]
     lower = _lowering(system, d)
     return ModeDerivation(
+        machine,
         d,
         tuple(names.index(t.target) for t in leaving),
         tuple(_guard(d, lower, t) for t in leaving),

@@ -49,6 +49,7 @@ class StepCode(NamedTuple):
     substeps: int  # from one time to the next
     projects: int  # whether a step ends on constraints and unit quaternions
     attitudes: NDArray[np.int64]  # where quaternions begin
+    moving: int  # entries of a state that change smoothly: all but the mode
 
 
 class StepSensitivities:
@@ -131,6 +132,7 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
             substeps=substeps,
             projects=int(model.projects),
             attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
+            moving=model.nx - bool(model.machine.modes),
         )
     )
 

@@ -319,7 +319,10 @@ def projection_jacobian(code, x, scratch):  # type: ignore[no-untyped-def]
     """Set ``matrix`` to the derivative of the projection at x (nx,), by central differences."""
     nx, matrix = x.shape[0], scratch.matrix
     before, after = scratch.k1.value, scratch.k2.value
-    for j in range(nx):
+    for j in range(code.moving, nx):
+        for i in range(nx):
+            matrix[i, j] = 1.0 if i == j else 0.0
+    for j in range(code.moving):
         h = FD_STEP * max(1.0, abs(x[j]))
         for i in range(nx):
             matrix[i, j] = 0.0

@@ -19,13 +19,14 @@ from kinolab.analyze.describe import (
 from kinolab.analyze.describe.at_rest import held_state
 from kinolab.analyze.describe.topology import mechanisms, space_of
 from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
+from tests import registered
 from tests.machines import MACHINES
 
-ALL = (*systems.names(), *MACHINES)
+ALL = (*registered.NAMES, *MACHINES)
 
 
 def machine(name: str) -> System:
-    return MACHINES[name]() if name in MACHINES else systems.get(name)
+    return MACHINES[name]() if name in MACHINES else registered.MAKERS[name]()
 
 
 @cache
@@ -203,7 +204,7 @@ def test_controllability_at_rest_is_what_is_known(name: str, outcomes: list[Smal
     assert found == outcomes
 
 
-@pytest.mark.parametrize("name", [*systems.names(), "satellite", "four_bar_by_multipliers"])
+@pytest.mark.parametrize("name", [*registered.NAMES, "four_bar_by_multipliers"])
 def test_every_machine_is_described_in_words_and_in_data(name: str) -> None:
     """What is said of rest is so: the machine stays there."""
     found = described(name)

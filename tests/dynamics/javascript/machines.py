@@ -1,15 +1,15 @@
 """Machines that a page simulates: every registered one, and what else has parts of its own."""
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-import kinolab.systems
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
+from tests import registered
 from tests.dynamics.wheeled import roller_racer
 from tests.feedback_machines import cart_pole
 from tests.machines import four_bar_by_multipliers, rope_pendulum, sprung_cart
@@ -17,7 +17,7 @@ from tests.machines import four_bar_by_multipliers, rope_pendulum, sprung_cart
 Array = NDArray[np.float64]
 
 MAKERS: dict[str, Callable[[], System]] = {
-    **{name: partial(kinolab.systems.get, name) for name in kinolab.systems.names()},
+    **registered.MAKERS,
     "cart_pole": cart_pole,  # with a controller that kinolab designs
     "four_bar_by_multipliers": four_bar_by_multipliers,
     "roller_racer": roller_racer,  # with a velocity that is no rate

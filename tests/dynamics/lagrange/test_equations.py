@@ -27,6 +27,7 @@ from kinolab.dynamics import (
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
+from tests import registered
 from tests.dynamics.machines import compiled, compiled_random
 from tests.dynamics.reference import Reference
 
@@ -169,7 +170,7 @@ CRANE = """\
 @cache
 def machine(name: str) -> System:
     """One of its kind: two machines of a name have coordinates of their own."""
-    return kinolab.systems.get(name)
+    return registered.MAKERS[name]()
 
 
 @cache
@@ -193,7 +194,7 @@ def test_the_crane_is_printed_as_on_the_blackboard() -> None:
     assert plain(CRANE) in plain(equations_of("crane").text())
 
 
-@pytest.mark.parametrize("name", kinolab.systems.names())
+@pytest.mark.parametrize("name", registered.NAMES)
 def test_printed_equations_are_short_lines_of_what_is_needed(name: str) -> None:
     equations = equations_of(name)
     text = equations.text()
@@ -240,7 +241,7 @@ ROUNDING = 1e-9  # relative to both sides
 DIFFERENCES = 1e-6  # the same, where dependent accelerations are differences
 
 
-@pytest.mark.parametrize("name", kinolab.systems.names())
+@pytest.mark.parametrize("name", registered.NAMES)
 def test_all_that_is_printed_of_a_machine_is_what_its_model_does(name: str) -> None:
     equations = equations_of(name)
     model = machine(name).model().plant

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 from kinolab.dynamics import Model
 from kinolab.errors import KinolabError, SingularError
@@ -68,23 +69,58 @@ def test_a_hopper_hops_as_in_closed_form() -> None:
         mode, t = 1.0 - mode, t + last
 
 
-def test_a_compass_walks_the_gait_that_conserved_momenta_give() -> None:
-    walker = Compass()
-    section, period = compass_gait(walker, np.array([0.27, -1.09, -0.376]))
-    model = compass_walker().model()
-    theta, theta_dot, psi_dot = section
-    gamma = walker.gamma
-    stance, swing = theta - gamma, -theta - gamma  # from the vertical
+def section_of(theta: float, theta_dot: float, psi_dot: float, slope: float) -> np.ndarray:
+    """Return the state of the compass walker just after a heelstrike; psi = -theta."""
+    stance, swing = theta - slope, -theta - slope  # from the vertical
     hip = np.array([-np.sin(stance), np.cos(stance)])
     hip_rate = -theta_dot * np.array([np.cos(stance), np.sin(stance)])
-    start = np.array([*hip, stance, swing, *hip_rate, theta_dot, psi_dot, 0.0])
+    return np.array([*hip, stance, swing, *hip_rate, theta_dot, psi_dot, 0.0])
+
+
+def after_a_step(model: Model, start: np.ndarray, period: float) -> np.ndarray:
+    """Return angles and rates of stance and swing leg, shape (4,), just after the step."""
     assert np.abs(model.constraint_residual(start)[:2]).max() < 1e-12
     x = reference(model, start, np.array([0.0, period - SECONDS, period + SECONDS]))
     assert (x[1, -1], x[2, -1]) == (0.0, 1.0)
-    right, left = x[2, [3, 7]], x[2, [2, 6]]
-    assert np.abs(right - [stance, theta_dot]).max() < 1e-7
-    assert np.abs(left - [swing, psi_dot]).max() < 1e-7
     assert sum(model.energy(x[2])) < sum(model.energy(x[1]))
+    return x[2, [3, 2, 7, 6]]
+
+
+def test_a_compass_walks_the_gait_that_conserved_momenta_give() -> None:
+    walker = Compass()
+    section, period = compass_gait(walker, np.array([0.27, -1.09, -0.376]))
+    start = section_of(*section, walker.gamma)
+    end = after_a_step(compass_walker().model(), start, period)
+    assert np.abs(end - start[[2, 3, 6, 7]]).max() < 1e-7
+
+
+def simplest_gait_of(beta: float) -> np.ndarray:
+    """Return theta, theta_dot and the period that repeat themselves, with feet of a mass beta."""
+    slope = 0.009
+    model = compass_walker(hip=1.0, leg=beta, place=1.0, slope=slope, g=1.0).model()
+
+    def strike(section: np.ndarray) -> tuple[np.ndarray, float]:
+        start = section_of(*section, slope)
+        early, late = 3.0, 5.0
+        for _ in range(36):
+            t = 0.5 * (early + late)
+            end = reference(model, start, np.array([0.0, t]))[-1]
+            early, late = (early, t) if end[-1] else (t, late)
+        end = reference(model, start, np.array([0.0, late]))[-1]
+        return end[[3, 7, 6]] + [slope, 0, 0], late
+
+    section = fsolve(lambda s: strike(s)[0] - s, [0.2, -0.2, -0.184], xtol=1e-9, epsfcn=1e-10)
+    return np.array([*section[:2], strike(section)[1]])
+
+
+def test_the_simplest_walker_walks_its_published_gait() -> None:
+    """A compass whose legs weigh nothing but for feet, as these become light.
+
+    Source: Garcia, Chatterjee, Ruina, Coleman, The simplest walking model, 1998: the long gait at a
+    slope of 0.009. Feet of a mass beta change it by a multiple of beta, and by O(beta^2).
+    """
+    found = 2 * simplest_gait_of(1e-4) - simplest_gait_of(2e-4)
+    assert np.abs(found - [0.2003109, -0.1998325, 3.8824636]).max() < 1e-6
 
 
 def test_a_blow_is_that_of_any_machine() -> None:

@@ -5,8 +5,9 @@ Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section VII.1 (consistent init
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -14,6 +15,9 @@ import scipy
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.constraints import Constraint
 
 CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]; allows for rounding only
 # of the scales: perturbation of the initial guesses
@@ -59,7 +63,7 @@ def nearest_consistent_state(model: Model, x: Array, limits: Array) -> Array | N
         limits: Lower and upper limits of the state, kept by the configuration, shape (nx, 2).
     """
     plant, found = model.plant, np.array(x, dtype=float)
-    if (loops := _LoopClosure(plant)).count:
+    if (loops := _LoopClosure(plant, _constraints_at(plant, x))).count:
         q = loops.nearest(found[: plant.nq], limits[: plant.nq])
         if q is None:
             return None
@@ -78,13 +82,20 @@ def _residuals(plant: Model, x: Array) -> Iterator[ConstraintViolation]:
     )
 
     if plant.machine.all_rates:
-        slips = np.abs(plant.constraint_residual(x))
-        for constraint, slip in zip(plant.system.constraints, slips.tolist(), strict=False):
+        slips = np.abs(plant.constraint_residual(x))  # none of those of other modes
+        for constraint, slip in zip(plant.system.all_constraints, slips.tolist(), strict=False):
             yield ConstraintViolation(constraint.name, slip, velocity_unit(constraint))
-    loops = _LoopClosure(plant, redundant=True)
+    loops = _LoopClosure(plant, _constraints_at(plant, x), redundant=True)
     gaps = np.abs(loops.gaps(x[: plant.nq])).tolist()
     for constraint, gap in zip(loops.constraints, gaps, strict=True):
         yield ConstraintViolation(constraint.name, gap, position_unit(constraint))
+
+
+def _constraints_at(plant: Model, x: Array) -> tuple[Constraint, ...]:
+    """Return what holds at a state, shape (nx,): always, and in its mode."""
+    system = plant.system
+    own = system.modes[int(x[-1])].constraints if system.modes else ()
+    return (*system.constraints, *own)
 
 
 def _without_slip(plant: Model, x: Array) -> Array:
@@ -107,13 +118,15 @@ class _LoopClosure:
         count: Number of equations.
     """
 
-    def __init__(self, plant: Model, *, redundant: bool = False) -> None:
+    def __init__(
+        self, plant: Model, constraints: Sequence[Constraint], *, redundant: bool = False
+    ) -> None:
         from kinolab.dynamics.derivation.symbol_table import SymbolTable
         from kinolab.dynamics.language.constraints import PositionConstraint
 
         self.constraints = [
             c
-            for c in plant.system.constraints
+            for c in constraints
             if isinstance(c, PositionConstraint) and (redundant or c.name not in plant.redundant)
         ]
         self.count = len(self.constraints)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from kinolab.dynamics.codegen.closed_loop import law_of
 from kinolab.dynamics.codegen.exports import Function, outputs_of, tangent_of
@@ -12,6 +13,8 @@ from kinolab.dynamics.javascript.constraint_forces import constraint_forces
 from kinolab.dynamics.javascript.facts import as_json, facts_of
 from kinolab.dynamics.javascript.functions import emit_function
 from kinolab.dynamics.language.feedback import Feedback
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.mode_derivations import ModeDerivation, derive_modes
 from kinolab.dynamics.model import Model
 
 EMITTED = (
@@ -23,11 +26,25 @@ EMITTED = (
 def emitted_module(model: Model, runtime: str, *, implicit: bool) -> str:
     """Return a machine's JavaScript after what all machines share, as ``javascript_of``."""
     system = model.system
-    d = derive(system)
-    holding, shapes = constraint_forces(system, d), body_sizes(system, d.binding)
-    functions = [*_of_machine(d, model, implicit), *holding.functions, shapes.function]
+    if system.modes:
+        modes = derive_modes(system)
+        machines = ",\n".join(_mode(model, mode, implicit=implicit) for mode in modes)
+        result = f"return switching([{machines}]);"
+    else:
+        d = derive(system)
+        functions = _of_machine(d, model, implicit)
+        result = _assembled(model, system, d, [*functions])
+    return "\n".join(["(() => {", '"use strict";', runtime, result, "})()"])
+
+
+def _assembled(
+    model: Model, machine: Mechanism, d: Derivation, functions: Sequence[Function], **facts: Any
+) -> str:
+    """Return statements that return a machine: its functions and what is known of it."""
+    holding, shapes = constraint_forces(machine, d), body_sizes(machine, d.binding)
+    functions = [*functions, *holding.functions, shapes.function]
     sizes = {function.name: len(function.outputs) for function in functions}
-    facts = facts_of(model, d) | {
+    facts |= facts_of(model, d) | {
         "sizes": sizes,
         "constraints": holding.facts,
         "shapes": shapes.facts,
@@ -35,14 +52,36 @@ def emitted_module(model: Model, runtime: str, *, implicit: bool) -> str:
     names = ", ".join(function.name for function in functions)
     return "\n".join(
         [
-            "(() => {",
-            '"use strict";',
-            runtime,
             *(emit_function(function, d.binding.tape) for function in functions),
             f"return assemble({as_json(facts)}, {{ {names} }});",
-            "})()",
         ]
     )
+
+
+def _mode(model: Model, mode: ModeDerivation, *, implicit: bool) -> str:
+    """Return the machine of one mode as an expression, with what ends the mode."""
+    functions = [*_of_machine(mode.derivation, model, implicit), *_switches(mode)]
+    places = _places(model.system, mode.machine)
+    text = _assembled(
+        model, mode.machine, mode.derivation, functions, targets=mode.targets, places=places
+    )
+    return f"(() => {{\n{text}\n}})()"
+
+
+def _places(system: Mechanism, machine: Mechanism) -> list[int]:
+    """Return where among the constraints of all modes those of one are."""
+    names = [c.name for c in system.all_constraints]
+    return [names.index(c.name) for c in machine.constraints]
+
+
+def _switches(mode: ModeDerivation) -> Iterator[Function]:
+    """Yield the guards of a mode's transitions, their resets, and what landing in it does."""
+    binding = mode.derivation.binding
+    arguments = {"x": mode.derivation.state, "u": binding.inputs, "p": binding.parameters}
+    yield Function("guards", arguments, [node for guard in mode.guards for node in guard])
+    for k, reset in enumerate(mode.resets):
+        yield Function(f"reset{k}", arguments, reset)
+    yield Function("landed", arguments, mode.landed)
 
 
 def _of_machine(derivation: Derivation, model: Model, implicit: bool) -> Iterator[Function]:

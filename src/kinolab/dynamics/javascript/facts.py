@@ -34,7 +34,7 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
         "bodies": [body.name for body in system.bodies],
         "cables": len(system.cables),
         "gravity": list(system.gravity.down) if system.gravity else None,
-        "requirements": [requirement.name for requirement in system.requirements],
+        "requirements": [requirement.name for requirement in system.all_requirements],
     }
 
 

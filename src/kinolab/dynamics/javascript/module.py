@@ -12,7 +12,10 @@ from kinolab.files import read_sealed, write_sealed
 
 MAGIC = b"kinolab javascript 1\n"
 RUNTIME = Path(__file__).parent / "runtime"  # shared by all machines
-PARTS = ("basics", "linear_algebra", "steps", "lines_of_action", "arrows", "shapes", "machine")
+PARTS = (
+    *("basics", "linear_algebra", "steps", "lines_of_action", "arrows", "shapes"),
+    *("machine", "modes"),
+)
 
 
 def javascript_of(model: Model, *, implicit: bool = False) -> str:
@@ -21,7 +24,8 @@ def javascript_of(model: Model, *, implicit: bool = False) -> str:
     The value mirrors ``Model``: ``f(x, u, p)``, ``step(x, u, dt, p, method, substeps)``,
     ``frames(x, p)``, ``energy(x, u, p)``, ``constraintForces(x, u, p)``, … with ``p`` the array of
     parameters in the order of ``parameters``; where the machine has feedback, u are references and
-    ``plant`` is the machine without it. See ``runtime/machine.js`` for the rest.
+    ``plant`` is the machine without it; a machine with modes changes its mode on the way. See
+    ``runtime/machine.js`` for the rest.
 
     Args:
         model: Provides the equations; a cached result is returned without deriving.

@@ -49,6 +49,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.lagrange.energies import kinetic_energy
 from kinolab.errors import InputError, UnknownNameError
+from tests import registered
 from tests.machines import MACHINES as TEST_MACHINES
 from tests.machines import kinematic_car, rope_pendulum, trident_snake, wheeled_hull
 from tests.oracles.prime_field import growth_over_primes
@@ -258,8 +259,8 @@ def test_ranks_leave_a_clear_gap() -> None:
     bicycle reach everything rests on a share of 1e-8 and 1e-7.
     """
     thin = {"motorcycle": 1e-8, "whipple": 1e-7}
-    for name in systems.names():
-        for rank in filtration(vector_fields(systems.get(name)), strong=True).margins:
+    for name, make in registered.MAKERS.items():
+        for rank in filtration(vector_fields(make()), strong=True).margins:
             assert rank.smallest > thin.get(name, 1e-5)
             assert rank.largest_ignored < 1e-14
 

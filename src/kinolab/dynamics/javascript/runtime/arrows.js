@@ -2,7 +2,7 @@
 
 // Return [{ name, value, at, force, torque }]: value is the multiplier; at, force and torque are null
 // where no single body is held.
-function arrowsOf({ constraints, sizes }, called, x, u, p) {
+function arrowsOf({ constraints, sizes, places }, called, x, u, p) {
   if (!constraints.length) return [];
   const values = called("constraint_forces", [x, u, p], false), poses = called("frames", [x, p], false);
   const w = called("covectors", [x, p], false), twists = called("twists", [x, p], false);
@@ -15,7 +15,7 @@ function arrowsOf({ constraints, sizes }, called, x, u, p) {
     return { ...line, at, body };
   });
   return constraints.map(({ name }, row) => {
-    const value = values[row], line = lines[row];
+    const value = values[places?.[row] ?? row], line = lines[row];
     if (line === null) return { name, value, at: null, force: null, torque: null };
     const [force, torque] = [line.force, line.torque].map((v) => v.map((part) => value * part));
     return { name, value, at: contact(line, lines), force, torque };

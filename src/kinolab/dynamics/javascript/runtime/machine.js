@@ -56,6 +56,7 @@ function assemble(facts, functions) {
       constraintForces: (x, u, p = defaults) => under("constraint_forces", x, u, p),
       constraintResidual: (x, u, p = defaults) => under("constraint_residual", x, u, p),
       margins: (x, u, p = defaults) => under("requirements", x, u, p, false),
+      switches: (name, x, u, p = defaults) => under(name, x, u, p), // of a machine with modes
       arrows: (x, u, p = defaults) => arrowsOf(facts, called, x, acting(x, u, p), p),
       shapes: (p = defaults) => shapesOf(facts, called, p),
     };

@@ -12,13 +12,13 @@ from kinolab.dynamics import (
     System,
     Transition,
     angle,
+    closed,
     homogeneous,
     length,
     move,
     rate,
     require,
     rot_y,
-    velocity,
     zero,
 )
 
@@ -31,15 +31,16 @@ RED, BLUE, SKIN, DARK = (0.8, 0.3, 0.2), (0.25, 0.35, 0.6), (0.9, 0.75, 0.6), (0
 def biped() -> System:
     """A torso on two legs with hips and knees; its footsteps are part of a plan.
 
-    The stance foot is pinned where it stands and its leg turns about it, so that five rates, of the
-    torso's lean and of four joints, determine every motion. A foot that comes down ends the mode
-    and is the next one to stand. Hips swing legs ahead, knees bend them back.
+    The stance foot is held where it came down, at ``place``, and its leg turns about it, so that
+    five rates, of the torso's lean and of four joints, determine every motion. A foot that comes
+    down ends the mode and is the next one to stand. Hips swing legs ahead, knees bend them back.
 
     Source: Westervelt, Grizzle, Chevallereau, Choi, Morris, Feedback Control of Dynamic Bipedal
     Robot Locomotion, 2007, chapter 3 (stance and swing leg); sizes are those of a person.
     """
     x, z = length("x", -1.0, 20.0), length("z", 0.35, 1.2)
-    lean = angle("lean", -0.4, 0.8)
+    place = length("place", -2.0, 21.0)  # of the foot that stands
+    lean = angle("lean", -0.15, 0.8)
     torso = move(x, 0, z) @ rot_y(lean)
     bodies = [
         Body("torso", torso @ move(0, 0, 0.28), shape=Capsule(0.11, TRUNK - 0.15), color=RED),
@@ -53,15 +54,28 @@ def biped() -> System:
         feet[side] = shank @ move(0, 0, -SHANK)
         bodies += _leg(side, thigh, shank, feet[side])
         inputs += [Rate(f"{joint.name}_rate", on=rate(joint), limit=2.5) for joint in (hip, knee)]
+    ahead = {side: homogeneous(foot)[0, 3] for side, foot in feet.items()}
     height = {side: homogeneous(foot)[2, 3] - SOLE for side, foot in feet.items()}
     modes, transitions = [], []
     for side, other in (("left", "right"), ("right", "left")):
-        V = velocity(feet[side])
-        pinned = [zero(V.x, f"{side} foot along"), zero(V.z, f"{side} foot up")]
+        stands = [
+            closed(ahead[side] - place, f"{side} foot stays"),
+            closed(height[side], f"{side} foot on the ground"),
+        ]
         above = require(height[other], f"{other} foot above the ground")
-        modes.append(Mode(side, constraints=pinned, requirements=[above]))
-        transitions.append(Transition(f"{other} foot lands", side, other, until=height[other]))
-    return System("biped", bodies=bodies, inputs=inputs, modes=modes, transitions=transitions)
+        modes.append(Mode(side, constraints=stands, requirements=[above]))
+        landed = {place: ahead[other]}
+        transitions.append(
+            Transition(f"{other} foot lands", side, other, until=height[other], reset=landed)
+        )
+    return System(
+        "biped",
+        bodies=bodies,
+        constraints=[zero(rate(place), "footprint")],
+        inputs=inputs,
+        modes=modes,
+        transitions=transitions,
+    )
 
 
 def _leg(side: str, thigh: Frame, shank: Frame, foot: Frame) -> list[Body]:
