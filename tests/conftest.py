@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import signal
 from collections.abc import Iterator
@@ -12,6 +13,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import pytest
+
+# As the command line has it: with a thread per processor in each of several processes, they wait
+# for each other most of the time. Who loads BLAS first reads it, so it comes before NumPy.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import kinolab
 from kinolab.problem import PlanningTask

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 import kinolab
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
-from kinolab.loading import find_machine
+from kinolab.loading import find_machine, find_scenario, find_system
 from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios
 from tests.support import OPEN, problem_of
@@ -297,6 +298,57 @@ def test_a_failure_is_told_by_the_line_of_the_users_file(
     (tmp_path / "own.py").write_text(code)
     text = OPEN.replace('name = "rolling_disk"', 'file = "own.py:make"')
     assert mistakes(tmp_path, text) == [f"table.toml [system] file: {told}"]
+
+
+MACHINE = """
+from kinolab import systems
+from kinolab.dynamics import System
+
+def half(x): return x / 2
+def _spare() -> System: return systems.get("crane")
+def built() -> System: return systems.get("pendulum", m=half(4))
+def told(): return "no machine"
+"""
+
+
+def test_the_only_function_that_makes_a_machine_need_not_be_named(tmp_path: Path) -> None:
+    """Not by commands, by their path from anywhere, and not by a scenario."""
+    file = tmp_path / "own.py"
+    file.write_text(MACHINE)
+    assert find_machine(str(file)).name == "pendulum"
+    assert find_system(find_scenario(str(file))).name == "pendulum"
+    assert find_system(find_scenario(f"{file}:built")).name == "pendulum"
+    text = 'schema = 1\ntitle = "t"\nsystem.file = "own.py"\ngoal.theta = 1\n'
+    assert problem_of(tmp_path, text).machine.name == "pendulum"
+
+
+@pytest.mark.parametrize(
+    ("added", "told"),
+    [
+        ("def other() -> System: return built()\n", "may make the machine: built, other."),
+        ("del built, told\n", "no function of own.py makes a machine."),
+    ],
+)
+def test_a_machine_that_several_functions_or_none_may_make_is_refused(
+    tmp_path: Path, added: str, told: str
+) -> None:
+    file = tmp_path / "own.py"
+    file.write_text(MACHINE + added)
+    for find in (find_machine, find_scenario):
+        with pytest.raises(InputError, match=re.escape(told)):
+            find(str(file))
+
+
+def test_the_function_named_like_the_file_is_meant_among_several(tmp_path: Path) -> None:
+    file = tmp_path / "built.py"
+    file.write_text(MACHINE + "def other() -> System: return systems.get('crane')\n")
+    assert find_machine(str(file)).name == "pendulum"
+
+
+@pytest.mark.parametrize("what", ["own.py", "own.py:built"])
+def test_code_where_a_scenario_is_meant_is_told_what_it_is(what: str) -> None:
+    with pytest.raises(InputError, match=r"this is Python code, not a scenario\."):
+        kinolab.load(what)
 
 
 def test_two_files_of_one_name_do_not_shadow_each_other(tmp_path: Path) -> None:

@@ -39,6 +39,7 @@ from kinolab.errors import SingularError
 from tests.dynamics.machines import knife_edge
 from tests.dynamics.machines import snakeboard as snakeboard_by_turning
 from tests.machines import MACHINES, four_bar, trident_snake, wheeled_hull
+from tests.support import long
 
 Array = NDArray[np.float64]
 
@@ -456,7 +457,17 @@ def accelerations(name: str, x: Array, u: Array) -> dict[Any, float]:
     return {symbol: found[i] for i, symbol in enumerate(unknown)}
 
 
-@holds_for(massive)
+DERIVED_LONGEST = {"arm"}  # equations of 200 000 operations
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=long) if name in DERIVED_LONGEST else name
+        for name in MAKERS
+        if massive(system(name))
+    ],
+)
 def test_compiled_motions_satisfy_the_equations_that_sympy_derives(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

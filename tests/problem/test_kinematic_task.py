@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab import cli
 from kinolab.errors import InputError
 from kinolab.problem.kinematic_task import kinematic_task
 
@@ -46,6 +47,22 @@ def test_machines_without_a_reduction_are_refused_with_the_reason(name: str, rea
     (mistake,) = caught.value.mistakes
     assert mistake.where == f"{name}.toml [planner] name"
     assert mistake.remedy == "Take another planner, such as auto."
+
+
+def test_a_refusal_names_the_override_that_chose_the_planner() -> None:
+    chosen = "planner.name=kinematic_first"
+    problem = kinolab.load("pendulum_swingup", overrides=[chosen])
+    with pytest.raises(InputError) as caught:
+        problem.solve()
+    assert caught.value.mistakes[0].where == f"--set {chosen}"
+
+
+def test_the_command_line_names_the_option_that_chose_the_planner(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    options = ["--planner", "kinematic_first", "--quiet", "--out", str(tmp_path / "run")]
+    assert cli.run(["pendulum_swingup", *options]) == 2
+    assert capsys.readouterr().err.startswith("error: --planner: ")
 
 
 def test_parameters_of_masses_are_gone_and_others_keep_their_values() -> None:

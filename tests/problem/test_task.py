@@ -211,7 +211,7 @@ tolerance = 0.2
     assert problem.goal_distance(x) == pytest.approx(np.sqrt(chord**2 + 0.3**2 + 0.5**2))
 
 
-def test_what_states_beside_an_unreachable_goal_touch_is_not_blamed(tmp_path: Path) -> None:
+def test_a_goal_out_of_reach_is_told_by_how_much_and_nothing_else_is_blamed(tmp_path: Path) -> None:
     """The bob is 1 m from its pivot; a point 3 m away is out of reach, ball or no ball."""
     text = """
 schema = 1
@@ -225,7 +225,48 @@ tolerance = 0.1
 """
     ball = '[[world.obstacle]]\nname = "ball"\nsphere = 0.3\nposition = [1.0, 0.0, 0.0]\n'
     for problem in (problem_of(tmp_path, text), problem_of(tmp_path, text + ball)):
-        assert not list(problem._goal_mistakes())
+        (mistake,) = problem._goal_mistakes()
+        assert mistake.where == "table.toml [[goal.point]] 1"
+        assert mistake.what == (
+            "no configuration was found that brings the point of bob to [3, 0, 0]: the closest "
+            "misses by about 2 m, and the tolerance is 0.1 m."
+        )
+
+
+def test_a_direction_that_no_configuration_has_is_told_by_how_much(tmp_path: Path) -> None:
+    """A pendulum swings about z: its x axis stays in the plane, an angle of pi / 3 from this."""
+    text = """
+schema = 1
+title = "Out of the plane"
+[system]
+name = "pendulum"
+[[goal.direction]]
+body = "bob"
+axis = "x"
+target = [0, 0.5, 0.8660254]
+tolerance = 0.1
+"""
+    (mistake,) = problem_of(tmp_path, text)._goal_mistakes()
+    assert mistake.where.endswith("[[goal.direction]] 1")
+    assert "the closest misses by about 1 rad" in mistake.what
+
+
+@pytest.mark.parametrize("tolerance", [1e-9, 1e-6, 1e-3])
+def test_a_point_at_the_very_end_of_an_arm_is_not_out_of_reach(
+    tolerance: float, tmp_path: Path
+) -> None:
+    """One can see no further than rounding where the arm is stretched."""
+    text = """
+schema = 1
+title = "At arm's length"
+[system]
+name = "pendulum"
+[[goal.point]]
+body = "bob"
+position = [0.6, 0.8, 0.0]
+"""
+    problem = problem_of(tmp_path, text + f"tolerance = {tolerance}\n")
+    assert not list(problem._goal_mistakes())
 
 
 def test_a_planner_reaches_a_point_of_a_body(tmp_path: Path) -> None:

@@ -322,6 +322,27 @@ def test_a_trajectory_that_changed_fails(
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_an_npz_file_that_says_something_else_fails(run_copy: Path, capsys: Capture) -> None:
+    """It is what Python reads, and a check that passed would vouch for it."""
+    path = run_copy / "trajectory.npz"
+    with np.load(path) as stored:
+        tables = dict(stored)
+    tables["u"][3, 0] += 1e-12  # [N m]
+    np.savez(path, **tables)
+    assert code_of(run_copy) == 7
+    assert (
+        "FAILED trajectory.npz (1, limit 0): it differs from trajectory.csv in u"
+        in capsys.readouterr().out
+    )
+
+
+def test_a_damaged_npz_file_fails_and_a_missing_one_is_no_matter(run_copy: Path) -> None:
+    (run_copy / "trajectory.npz").write_bytes(b"PK and nothing else")
+    assert code_of(run_copy) == 7
+    (run_copy / "trajectory.npz").unlink()
+    assert code_of(run_copy) == 0
+
+
 @pytest.mark.parametrize(
     "name", ["trajectory.csv", "report.json", "scenario.toml", "assets/machine.json"]
 )
@@ -385,6 +406,21 @@ def test_a_scenario_of_the_users_is_not_replaced_by_that_of_a_run(
     assert (tmp_path / "scenario.toml").read_text() == OPEN
     assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0
     assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0  # it is a run's
+
+
+def test_a_run_of_another_file_of_the_same_name_is_replaced_with_a_warning(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for home in ("a", "b"):
+        (tmp_path / home).mkdir()
+        (tmp_path / home / "table.toml").write_text(OPEN)
+    brief = ("--max-iterations", "1", "--no-animation", "--no-diagnosis")
+    warnings = []
+    for source in ("a/table.toml", "a/table.toml", "b/table.toml"):
+        cli.run([source, *brief])
+        warnings.append("which this one replaces" in capsys.readouterr().err)
+    assert warnings == [False, False, True]
 
 
 def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(

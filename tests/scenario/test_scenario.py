@@ -255,7 +255,9 @@ def test_a_mistake_in_the_head_says_where_and_what(head: str, answer: str) -> No
     assert answer in found[0]
 
 
-@pytest.mark.parametrize("file", ["machine.py:crane", "sub/machine.py:f", "assets/machine.json"])
+@pytest.mark.parametrize(
+    "file", ["machine.py:crane", "sub/machine.py:f", "m.py", "assets/machine.json"]
+)
 def test_a_machine_may_come_from_code_or_from_data(file: str) -> None:
     assert load("", head=HEAD.replace('name = "crane"', f'file = "{file}"')).system.file == file
 

@@ -23,6 +23,7 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
+from kinolab.verification.clearance_margin import ClearanceMargin
 from kinolab.verification.dense_motion import MAX_SPACING
 from tests.conftest import Solved, Solver
 from tests.oracles.rolling_disk import Coin
@@ -70,6 +71,14 @@ def test_a_good_motion_passes_every_check(lane: PlanningTask) -> None:
     certificate = verify(lane, straight())
     assert certificate.passed, [str(check) for check in certificate.failures]
     assert certificate.failures == ()
+
+
+def test_a_certificate_prints_what_passed_what_did_not_and_its_margin(lane: PlanningTask) -> None:
+    assert str(verify(lane, straight())).splitlines()[0] == "11 of 11 checks passed"
+    short = verify(lane, straight(2))
+    assert str(short).startswith("10 of 11 checks passed\n  FAILED goal (")
+    near = replace(short, margin=ClearanceMargin(0.02, 1.5, ("coin – bench",)))
+    assert str(near).endswith("\n  smallest clearance 20 mm at t = 1.5 s (coin – bench)")
 
 
 def test_the_checks_are_those_that_a_report_promises(lane: PlanningTask) -> None:

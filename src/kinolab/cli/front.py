@@ -21,6 +21,7 @@ COMMANDS = (
     "scenario", "check", "execute", "plot", "video", "gallery", "view", "list", "equations",
     "describe", "simulate", "examine", "new", "warm-up", "help",
 )  # fmt: skip
+WHOLE = 200  # characters of a command's summary, none of which is cut
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
 
 
@@ -48,7 +49,7 @@ class _Front(click.Group):
         scenario, *others = (self.get_command(context, name) for name in COMMANDS)
         click.Command.format_options(scenario, context, formatter)
         with formatter.section("Commands"):
-            formatter.write_dl([(str(one.name), one.get_short_help_str(70)) for one in others])
+            formatter.write_dl([(str(one.name), one.get_short_help_str(WHOLE)) for one in others])
         formatter.write_text("`plan COMMAND --help` explains a command.")
 
 

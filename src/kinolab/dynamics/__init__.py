@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     )
     from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
     from kinolab.dynamics.language.auxiliary_states import State, lag, state
-    from kinolab.dynamics.language.bodies import Body
-    from kinolab.dynamics.language.cables import Cable
+    from kinolab.dynamics.language.bodies import Body, Cable
     from kinolab.dynamics.language.constraints import (
         Constraint,
         Requirement,
@@ -68,6 +67,7 @@ if TYPE_CHECKING:
         velocity,
     )
     from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+    from kinolab.dynamics.language.modes import Mode, Transition
     from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
     from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
     from kinolab.dynamics.language.symbols import (
@@ -82,6 +82,7 @@ if TYPE_CHECKING:
         rotation,
         turn_rate,
     )
+    from kinolab.dynamics.mode_derivations import in_mode
     from kinolab.dynamics.model import Model
     from kinolab.dynamics.system import System
     from kinolab.numerics.riccati import dlqr, lqr, tvlqr
@@ -113,6 +114,7 @@ __all__ = [
     "Gravity",
     "InvolutiveClosure",
     "LinearControllability",
+    "Mode",
     "Model",
     "Parameter",
     "PlaneCurves",
@@ -132,6 +134,7 @@ __all__ = [
     "StateFunctions",
     "System",
     "Torque",
+    "Transition",
     "Trim",
     "VectorField",
     "VectorFields",
@@ -148,6 +151,7 @@ __all__ = [
     "growth_vector",
     "hat",
     "homogeneous",
+    "in_mode",
     "involutive_closure",
     "lag",
     "length",
@@ -202,13 +206,16 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Trim",
             "trim",
         ),
+        "kinolab.dynamics.mode_derivations": ("in_mode",),
         "kinolab.dynamics.language.auxiliary_states": (
             "State",
             "lag",
             "state",
         ),
-        "kinolab.dynamics.language.bodies": ("Body",),
-        "kinolab.dynamics.language.cables": ("Cable",),
+        "kinolab.dynamics.language.bodies": (
+            "Body",
+            "Cable",
+        ),
         "kinolab.dynamics.language.constraints": (
             "Constraint",
             "Requirement",
@@ -260,6 +267,10 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Pull",
             "Rate",
             "Torque",
+        ),
+        "kinolab.dynamics.language.modes": (
+            "Mode",
+            "Transition",
         ),
         "kinolab.dynamics.language.quasi_velocities": ("QuasiVelocity",),
         "kinolab.dynamics.language.shapes": (

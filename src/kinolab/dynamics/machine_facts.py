@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.numerics.arrays import Array
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.flatness import Flat
@@ -112,6 +113,15 @@ class RequirementFacts:
 
 
 @dataclass(frozen=True)
+class TransitionFacts:
+    """A transition, and the indices of the modes that it joins."""
+
+    name: str
+    source: int
+    target: int
+
+
+@dataclass(frozen=True)
 class FlatFacts:
     """A flat map, ``PlaneCurves`` or another.
 
@@ -147,6 +157,8 @@ class MachineFacts:
         parameters: Values in SI units, by name.
         flat: What its flat outputs determine; None where none are known.
         down: Unit vector of gravity in the world; None where there is none.
+        modes: Names of its modes, if its mechanics switch.
+        transitions: Between its modes, in the order in which they are tried.
     """
 
     name: str
@@ -163,6 +175,12 @@ class MachineFacts:
     all_rates: bool
     flat: FlatFacts | None
     down: tuple[float, float, float] | None
+    modes: tuple[str, ...]
+    transitions: tuple[TransitionFacts, ...]
+
+    def transitions_from(self, x: Array) -> list[TransitionFacts]:
+        """Return the transitions that may end the mode of a state, shape (nx,)."""
+        return [t for t in self.transitions if t.source == int(x[-1])] if self.modes else []
 
     @property
     def rate_names(self) -> tuple[str, ...]:
@@ -211,16 +229,25 @@ def facts_of(system: MechanismParts) -> MachineFacts:
             CableFacts(c.name, system.number(c.radius), c.collides) for c in system.cables
         ),
         constraints=tuple(
-            ConstraintFacts(c.name, isinstance(c, PositionConstraint)) for c in system.constraints
+            ConstraintFacts(c.name, isinstance(c, PositionConstraint))
+            for c in (*system.constraints, *(c for mode in system.modes for c in mode.constraints))
         ),
         requirements=tuple(
             RequirementFacts(r.name, bool(r.margin.atoms(InputSymbol, ForceSymbol)))
-            for r in system.requirements
+            for r in (
+                *system.requirements,
+                *(r for mode in system.modes for r in mode.requirements),
+            )
         ),
         collisions=system.collisions,
-        all_rates=system.velocities == "all",
+        all_rates=system.velocities == "all" or bool(system.modes),
         flat=None if system.flat is None else _flat(system, system.flat),
         down=None if system.gravity is None else system.gravity.down,
+        modes=tuple(names := [mode.name for mode in system.modes]),
+        transitions=tuple(
+            TransitionFacts(t.name, names.index(t.source), names.index(t.target))
+            for t in system.transitions
+        ),
     )
 
 

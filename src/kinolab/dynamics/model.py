@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import require_fit
 from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
-from kinolab.dynamics.codegen.compiled_functions import SINGULAR
+from kinolab.dynamics.codegen.compiled_functions import CHATTERS, SINGULAR
 from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
 from kinolab.dynamics.codegen.state_space import StateSpace
@@ -131,7 +131,9 @@ class Model:
 
         self.machine, self.key, self._describe = machine, key, describe
         self._source: tuple[str, Callable[[], Mechanism]] | None = None
-        self._code = MachineCode(key, build, closed=machine.references is not None)
+        self._code = MachineCode(
+            key, build, closed=machine.references is not None, switches=bool(machine.modes)
+        )
         self.independent, self.redundant = self._code.independent, self._code.redundant
         self.quasi_velocities = self._code.quasi
         self.coordinate_names = tuple(name for c in machine.coordinates for name in c.entries)
@@ -373,6 +375,35 @@ class Model:
         if status:
             raise SingularError(_failure(self, status, rows[row]), row=row)
 
+    def mode(self, x: ArrayLike) -> str:
+        """Return the name of the mode in which a state is; empty where a machine has none."""
+        names = self.machine.modes
+        return names[int(_array("x", x, self.nx)[-1])] if names else ""
+
+    def transition(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> str:
+        """Return the name of the transition that takes place at a state (nx,); empty for none."""
+        states = _array("x", x, self.nx)
+        if not self.machine.modes:
+            return ""
+        found, p = np.zeros(1), self.parameter_vector(**parameters)
+        bound(self.address("leaves"), states, self._inputs(u, states), p, found)()
+        leaving = self.machine.transitions_from(states)
+        return leaving[int(found[0]) - 1].name if found[0] else ""
+
+    def reset(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+        """Return the state after the transition that takes place at a state, else the same one.
+
+        Args:
+            x: State, shape (nx,).
+            u: Inputs, shape (nu,).
+        """
+        states = _array("x", x, self.nx)
+        after = states.copy()
+        if self.machine.modes:
+            p = self.parameter_vector(**parameters)
+            bound(self.address("reset"), states, self._inputs(u, states), p, after)()
+        return after
+
     def frames(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
         out = self._call("frames", x, None, parameters)
@@ -599,7 +630,10 @@ def _numbers(name: str, values: ArrayLike) -> Array:
 
 def _failure(model: Model, status: int, x: Array) -> str:
     cause = "the result is not finite"
-    if status & SINGULAR:
+    if status & CHATTERS:
+        ways = ", ".join(t.name for t in model.machine.transitions_from(x))
+        cause = f"transitions follow one another without end ({ways})"
+    elif status & SINGULAR:
         cause = f"a velocity or mass is undetermined{_chart_left(model, x)}"
     state = ", ".join(f"{n}={v:.6g}" for n, v in zip(model.state_names, x, strict=True))
     text = f"{model.machine.name}: the equations of motion cannot be solved at {state}: {cause}"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.errors import InputError, Mistake, UnknownNameError
@@ -17,7 +18,7 @@ from kinolab.scenario import (
     sound,
 )
 from kinolab.scenario.dynobench import is_environment, read_environment
-from kinolab.scenario.user_code import blamed, run_file
+from kinolab.scenario.user_code import blamed, python_reference, run_file
 
 if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
     from kinolab.dynamics import System
@@ -37,17 +38,19 @@ def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
     if scenario is not None:
         return scenario
     system = find_machine(what)  # says what exists, where nothing has this name
-    source = {"name": what} if what in systems.names() else {"file": _with_function(what)}
+    folder, source = Path(), {"name": what}
+    if what not in systems.names():
+        folder, source = Path(what).parent, {"file": Path(what).name}
     document = {"schema": 1, "title": f"{system.name} by itself", "system": source}
-    return scenario_from(document, Path(f"{system.name}.toml"), overrides=overrides)
+    return scenario_from(document, folder / f"{system.name}.toml", overrides=overrides)
 
 
 def find_machine(what: str) -> System:
     """Return the machine that a text names.
 
     Args:
-        what: A system's name, a scenario (name or path), or ``machine.py:function``, the function
-            being named like the file where it is left out.
+        what: A system's name, a scenario (name or path), or ``machine.py:function``; left out, the
+            function is the one that makes a machine, or of several the one named like the file.
 
     Raises:
         InputError: If nothing has this name, naming the systems and scenarios there are.
@@ -55,7 +58,7 @@ def find_machine(what: str) -> System:
     if what in systems.names():
         return systems.get(what)
     if what.endswith((".py", ".json")) or what.rpartition(":")[0].endswith(".py"):
-        return _system_in_file(Path(), _with_function(what), what)
+        return _system_in_file(Path(), what, what)
     scenario = _named_scenario(what)
     if scenario is None:
         known = {*systems.names(), *builtin_scenarios()}
@@ -95,11 +98,6 @@ def _named_scenario(what: str, overrides: Sequence[str] = ()) -> Scenario | None
     return None
 
 
-def _with_function(what: str) -> str:
-    """Complete ``machine.py`` by the function of its name."""
-    return f"{what}:{Path(what).stem}" if what.endswith(".py") else what
-
-
 def _system_in_file(folder: Path, text: str, where: str) -> System:
     """Return the system in a JSON file, or the one that ``machine.py:function`` makes."""
     from kinolab.dynamics import System
@@ -110,7 +108,7 @@ def _system_in_file(folder: Path, text: str, where: str) -> System:
         if not path.is_file():
             raise InputError([Mistake(where, f"there is no file {text}.")])
         return System.of(load_machine(path))
-    file, _, function = text.rpartition(":")
+    file, function = python_reference(text) or (text, "")
     return _system_from_python(folder / file, function, where)
 
 
@@ -118,13 +116,15 @@ def _system_from_python(path: Path, function: str, where: str) -> System:
     from kinolab.dynamics import System
 
     module = run_file(path, where)
+    own = {
+        name: value
+        for name, value in vars(module).items()
+        if callable(value) and getattr(value, "__module__", None) == module.__name__
+    }
+    function = function or _maker(own, path, where)
     factory = getattr(module, function, None)
     if not callable(factory):
-        known = sorted(
-            name
-            for name, value in vars(module).items()
-            if callable(value) and getattr(value, "__module__", None) == module.__name__
-        )
+        known = sorted(own)
         raise UnknownNameError(f"function of {path.name}", function, known=known, where=where)
     with blamed(f"running {function}() of {path.name}", where, path.resolve()):
         system = factory()
@@ -132,3 +132,46 @@ def _system_from_python(path: Path, function: str, where: str) -> System:
         what = f"{function}() returned {type(system).__name__}, not a System."
         raise InputError([Mistake(where, what)])
     return system
+
+
+def _maker(own: Mapping[str, Callable[..., Any]], path: Path, where: str) -> str:
+    """Return the name of the function of a file that makes its machine, without calling any.
+
+    Those whose annotations say that they return a System come first, then all without arguments.
+
+    Args:
+        own: What is defined in the file and can be called, by name.
+        path: Of the file; of several functions, the one of its name is meant.
+        where: What mistakes are reported for.
+
+    Raises:
+        InputError: If there is none, or several.
+    """
+    makers = [
+        name
+        for name, made in own.items()
+        if inspect.isfunction(made) and name[0] != "_" and not _required(made)
+    ]
+    said = [name for name in makers if _returns_system(own[name])]
+    found = said or makers
+    if path.stem in found:
+        return path.stem
+    if len(found) == 1:
+        return found[0]
+    if found:
+        what = f"several functions of {path.name} may make the machine: {', '.join(found)}."
+        raise InputError([Mistake(where, what, f"Name one, such as {path.name}:{found[0]}.")])
+    what = f"no function of {path.name} makes a machine."
+    raise InputError([Mistake(where, what, "Write one without arguments that returns a System.")])
+
+
+def _required(function: Callable[..., Any]) -> bool:
+    """Whether a function cannot be called without arguments."""
+    parameters = inspect.signature(function).parameters.values()
+    optional = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    return any(p.default is p.empty and p.kind not in optional for p in parameters)
+
+
+def _returns_system(function: Callable[..., Any]) -> bool:
+    said = function.__annotations__.get("return", "")
+    return getattr(said, "__name__", str(said)).rpartition(".")[2] == "System"

@@ -65,9 +65,7 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
             remedy = "Compare [bounds], [world] bounds and the machine's own limits."
             yield Issue(("bounds", name), what, remedy)
         elif not np.isfinite([lower, upper]).all():
-            known = {v.name: f", the {v.direction}, in {v.unit}," for v in model.quasi_velocities}
-            what = f"nothing limits {name}{known.get(name, '')}, so a planner cannot sample it."
-            yield Issue(("bounds",), what, f"Write {name} = [lower, upper] below [bounds].")
+            yield Issue(("bounds",), *unlimited_sentences(model, name))
         elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
             yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
@@ -79,6 +77,13 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
         yield Issue(("integration", "step"), what, f"Take {MIN_STEP:g} s or more.")
 
 
+def unlimited_sentences(model: Model, name: str) -> tuple[str, str]:
+    """Say that nothing limits a state, and of a quasi-velocity what it is; and what would."""
+    known = {v.name: f", the {v.direction}, in {v.unit}" for v in model.quasi_velocities}
+    what = f"nothing limits {name}{known.get(name, '')}, so a planner cannot sample it."
+    return what, f"Write {name} = [lower, upper] below [bounds]."
+
+
 def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
     """Yield values in start and goal that are not free, dependent rates, and wrong kinds."""
     for name in model.attitudes:
@@ -86,6 +91,7 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
             what = f"{name} is a rotation, which has no limits."
             yield Issue(("bounds", name), what, "Limit its rates, or use [[keep_out]].")
     free = ", ".join(model.velocity_names)
+    modes = {model.state_names[-1]: model.machine.modes} if model.machine.modes else {}
     sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
     for section, values in sections.items():
         for name, value in values.items():
@@ -96,6 +102,10 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
                 what = f"{name} is a rotation, not a single number."
                 remedy = "Give its quaternion [x, y, z, w]; [0, 0, 0, 1] is not turned."
                 yield Issue((section, name), what, remedy)
+            elif name in modes and value not in range(len(modes[name])):
+                named = (f"{k} for {mode}" for k, mode in enumerate(modes[name]))
+                what = f"{value} is no mode of {model.machine.name}."
+                yield Issue((section, name), what, f"Give {', '.join(named)}.")
             elif name in model.rate_names and name not in model.state_names:
                 what = f"{name} follows from the other rates by the constraints."
                 yield Issue((section, name), what, f"Give one of {free} instead.")

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinolab.dynamics import Model
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
 from kinolab.problem.task import PlanningTask
+from kinolab.scenario import Issue, mistake_at
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
-REST = 1e-9  # of a velocity's scale: a machine that is slower than this rests
 MISSING = "its inputs do not accelerate it along every velocity that the constraints leave"
 FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
 
@@ -83,7 +83,7 @@ def decoupled_model(problem: PlanningTask) -> Model:
     """
     model = problem.model
     reason = _outside_mechanics(problem)
-    if not reason and not _rests(problem):
+    if not reason and not _begins_and_ends_at_rest(problem):
         reason = "it does not rest at the start and in the goal"
     if reason:
         raise _refusal(problem, reason)
@@ -113,9 +113,9 @@ def _reduction(model: Model, limits: list[tuple[float, float]]) -> Mechanism:
 
 
 def _refusal(problem: PlanningTask, reason: str) -> InputError:
-    where = f"{problem.scenario.origin.file.name} [planner] name"
     what = f"{problem.machine.name} has no kinematic reduction: {reason}."
-    return InputError([Mistake(where, what, "Take another planner, such as auto.")])
+    issue = Issue(("planner", "name"), what, "Take another planner, such as auto.")
+    return InputError([mistake_at(issue, problem.scenario.origin)])
 
 
 def _obstacle(problem: PlanningTask) -> str:
@@ -127,7 +127,9 @@ def _obstacle(problem: PlanningTask) -> str:
         return "no constraint takes velocities away from its state"
     if not _accelerates_all(problem):
         return MISSING
-    return "" if _rests(problem) else "it does not rest at the start and in the goal"
+    return (
+        "" if _begins_and_ends_at_rest(problem) else "it does not rest at the start and in the goal"
+    )
 
 
 def _outside_mechanics(problem: PlanningTask) -> str:
@@ -154,16 +156,15 @@ def _accelerates_all(problem: PlanningTask) -> bool:
     return bool(sizes[-1] > FULL_RANK * sizes[0])
 
 
-def _rests(problem: PlanningTask) -> bool:
+def _begins_and_ends_at_rest(problem: PlanningTask) -> bool:
     """Say whether the machine rests at the start, and may rest in the goal."""
     nq, goal = problem.model.nq, problem.goal
-    moving = np.abs(problem.start[nq:] / problem.scales[nq:]).max(initial=0.0) > REST
     wanted = [
         abs(target) <= tolerance
         for i, target, tolerance in zip(goal.indices, goal.targets, goal.tolerances, strict=True)
         if i >= nq
     ]
-    return not moving and all(wanted)
+    return problem.rests(problem.start) and all(wanted)
 
 
 def _placed(goal: Goal, nq: int) -> Goal:

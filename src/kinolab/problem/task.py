@@ -25,10 +25,10 @@ from kinolab.numerics.quaternions import (
     turned_at_random,
     turned_by_at_most,
 )
-from kinolab.problem.goal import Goal, KeepOutCone, Norm
+from kinolab.problem.goal import Goal, KeepOutCone, Norm, PointTarget
 from kinolab.problem.inverse_kinematics import reaching
 from kinolab.problem.pointing import pointed
-from kinolab.scenario import Scenario
+from kinolab.scenario import Scenario, place_at
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 from kinolab.world.collision.contact_report import GROUND_NAME
 
@@ -36,7 +36,11 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
 GOAL_SAMPLES = 200  # of the goal region, checked before it is reported as blocked
+REACH_SAMPLES = 500  # more, each led as near as it comes, before a goal is called out of reach
+# a goal is called so only if the nearest of them misses by more than both; singular poses may do it
+MISSED_TOLERANCES, MISSED_LENGTH = 2.0, 1e-3  # [m] or [rad]
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
+REST = 1e-10  # of an entry's scale: what is slower rests
 SAME = 1e-12  # smaller differences are not printed
 
 
@@ -153,6 +157,11 @@ class PlanningTask:
     def goal_distance(self, x: Array) -> float:
         """Return the norm of all goal errors in SI units."""
         return self.goal.distance(x, self._goal_frames(x))
+
+    def rests(self, x: Array) -> bool:
+        """Say whether the velocities and auxiliary states of a state, shape (nx,), vanish."""
+        nq = self.model.nq
+        return bool(np.abs(x[nq:] / self.scales[nq:]).max(initial=0.0) <= REST)
 
     def _goal_frames(self, x: Array) -> Array | None:
         return self.frames(x) if self.goal.needs_frames else None
@@ -298,10 +307,45 @@ class PlanningTask:
                 return
             reasons += faults
         if not reasons:
+            yield from self._out_of_reach(generator)
             return
         blocked = max(set(reasons), key=reasons.count)
         what = f"none of {GOAL_SAMPLES} states in the goal region is free: {blocked}"
         yield Mistake(where, what)
+
+    def _out_of_reach(self, generator: np.random.Generator) -> Iterator[Mistake]:
+        """Name the point or the axis that no configuration brings to its target, if that is sure.
+
+        Machines with closed loops are left out: nothing leads their samples to the goal.
+        """
+        if self.machine.closes_loops:
+            return
+        placed, tolerances = len(self.goal.of_bodies), self.goal.error_tolerances
+        tolerances = tolerances[-placed:]
+
+        def missed(x: Array) -> Array:
+            return self.goal_errors(x)[-placed:]
+
+        states = self.sample_goals(generator, np.ones(REACH_SAMPLES))
+        best = min(states, key=lambda x: float((missed(x) / tolerances).max()))
+        nearest = missed(self.with_bodies_placed(best[None])[0])  # now for the very middle
+        k = int(np.argmax(nearest / tolerances))
+        miss, allowed, target = float(nearest[k]), float(tolerances[k]), self.goal.of_bodies[k]
+        if miss <= MISSED_TOLERANCES * allowed or miss <= allowed + MISSED_LENGTH:
+            return
+        name, points = self.bodies[target.body].name, len(self.goal.points)
+        if isinstance(target, PointTarget):
+            path: tuple[str | int, ...] = ("goal", "point", k)
+            told, unit = f"brings the point of {name} to [{_listed(target.position)}]", "m"
+        else:
+            path = ("goal", "direction", k - points)
+            told, unit = f"points the axis of {name} along [{_listed(target.target)}]", "rad"
+        what = (
+            f"no configuration was found that {told}: the closest misses by about "
+            f"{miss:.2g} {unit}, and the tolerance is {allowed:.3g} {unit}."
+        )
+        remedy = "Move the target to where the machine can reach, or look at its limits."
+        yield Mistake(place_at(path, self.scenario.origin), what, remedy)
 
     def _goal_limits(self) -> Iterator[str]:
         """Yield the state entries whose goal interval lies outside their limits."""
@@ -432,6 +476,10 @@ def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
     """Return which rows of values (m, n) are outside limits (n, 2) or NaN, shape (m,)."""
     within = (values >= limits[:, 0] - LIMIT_TOLERANCE) & (values <= limits[:, 1] + LIMIT_TOLERANCE)
     return np.asarray(np.logical_not(within).any(axis=1))
+
+
+def _listed(numbers: tuple[float, ...]) -> str:
+    return ", ".join(f"{number:g}" for number in numbers)
 
 
 def _contact_sentence(contact: Any) -> str:

@@ -9,6 +9,7 @@ from kinolab.runs.folder import (
     add_diagnosis,
     check_run,
     read_run,
+    replaced_scenario,
     require_place,
     write_run,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "has_its_steps",
     "margin_to_json",
     "read_run",
+    "replaced_scenario",
     "require_place",
     "result_text",
     "write_run",

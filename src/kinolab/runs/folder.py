@@ -7,16 +7,22 @@ runs no code: the machine is data, and the planner is not asked again.
 
 from __future__ import annotations
 
+import io
 import json
+import math
 import os
+import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from kinolab.errors import InputError, Mistake
 from kinolab.files import utf_8, write_whole
 from kinolab.loading import build_problem
+from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, portable_scenario, unchanged
@@ -28,13 +34,14 @@ from kinolab.scenario.dynobench import is_environment
 from kinolab.search.graph import SearchGraph, read_graph
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory, read_csv
-from kinolab.verification import Certificate, verify
+from kinolab.verification import Certificate, Check, verify
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
+NPZ = "trajectory.npz"
 MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is written in every run
     "trajectory.csv": lambda trajectory: trajectory.to_csv().encode(),
-    "trajectory.npz": Trajectory.to_npz,
+    NPZ: Trajectory.to_npz,
 }
 PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
 PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
@@ -70,6 +77,7 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     """
     assets = assets_of(problem)
     report = report_of(problem, plan, assets)
+    report["scenario_file"] = os.path.relpath(_source(problem), folder.resolve())
     files: dict[str, bytes] = {f"assets/{name}": content for name, content in assets.items()}
     files["scenario.toml"] = write_scenario(portable_scenario(problem)).encode()
     if plan.trajectory is not None:
@@ -143,6 +151,23 @@ def require_place(folder: Path) -> None:
         raise InputError([Mistake(str(folder), what, "Name another.")])
 
 
+def replaced_scenario(folder: Path, problem: PlanningTask) -> Path | None:
+    """Return the scenario's file of a run that another scenario's would replace; None if it won't.
+
+    Scenarios of one name in several folders share the folder of their runs, unless told otherwise.
+    """
+    try:
+        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        earlier = (folder.resolve() / report["scenario_file"]).resolve()
+    except (OSError, LookupError, RecursionError, TypeError, ValueError):
+        return None
+    return None if earlier == _source(problem) else earlier
+
+
+def _source(problem: PlanningTask) -> Path:
+    return problem.scenario.origin.file.resolve()
+
+
 def read_run(folder: Path) -> Run:
     """Read a run back from its files alone.
 
@@ -172,21 +197,46 @@ def read_run(folder: Path) -> Run:
         what = "a finished run carries its machine as data, in assets/machine.json."
         raise InputError([Mistake(where, what, "Nothing was run.")])
     problem = build_problem(scenario, planner=False)
+    return Run(folder, problem, report, unwrapped(problem, _motion_in(folder, problem)))
+
+
+def _motion_in(folder: Path, problem: PlanningTask) -> Trajectory:
     model, plant = problem.model, problem.model.plant
     references = () if plant is model else model.control_names
-    trajectory = read_csv(
-        folder / "trajectory.csv", model.state_names, plant.control_names, references
-    )
-    return Run(folder, problem, report, unwrapped(problem, trajectory))
+    return read_csv(folder / "trajectory.csv", model.state_names, plant.control_names, references)
 
 
 def check_run(folder: Path) -> Certificate:
     """Verify a finished run from its files alone.
+
+    What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same.
 
     Raises:
         InputError: If a file is missing or damaged.
     """
     run = read_run(folder)
     certificate = verify(run.problem, run.trajectory)
-    assets = unchanged(run.folder, run.problem, run.report)
-    return replace(certificate, checks=(assets, *certificate.checks))
+    files = [unchanged(run.folder, run.problem, run.report)]
+    if (folder / NPZ).is_file():
+        files.append(_same_in_npz(folder, _motion_in(folder, run.problem)))
+    return replace(certificate, checks=(*files, *certificate.checks))
+
+
+def _same_in_npz(folder: Path, motion: Trajectory) -> Check:
+    """Compare ``trajectory.npz`` with the motion of ``trajectory.csv``, bit for bit."""
+    wanted = np.load(io.BytesIO(motion.to_npz()))
+    try:
+        with np.load(folder / NPZ, allow_pickle=False) as found:
+            differing = [
+                name
+                for name in sorted({*wanted.files, *found.files})
+                if not (name in found and name in wanted and _equal(found[name], wanted[name]))
+            ]
+    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile) as error:
+        return Check(NPZ, math.inf, 0.0, False, f"it cannot be read ({error})")
+    detail = f"it differs from trajectory.csv in {', '.join(differing)}" if differing else ""
+    return Check(NPZ, float(len(differing)), 0.0, not differing, detail)
+
+
+def _equal(a: Array, b: Array) -> bool:
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()

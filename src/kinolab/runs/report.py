@@ -11,6 +11,7 @@ from typing import Any
 
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
+from kinolab.problem.static_holding import rest_warnings
 from kinolab.runs.assets import hashes_of
 from kinolab.solve import PlanResult
 from kinolab.verification import Certificate, Check
@@ -52,7 +53,7 @@ def report_of(
             check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
         "margin": margin_to_json(certificate),
-        "warnings": [*problem.world.warnings, *plan.warnings],
+        "warnings": [*problem.world.warnings, *rest_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "assets": hashes_of(assets),
         "versions": _versions(),

@@ -20,6 +20,7 @@ from kinolab.scenario.partial_parse import parse_partially
 from kinolab.scenario.rules import document_issues
 from kinolab.scenario.schema import Scenario
 from kinolab.scenario.toml_text import MOST_PARTS, long_key, shortened
+from kinolab.scenario.user_code import python_reference
 
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
 _BEGINNING = 'Begin with schema = 1, title = "…" and a [system] section.'
@@ -64,6 +65,9 @@ def read_scenario(
         InputError: If there is no such file or it is not TOML.
     """
     path = scenario_path(source)
+    if path.suffix == ".py" or python_reference(str(source)):
+        remedy = f'A scenario names it, [system] file = "{path.name}"; `plan new` writes both.'
+        raise InputError([Mistake(str(source), "this is Python code, not a scenario.", remedy)])
     document = _parse(path, read_text(path))
     return check_document(document, path, overrides=overrides)
 

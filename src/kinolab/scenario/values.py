@@ -86,7 +86,7 @@ def _mesh_path(text: str) -> str:
 
 def _system_file(text: str) -> str:
     python = python_reference(text)
-    if python is None and not text.endswith(".json"):
+    if python is None and not text.endswith((".json", ".py")):
         raise refusal("does not name a machine in a file")
     if not _is_relative(python[0] if python else text):
         raise refusal("is not relative to the scenario's folder")

@@ -44,11 +44,14 @@ class AbstractPlanner(ABC):
             no shared data, and releases the GIL most of the time.
         work_per_iteration: What an iteration takes on an idle computer, about, in [s], apart from
             what it charges itself. Budgets that count work go by it.
+        hybrid: Whether it plans for machines with modes: it follows motions only by the machine's
+            own step, which switches where a mode ends.
     """
 
     name: ClassVar[str]
     in_threads: ClassVar[bool] = False
     work_per_iteration: ClassVar[float] = 2e-3
+    hybrid: ClassVar[bool] = False
 
     @abstractmethod
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
@@ -94,6 +97,8 @@ class AbstractPlanner(ABC):
 @dataclass(frozen=True, kw_only=True)
 class AbstractTreeSearch(AbstractPlanner):
     """A planner that grows a tree from the start by constant inputs."""
+
+    hybrid: ClassVar[bool] = True
 
     min_steps: int = setting(
         1,

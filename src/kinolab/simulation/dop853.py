@@ -33,7 +33,11 @@ from kinolab.simulation.machine import call_at, call_under
 POWER = 7  # number of coefficients of the dense output
 SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # of the step size control
 EXPONENT = -1.0 / 8.0
-WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE = range(6)  # how ``follow`` ended
+# How ``follow`` ended
+WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE, CHATTERS = range(7)
+HALVINGS = 60  # of a step, to locate a transition between modes
+LOOKS = 4  # in an interval at least, for one
+MAX_SWITCHES = 1000  # in one interval; more are called chattering
 
 
 class Ode(NamedTuple):
@@ -42,6 +46,8 @@ class Ode(NamedTuple):
     f: int
     law: int  # of the feedback that gives u at the beginning of each interval; 0 for none
     project: int  # onto position constraints at the end of each interval; 0 where there are none
+    leaves: int  # whether a mode ends at a state; 0 where a machine has none
+    reset: int  # the state after a transition
     p: Array
     inputs: int  # of f
     atol: Array  # absolute tolerance of each state entry, (nx,)
@@ -69,7 +75,8 @@ def make_ode(addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol
     """Return the record of an ODE.
 
     Args:
-        addresses: Of f, of the feedback law and of the projection; 0 for none.
+        addresses: Of f, of the feedback law, of the projection, and of the functions of machines
+            with modes; 0 for none.
         p: Parameters, shape (np,).
         inputs: Number of the inputs of f.
         atol: Absolute tolerance of each state entry, shape (nx,).
@@ -218,6 +225,88 @@ def keep(ode, table, row, knot, begin, end):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def leaves(ode, x):  # type: ignore[no-untyped-def]
+    """Say whether a transition takes place at a state x (nx,), by the scratch array ``at``."""
+    u, p = ode.u.ctypes.data, ode.p.ctypes.data
+    ode.at[0] = 0.0
+    call_under(ode.leaves, x.ctypes.data, u, p, ode.at.ctypes.data)
+    return ode.at[0] > 0.0
+
+
+@kernel
+def located(ode, h):  # type: ignore[no-untyped-def]
+    """Return the length in [s] of the shortest step from y that ends in a transition, at most h."""
+    low, high = 0.0, h
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if trial(ode, middle) == 0 and leaves(ode, ode.after):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@kernel
+def switch(ode):  # type: ignore[no-untyped-def]
+    """Replace y by the state after the transition that takes place there; 0 if it worked."""
+    u, p = ode.u.ctypes.data, ode.p.ctypes.data
+    failed = call_under(ode.reset, ode.y.ctypes.data, u, p, ode.after.ctypes.data)
+    for i in range(ode.y.shape[0]):
+        ode.y[i] = ode.after[i]
+    return failed
+
+
+@kernel
+def switched(ode):  # type: ignore[no-untyped-def]
+    """Make all transitions that take place at y; return how many, negative for how it failed."""
+    count = 0
+    while ode.leaves != 0 and leaves(ode, ode.y):
+        count += 1
+        if count > MAX_SWITCHES:
+            return -CHATTERS
+        if switch(ode) != 0:
+            return -SINGULAR
+    return count
+
+
+@kernel
+def accepted(ode, t, h, end):  # type: ignore[no-untyped-def]
+    """Make one step from y to ``after``, as long as its error and transitions allow.
+
+    Args:
+        ode: ``Ode``.
+        t: Time at y in [s].
+        h: Length to try in [s].
+        end: Of the longest step in [s].
+
+    Returns:
+        How it went, the step's length and end in [s], and the factor on the length of the next.
+    """
+    smallest = 10.0 * (np.nextafter(t, np.inf) - t)
+    h, most = max(h, smallest), MAX_FACTOR
+    while True:
+        if not h >= smallest:
+            return TOO_SMALL, h, t, 1.0
+        now = min(t + h, end)
+        h = now - t
+        if trial(ode, h) != 0:
+            return SINGULAR, h, t, 1.0
+        error = error_norm(ode, h)
+        if error < 1.0:
+            break
+        shrunk = SAFETY * error**EXPONENT
+        h *= shrunk if shrunk > MIN_FACTOR else MIN_FACTOR  # MIN_FACTOR where it is NaN
+        most = 1.0
+    if ode.leaves != 0 and leaves(ode, ode.after):
+        h = located(ode, h)
+        now = t + h
+        if trial(ode, h) != 0:
+            return SINGULAR, h, t, 1.0
+    factor = MAX_FACTOR if error == 0.0 else SAFETY * error**EXPONENT
+    return WORKED, h, now, min(most, factor)
+
+
+@kernel
 def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-untyped-def]
     """Integrate y from one time to another; return how it ended.
 
@@ -229,42 +318,38 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
         table: ``StepTable``; written.
         row: Shape (1,), first row of the table that is free; written.
     """
-    t = begin
+    t, h, switches, fresh = begin, 0.0, 0, True
+    longest = (end - begin) / LOOKS if ode.leaves != 0 else end - begin
     ode.progress[0] = t
-    if slope(ode, ode.y, ode.k[0]) != 0:
-        return SINGULAR
-    h = first_step(ode, end - begin)
-    if h < 0.0:
-        return SINGULAR
-    while t < end:
-        smallest = 10.0 * (np.nextafter(t, np.inf) - t)
-        h, rejected = max(h, smallest), False
-        while True:
-            if not h >= smallest:
-                return TOO_SMALL
-            now = min(t + h, end)
-            h = now - t
-            if trial(ode, h) != 0:
+    while True:
+        made = switched(ode)
+        switches += made
+        if made < 0:
+            return -made
+        if switches > MAX_SWITCHES:
+            return CHATTERS
+        if t >= end:
+            return WORKED
+        if fresh or made:
+            if slope(ode, ode.y, ode.k[0]) != 0:
                 return SINGULAR
-            error = error_norm(ode, h)
-            if error < 1.0:
-                break
-            shrunk = SAFETY * error**EXPONENT
-            h *= shrunk if shrunk > MIN_FACTOR else MIN_FACTOR  # MIN_FACTOR where it is NaN
-            rejected = True
+            h, fresh = first_step(ode, end - t), False
+            if h < 0.0:
+                return SINGULAR
+        how, h, now, factor = accepted(ode, t, h, min(t + longest, end))
+        if how != WORKED:
+            return how
         if dense:
             if row[0] == table.begin.shape[0]:
                 return FULL
             if keep(ode, table, row[0], knot, t, now) != 0:
                 return SINGULAR
             row[0] += 1
-        factor = MAX_FACTOR if error == 0.0 else min(MAX_FACTOR, SAFETY * error**EXPONENT)
-        h *= min(1.0, factor) if rejected else factor
+        h *= factor
         t = now
         ode.progress[0] = t
         for i in range(ode.y.shape[0]):
             ode.y[i], ode.k[0, i] = ode.after[i], ode.k[STAGES, i]
-    return WORKED
 
 
 @kernel

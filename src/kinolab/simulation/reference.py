@@ -192,6 +192,8 @@ def _ode(model: Model, scales: Array, parameters: dict[str, float]) -> Record:
         "f": plant.address("f"),
         "law": 0 if plant is model else model.address("law"),
         "project": plant.address("project") if loops and plant.projects else 0,
+        "leaves": model.address("leaves") if model.machine.modes else 0,
+        "reset": model.address("reset") if model.machine.modes else 0,
     }
     p = plant.parameter_vector(**parameters)
     return make_ode(addresses, p, plant.nu, ATOL * scales, RTOL)
@@ -230,6 +232,7 @@ REASONS = {
     dop853.NOT_FINITE: "The state is not finite.",
     dop853.SINGULAR: "The equations of motion have no solution.",
     dop853.LAW_FAILED: "The feedback has no value.",
+    dop853.CHATTERS: "Transitions between modes follow one another without end.",
 }
 
 

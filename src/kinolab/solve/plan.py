@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinolab import planners
+from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner
 from kinolab.search.graph import SearchGraph
@@ -201,13 +202,17 @@ def make_planner(
     The scenario's settings apply only to the planner that it names.
 
     Raises:
-        InputError: If the planner or a setting does not exist.
+        InputError: If the planner or a setting does not exist, or it cannot plan for the machine.
     """
     section = problem.scenario.planner
     own = full_reference(section.name, problem.scenario.folder)
     chosen = own if name is None else full_reference(name, Path.cwd())
     inherited = section.settings if chosen == own else {}
-    return planners.make(chosen, {**inherited, **settings})
+    made = planners.make(chosen, {**inherited, **settings})
+    if problem.machine.modes and not made.hybrid:
+        what = f"{made.name} does not plan for machines with modes."
+        raise InputError([Mistake("[planner] name", what, "Take auto, rrt_fast or kpiece_fast.")])
+    return made
 
 
 def stream(seed: int, k: int) -> int:

@@ -52,11 +52,7 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
     if len(found.attempts) > 1:
         lines.append(f"  seed {found.seed} of {_ends(found)}")
     if found.certificate is not None:
-        passed = sum(check.passed for check in found.certificate.checks)
-        lines.append(f"  {passed} of {len(found.certificate.checks)} checks passed")
-        lines += [f"  {check}" for check in found.certificate.failures]
-        if found.certificate.margin is not None:
-            lines.append(f"  {found.certificate.margin}")
+        lines.append(f"  {found.certificate}")
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
     if found.status == "solved" and found.statistics.get("improvement_unfinished"):
         lines.append(_more_time(found.statistics))

@@ -9,7 +9,6 @@ from itertools import chain
 import numpy as np
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
-from kinolab.dynamics.analysis.equilibrium import EQUILIBRIUM_TOLERANCE
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
@@ -91,10 +90,10 @@ class Steering(AbstractSteering):
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool]
     ) -> Iterator[Maneuver]:
         """Yield motions that end near x1."""
-        if self.flat and self.rests(x0) and self.rests(x1):
+        if self.flat and self._problem.rests(x0) and self._problem.rests(x1):
             yield from self._along_curves(x0, x1, worthwhile)
             return
-        stopped = self.brake.stop(x0) if self.flat and self.rests(x1) else None
+        stopped = self.brake.stop(x0) if self.flat and self._problem.rests(x1) else None
         if stopped is not None:
             yield from self._onward(stopped, x1, worthwhile)
             return
@@ -148,14 +147,6 @@ class Steering(AbstractSteering):
         miss = np.abs(self.closing.residual(x0, x1) * self._problem.scales)[: model.nq]
         speeds = np.array([_speed(self._problem, name) for name in model.coordinate_names])
         return float(np.max(miss / speeds, initial=0.5)) * 1.5
-
-    def rests(self, x: Array) -> bool:
-        """Say whether the velocities of a state, shape (nx,), vanish."""
-        model = self._problem.model
-        return bool(
-            np.abs(x[model.nq :] / self._problem.scales[model.nq :]).max(initial=0.0)
-            <= EQUILIBRIUM_TOLERANCE
-        )
 
 
 def _goes_both_ways(problem: PlanningTask) -> bool:

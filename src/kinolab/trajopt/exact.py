@@ -6,17 +6,20 @@ Only the tail of a long feasible trajectory is changed, so that it takes no long
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
+from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import (
     is_motion,
     repeatable,
+    smooth_pieces,
     true_trajectory,
 )
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
@@ -25,6 +28,8 @@ from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.sqp.restoration import make_knots_exact
+
+HELD_STEPS = 12  # that a machine has for its last way into the goal's centre, standing if need be
 
 
 def make_exact(
@@ -47,6 +52,49 @@ def make_exact(
         iterations: Maximum number of subproblems per clearance margin.
         held: Whether the step length is fixed.
     """
+    if problem.machine.modes:
+        return _after_last_transition(problem, trajectory, cancelled, iterations)
+    return _smooth(problem, trajectory, cancelled, iterations, held=held)
+
+
+def _after_last_transition(
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    cancelled: Callable[[], bool],
+    iterations: int,
+) -> Trajectory | None:
+    """Make a motion exact by changing only what follows its last transition between modes."""
+    last = len(trajectory.u)
+    pieces = smooth_pieces(problem, trajectory)
+    begin = pieces[-1][0] if pieces and pieces[-1][1] == last else last
+    piece = _held(problem, trajectory.piece(begin, last))
+    if not len(piece.u):
+        return None  # a transition is the last that happens
+    made = _smooth(replace(problem, start=piece.x[0]), piece, cancelled, iterations)
+    return None if made is None else trajectory.with_piece(begin, last, made, problem.space)
+
+
+def _held(problem: PlanningTask, piece: Trajectory) -> Trajectory:
+    """Return a short motion that stands still at its end for some steps, if the machine can."""
+    model, missing = problem.model, HELD_STEPS - len(piece.u)
+    idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    if missing <= 0 or np.abs(model.f(piece.x[-1], idle)).max() > 0.0:
+        return piece
+    t = piece.t[-1] + problem.step * np.arange(1, missing + 1)
+    x = np.vstack([piece.x, np.tile(piece.x[-1], (missing, 1))])
+    u = np.vstack([piece.inputs, np.tile(idle, (missing, 1))])
+    return trajectory_under(model, np.append(piece.t, t), x, u)
+
+
+def _smooth(
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    cancelled: Callable[[], bool],
+    iterations: int,
+    *,
+    held: bool = False,
+) -> Trajectory | None:
+    """Make a motion exact in which no transition takes place."""
     landing = None if held else _in_the_end(problem, trajectory, cancelled)  # it varies the steps
     if landing is not None:
         return landing

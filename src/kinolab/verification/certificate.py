@@ -49,6 +49,12 @@ class Certificate:
         """The checks that did not pass."""
         return tuple(check for check in self.checks if not check.passed)
 
+    def __str__(self) -> str:
+        """Say how many checks passed, which did not, and how near the motion came to anything."""
+        passed = len(self.checks) - len(self.failures)
+        lines = [f"{passed} of {len(self.checks)} checks passed", *map(str, self.failures)]
+        return "\n  ".join(lines if self.margin is None else [*lines, str(self.margin)])
+
 
 def verify(problem: PlanningTask, trajectory: Trajectory) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.

@@ -81,11 +81,11 @@ MODES = {  # internal or potential, many inputs, much freedom, feedback, several
 
 @pytest.mark.parametrize("name", MODES)
 def test_machines_show_the_modes_of_generalisation_that_they_have(name: str) -> None:
-    assert "".join(str(int(mode.shown)) for mode in described(name).modes) == MODES[name]
+    assert "".join(str(int(mode.shown)) for mode in described(name).generalisations) == MODES[name]
 
 
 def test_the_six_modes_are_those_of_the_source() -> None:
-    assert [mode.name for mode in described("pendulum").modes] == [
+    assert [mode.name for mode in described("pendulum").generalisations] == [
         "internal dynamics or potential energy",
         "more than two inputs",
         "more degrees of freedom",
@@ -104,8 +104,8 @@ def test_dry_friction_is_told_where_it_has_a_strength(
 ) -> None:
     """It is a smooth law, so that no state sticks; without a strength there is nothing to tell."""
     found = describe(systems.get(name, **dry) if dry else machine(name))
-    why = found.modes[5].why
-    assert not found.modes[5].shown
+    why = found.generalisations[5].why
+    assert not found.generalisations[5].shown
     assert ("dry friction" in why) == (places > 0)
     assert ("regularised" in why) == (places > 0)
     if places:
@@ -143,7 +143,7 @@ def test_the_state_space_has_the_dimension_of_the_textbook(name: str) -> None:
 
 def test_inputs_that_count_as_states_in_brackets_are_named_as_such() -> None:
     text = " ".join(described_as_text(described("helicopter")).split())
-    assert "of 16 dimensions of the state space and the inputs, which count as states" in text
+    assert "of the 16 dimensions of the state space and the inputs, which count as states" in text
 
 
 ONE_AND_BOTH = ("unicycle1_v1", "unicycle1_v0")
@@ -154,7 +154,7 @@ def test_a_machine_that_only_goes_forward_is_not_said_to_follow_any_path() -> No
     forward, both = (" ".join(described_as_text(described(n)).split()) for n in ONE_AND_BOTH)
     assert "follow any path" not in forward
     assert "v one way only (0.25 to 0.5" in forward
-    assert "follow any path of such motions, slowly enough" in both
+    assert "follow any path made of such motions if it moves slowly enough" in both
 
 
 def test_what_is_left_of_a_configuration_space_by_holonomic_constraints_is_said() -> None:

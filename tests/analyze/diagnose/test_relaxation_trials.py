@@ -15,6 +15,7 @@ from kinolab.analyze.diagnose.relaxation_trials import (
     relaxation_trials,
     trial_sentences,
 )
+from kinolab.analyze.diagnose.relaxations import relaxations
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.simulation import Propagator
@@ -115,6 +116,17 @@ def test_the_problem_stays_as_it_was(tmp_path: Path) -> None:
     after = problem.model.control_bounds, problem.step, len(problem.world.obstacles)
     assert (before[0] == after[0]).all()
     assert before[1:] == after[1:]
+
+
+def test_changes_of_settings_are_told_as_options_to_type(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, OPEN, "integration.step=0.04")
+    planner = planners.get("rrt")(max_steps=20)
+    words = {change.name: change.words for change in relaxations(problem, planner)}
+    assert words["longer controls"] == "with --set planner.max_steps=60 instead of 20"
+    assert words["step"] == (
+        "with --set integration.step=0.01 instead of 0.04 (and --set planner.min_steps=4 "
+        "--set planner.max_steps=80, so that controls last as long)"
+    )
 
 
 def test_the_words_name_what_worked() -> None:

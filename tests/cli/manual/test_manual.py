@@ -50,6 +50,12 @@ def test_plan_help_explains_one_name(topic: str, name: str, found: str, capsys: 
     assert len(told) < len(PAGES[topic].text()) / 4
 
 
+def test_plan_help_alone_names_the_topics(capsys: Capture) -> None:
+    assert cli.run(["help"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"plan help {topic} " in printed for topic in PAGES)
+
+
 def test_plan_help_names_the_nearest_word(capsys: Capture) -> None:
     assert cli.run(["help", "machine", "Sprnig"]) == 2
     assert "Did you mean 'Spring'?" in capsys.readouterr().err

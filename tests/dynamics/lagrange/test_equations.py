@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
@@ -11,7 +11,19 @@ import pytest
 import sympy as sp
 
 import kinolab.systems
-from kinolab.dynamics import Model, System, rate
+from kinolab.dynamics import (
+    Body,
+    Model,
+    System,
+    Viscous,
+    angle,
+    length,
+    move,
+    parameter,
+    rate,
+    rot_z,
+    velocity,
+)
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
@@ -217,11 +229,11 @@ def values_at(model: Model, x: Any, u: Any) -> dict[Any, float]:
     return named | {entry.symbol: u[k] for k, entry in enumerate(system.inputs)}
 
 
-def sides(equations: Sequence[sp.Eq], named: dict[Any, float], free: Sequence[Any] = ()) -> Any:
-    """Left and right sides as functions of the free symbols, shape (2, equations)."""
-    symbols = [*named, *free]
-    made = sp.lambdify(symbols, [[e.lhs for e in equations], [e.rhs for e in equations]], "numpy")
-    return lambda *values: np.array(made(*named.values(), *values), dtype=float)
+def sides(equations: Sequence[sp.Eq], symbols: Iterable[Any], free: Sequence[Any] = ()) -> Any:
+    """Left and right sides as functions of all symbols' values, shape (2, equations)."""
+    expressions = [[e.lhs for e in equations], [e.rhs for e in equations]]
+    made = sp.lambdify([*symbols, *free], expressions, "numpy", cse=True)
+    return lambda *values: np.array(made(*values), dtype=float)
 
 
 ROUNDING = 1e-9  # relative to both sides
@@ -234,7 +246,9 @@ def test_all_that_is_printed_of_a_machine_is_what_its_model_does(name: str) -> N
     model = machine(name).model().plant
     rng, count = np.random.default_rng(5), len(model.system.constraints)
     multipliers = sp.symbols(f"lambda_1:{count + 1}", real=True)
-    others = (*equations.reduced, *equations.constraints, *equations.further)
+    symbols = tuple(values_at(model, model.rest(), model.control_bounds.mean(axis=1)))
+    others = sides((*equations.reduced, *equations.constraints, *equations.further), symbols)
+    balance = sides(equations.balance, symbols, multipliers)
     for _ in range(2):
         x, u = model.rest(), rng.uniform(*model.control_bounds.T)
         x = x + rng.uniform(-0.3, 0.3, model.nx) * np.minimum(model.state_scales, 2.0)
@@ -242,15 +256,15 @@ def test_all_that_is_printed_of_a_machine_is_what_its_model_does(name: str) -> N
         for _ in range(20):  # on the constraints
             x = model.project(x)
         named = values_at(model, x, u)
-        left, right = sides(others, named)()
+        values = [named[symbol] for symbol in symbols]
+        left, right = others(*values)
         assert (abs(left - right) <= ROUNDING * (1 + abs(left) + abs(right))).all()
         if not equations.balance:
             continue
-        balance = sides(equations.balance, named, multipliers)
-        left, right = balance(*np.zeros(count))
+        left, right = balance(*values, *np.zeros(count))
         gaps = left - right
         if count:
-            rows = [np.subtract(*balance(*unit)) - gaps for unit in np.eye(count)]
+            rows = [np.subtract(*balance(*values, *unit)) - gaps for unit in np.eye(count)]
             gaps += np.transpose(rows) @ np.linalg.lstsq(np.transpose(rows), -gaps, rcond=None)[0]
         limit = DIFFERENCES if count else ROUNDING
         assert (abs(gaps) <= limit * (1 + abs(left) + abs(right))).all()
@@ -298,3 +312,16 @@ def test_the_motorcycle_leans_by_the_equation_of_its_source() -> None:
     lean = equations_of("motorcycle").reduced[0]
     difference = m * p * (p * Acceleration(alpha) - right) - (lean.lhs - lean.rhs)
     assert sp.simplify(difference) == 0
+
+
+def test_friction_along_a_chain_of_frames_keeps_its_sums_of_angles() -> None:
+    """A trailer's drag is -c V^2 along its own axis, a + psi from the world's."""
+    x, y, psi, a = length("x"), length("y"), angle("psi"), angle("a")
+    c = parameter("c", 1.0, "N s/m")
+    car = move(x, y) @ rot_z(psi)
+    trailer = car @ rot_z(a) @ move(-1.2, 0, 0)
+    bodies = [Body("car", car, mass=80, inertia=10), Body("trailer", trailer, mass=40, inertia=5)]
+    drag = [Viscous(velocity(car).x, c), Viscous(velocity(trailer).x, c)]
+    text = System("pair", bodies=bodies, efforts=drag).equations().text()
+    assert "- c (cos²(ψ) + cos²(a + ψ)) ẋ" in text
+    assert "- c (cos(ψ) sin(ψ) + cos(a + ψ) sin(a + ψ)) ẏ" in text

@@ -18,7 +18,7 @@ from tests.support import OPEN, problem_of
 COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt")
 SCENES = ("rolling_disk_maze", "vehicle_parking", "two_cranes")
 MOTIONS = 100  # of a tree that are looked at
-LOOKS = 50  # per step
+LOOKS = 20  # per step
 
 
 def grown(name: str, problem: PlanningTask, iterations: int) -> Any:

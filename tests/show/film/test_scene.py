@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.light import LIGHT_JITTER
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.snapshot import render_frame
+from kinolab.show.film.staging.motion_script import picture as picture_of
 from kinolab.show.film.staging.stage import build_scene
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
@@ -190,3 +192,35 @@ def test_a_cone_is_closed_and_has_its_volume(forbidden: bool) -> None:
     assert (mesh.sides[:, 0] != mesh.sides[:, 1]).all()
     assert volume == pytest.approx(2 / 3 * np.pi * 8.0 * (1 - np.cos(0.5)), rel=0.02)
     assert np.linalg.norm(mesh.vertices - [1.0, 2.0, 3.0], axis=1).max() == pytest.approx(2.0)
+
+
+def test_a_cable_is_as_wide_as_its_radius_and_never_thinner_than_a_line() -> None:
+    """A bar of 0.2 m beside the cable measures what 0.2 m are in the picture."""
+    cable, widths = np.array([[[0.0, 0.0, 0.1], [0.0, 0.0, 1.0]]]), []
+    for radius in (0.0, 0.001, 0.1):
+        picture = Picture(bodies=ball(0.02), bounds=BOUNDS, view="front", radii=np.array([radius]))
+        stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
+        ends = stage.pen.camera.project([[-0.1, 0.0, 0.5], [0.1, 0.0, 0.5]], SIZE)[:, :2]
+        _, row = ends[0].astype(int)
+        widths.append(int((stage.shot(at(0, 0, 0), cable)[row].max(axis=-1) < 120).sum()))
+    assert widths[0] == widths[1]  # [pixel]
+    assert widths[2] == pytest.approx(np.ptp(ends[:, 0]), abs=2.0)
+
+
+def test_the_ghosts_cable_is_drawn() -> None:
+    bare = Picture(bodies=ball(0.02), bounds=BOUNDS, view="front", radii=np.array([0.1]))
+    cable = np.array([[[1.0, 0.0, 0.1], [1.0, 0.0, 1.0]]])
+    pose = at(0.0, 0.0, 0.0)
+    marked = build_scene(replace(bare, start=Ghost(pose, cable)), pose[None], SIZE)
+    column, row = marked.pen.camera.project([1.0, 0.0, 0.5], SIZE)[:2].astype(int)
+    assert (marked.image[row, column] < marked.image[2, 2] - 20).all()
+
+
+def test_start_and_goal_of_a_machine_without_cables_are_drawn() -> None:
+    problem = kinolab.load("pendulum_swingup")
+    x = np.array([problem.start, problem.start])
+    shown = picture_of(problem, problem.model.frames(x), problem.model.cables(x))
+    assert isinstance(shown.goal, Ghost)
+    for ghost in (shown.start, shown.goal):
+        assert ghost is not None
+        assert ghost.lines.shape == (0, 2, 3)

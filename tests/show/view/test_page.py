@@ -266,3 +266,16 @@ def test_what_has_no_page_is_named(short: Solved) -> None:
         with pytest.raises(InputError) as caught:
             kinolab.save_page(*arguments)
         assert str(caught.value).startswith(answer)
+
+
+def test_cables_and_those_of_the_ghosts_come_with_their_radius(tmp_path: Path) -> None:
+    problem = kinolab.load("crane_factory")
+    path = kinolab.save_page(problem, None, tmp_path / "crane.html")
+    data = data_in(path.read_text(encoding="utf-8"))
+    (rope,) = problem.cables
+    assert data["radii"] == [rope.radius]
+    (drawn,) = data["goal"]["cables"]
+    assert drawn["radius"] == rope.radius
+    x = problem.start.copy()
+    x[list(problem.goal.indices)] = problem.goal.targets
+    assert drawn["ends"] == pytest.approx(problem.model.cables(x).ravel())

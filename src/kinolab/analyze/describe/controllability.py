@@ -35,14 +35,14 @@ def _configurations(found: Description) -> Iterator[str]:
         return
     growth = ", ".join(map(str, closure.growth))
     yield (
-        f"The motions that the constraints allow have the growth vector ({growth}): with brackets "
-        f"of up to {_fields(len(closure.growth))} they reach {closure.leaf} of {closure.dimension} "
+        f"The motions that the constraints allow have the growth vector ({growth}): their brackets "
+        f"of up to {_fields(len(closure.growth))} span {closure.leaf} of the {closure.dimension} "
         "dimensions of the configuration space."
     )
     if found.pushes == found.freedom:
         yield (
-            f"The inputs push along every one of the {found.freedom} motions that the constraints "
-            f"leave{_followed(found)}."
+            f"The inputs act along {_each(found.freedom)} that the constraints "
+            f"allow{_followed(found)}."
         )
     for combination in closure.combinations:
         yield f"Together, {combination} can be integrated: holonomic in disguise."
@@ -61,8 +61,8 @@ def _followed(found: Description) -> str:
         )
         return f", {', '.join(named)}"
     if found.potential:
-        return ", so that it can follow any path of such motions on which they are strong enough"
-    return ", so that it can follow any path of such motions, slowly enough"
+        return ", so it can follow any path made of such motions along which they are strong enough"
+    return ", so it can follow any path made of such motions if it moves slowly enough"
 
 
 def _both_ways(entry: Input) -> bool:
@@ -73,23 +73,23 @@ def _both_ways(entry: Input) -> bool:
 def _states(found: Description) -> str:
     spanned, whole = found.accessible, found.accessible.dimension
     growth = ", ".join(map(str, spanned.growth)) or "0"
-    states = "states that the constraints leave" if found.constraints else "state space"
+    states = "states that the constraints allow" if found.constraints else "state space"
     if found.prolonged:
         states += " and the inputs, which count as states here because one does not enter linearly"
-    begin = f"Brackets of the equations of motion span ({growth}) of {whole} dimensions of the "
+    begin = f"Brackets of the equations of motion span ({growth}) of the {whole} dimensions of the "
     begin += f"{states}: "
     if spanned.full:
-        return begin + "from every regular state an open set can be reached (accessible)."
+        return begin + "from every regular state it can reach an open set (it is accessible)."
     if spanned.complete:
-        lost = f"{whole - spanned.rank} are out of reach (not accessible)"
-        return begin + f"{lost}, for something stays as it is whatever the inputs do."
+        lost = f"{whole - spanned.rank} are out of reach (it is not accessible)"
+        return begin + f"{lost}; something never changes, whatever the inputs do."
     return begin + "more may be spanned by longer brackets."
 
 
 def _about_rest(rest: AtRest) -> Iterator[str]:
-    yield f"About {_place(rest)}: {_linear(rest.linear)}"
+    yield f"Near {_place(rest)}: {_linear(rest.linear)}"
     if rest.small_time is not None:
-        yield f"There: {rest.small_time.outcome.value}{_decided_by(rest.small_time)}"
+        yield f"{rest.small_time.outcome.value}{_decided_by(rest.small_time)}"
 
 
 def _place(rest: AtRest) -> str:
@@ -109,28 +109,33 @@ def _place(rest: AtRest) -> str:
 
 def _linear(linear: LinearControllability) -> str:
     if linear.controllable:
-        return f"the linearisation is controllable ({linear.rank} of {linear.dimension})."
-    lost = "; ".join(linear.directions[:MAX_NAMED])
-    more = (
-        f" and {len(linear.directions) - MAX_NAMED} more"
-        if len(linear.directions) > MAX_NAMED
-        else ""
-    )
-    decays = "what it leaves alone decays" if linear.stabilisable else "not all of it decays"
+        return (
+            f"the linearisation is controllable ({linear.rank} of {linear.dimension} dimensions)."
+        )
+    lost, more = list(linear.directions[:MAX_NAMED]), len(linear.directions) - MAX_NAMED
+    if more > 0:
+        lost.append(f"{more} more")
+    head, last = ", ".join(lost[:-1]), lost[-1]
+    named = f"{head} or {last}" if head else last
+    decays = "the rest decays by itself" if linear.stabilisable else "not all of that decays"
     return (
-        f"the linearisation reaches {linear.rank} of {linear.dimension} dimensions, no input "
-        f"moves {lost}{more}; {decays}."
+        f"the linearisation reaches {linear.rank} of {linear.dimension} dimensions. No input "
+        f"affects {named}, and {decays}."
     )
 
 
 def _decided_by(verdict: SmallTimeVerdict) -> str:
     if verdict.outcome in (SmallTime.DRIFTLESS, SmallTime.BRACKETS):
-        return f" Brackets of up to {_fields(verdict.degree)} decide."
+        return f" Brackets of up to {_fields(verdict.degree)} settle it."
     if verdict.outcome is SmallTime.UNFINISHED:
-        return f" Those of up to {_fields(verdict.degree)} do not decide."
+        return f" Those of up to {_fields(verdict.degree)} do not settle it."
     if verdict.obstacle is not None:
-        return f" The bad bracket {word_text(verdict.obstacle)} is not made up for."
+        return f" The bad bracket {word_text(verdict.obstacle)} is not compensated."
     return ""
+
+
+def _each(freedom: int) -> str:
+    return "the only motion" if freedom == 1 else f"each of the {freedom} independent motions"
 
 
 def _fields(count: int) -> str:

@@ -44,7 +44,7 @@ def description_to_json(found: Description) -> dict[str, Any]:
         },
         "rests": [_rest(rest) for rest in found.rests],
         "controllability": list(sentences(found)),
-        "modes": [asdict(mode) for mode in found.modes],
+        "modes": [asdict(mode) for mode in found.generalisations],
         "left_out": list(found.left_out),
     }
 

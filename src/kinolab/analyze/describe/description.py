@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
 from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
 from kinolab.analyze.describe.decoupling import Decoupling, decoupling_of
-from kinolab.analyze.describe.modes import Mode, modes_of
+from kinolab.analyze.describe.generalisations import Generalisation, generalisations_of
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
 from kinolab.dynamics import Model, System, VectorFields
@@ -65,7 +65,7 @@ class Description:
         potential: Whether the potential energy depends on the configuration.
         rests: Equilibria and their controllability: near the rest position, and another one if that
             is undecided.
-        modes: Six generalisations of the upright rolling disk.
+        generalisations: Six generalisations of the upright rolling disk.
         left_out: What could not be determined, in sentences.
         solids: How many bodies have a shape.
         watched: Pairs of bodies or cables that may not touch each other, by name.
@@ -91,7 +91,7 @@ class Description:
     pushes: int
     potential: bool
     rests: tuple[AtRest, ...]
-    modes: tuple[Mode, ...]
+    generalisations: tuple[Generalisation, ...]
     left_out: tuple[str, ...]
     solids: int = 0
     watched: tuple[tuple[str, str], ...] = ()
@@ -100,8 +100,12 @@ class Description:
     decoupling: Decoupling | None = None
 
 
-def describe(system: System) -> Description:
+def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
     """Describe a machine.
+
+    Args:
+        system: The machine.
+        switching: Names of the transitions between the modes of which this is one.
 
     Raises:
         InputError: If its equations cannot be derived.
@@ -141,7 +145,9 @@ def describe(system: System) -> Description:
         pushes=pushes,
         potential=potential,
         rests=rests,
-        modes=modes_of(system, freedom=freedom, pushes=pushes, potential=potential),
+        generalisations=generalisations_of(
+            system, freedom=freedom, pushes=pushes, potential=potential, switching=switching
+        ),
         left_out=tuple(left_out),
         solids=sum(bool(body.shapes) for body in system.bodies),
         watched=system.collisions,

@@ -42,8 +42,8 @@ def _lines(found: Description) -> Iterator[str]:
     yield "  controllability"
     for sentence in sentences(found):
         yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
-    yield "  modes of generalisation"
-    for k, mode in enumerate(found.modes, 1):
+    yield "  generalisations of the upright rolling disk"
+    for k, mode in enumerate(found.generalisations, 1):
         begin = f"    {k} {SHOWN[mode.shown]:3}  "
         sentence = f"{mode.name}: {mode.why}"
         yield from wrap(sentence, LINE_WIDTH, initial_indent=begin, subsequent_indent=" " * 11)
@@ -58,7 +58,7 @@ def _watched(found: Description) -> Iterator[str]:
     if found.solids < 2:
         return
     pairs = "; ".join(f"{a} and {b}" for a, b in found.watched)
-    text = f"pairs that may not touch: {pairs or 'none, all bodies may pass through each other'}"
+    text = f"pairs that must not touch: {pairs or 'none; bodies may pass through each other'}"
     yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 

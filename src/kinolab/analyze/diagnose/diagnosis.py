@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
-from kinolab.analyze.diagnose.goal_states import GoalStates, goal_states
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.analyze.diagnose.relaxation_trials import (
     RelaxationTrial,
@@ -19,17 +18,18 @@ from kinolab.analyze.diagnose.relaxation_trials import (
     trial_sentences,
 )
 from kinolab.analyze.diagnose.state_clearance import clearance_sentences, largest_clearance
-from kinolab.analyze.diagnose.static_holding import (
-    StaticHolding,
-    best_static_holding,
-    holding_sentences,
-    start_holding,
-)
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
+from kinolab.problem.goal_states import GoalStates, goal_states
+from kinolab.problem.static_holding import (
+    StaticHolding,
+    best_static_holding,
+    holding_sentences,
+    start_holding,
+)
 from kinolab.simulation import Stiffness, stiffness
 from kinolab.solve import PlanResult
 from kinolab.verification.clearance_margin import StateClearance, state_clearance

@@ -27,7 +27,7 @@ class Relaxation:
 
     Attributes:
         name: What was changed, in a word or two.
-        words: The change as a student would make it, after "with" or "without".
+        words: The change as one types or says it, after "with" or "without".
         problem: The changed problem.
         settings: Planner settings that differ.
     """
@@ -60,17 +60,16 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
     )
     longest = getattr(planner, "max_steps", None)
     if longest is not None:
-        words = f"with max_steps = {DURATION_FACTOR * longest} instead of {longest}"
-        yield Relaxation(
-            "longer controls", words, problem, {"max_steps": DURATION_FACTOR * longest}
-        )
+        longer = {"max_steps": DURATION_FACTOR * longest}
+        words = f"with {_options(longer)} instead of {longest}"
+        yield Relaxation("longer controls", words, problem, longer)
     if problem.scenario.integration.truth == "continuous":
         yield _finer_steps(problem, planner)
 
 
 def _implicit(problem: PlanningTask) -> Relaxation:
     """Return the problem with the method for stiff machines."""
-    words = 'with [integration] method = "rosenbrock"'
+    words = "with --set integration.method=rosenbrock"
     return Relaxation("method", words, _integrated(problem, method="rosenbrock"), {})
 
 
@@ -104,8 +103,15 @@ def _finer_steps(problem: PlanningTask, planner: AbstractPlanner) -> Relaxation:
         for name in ("min_steps", "max_steps")
         if name in known
     }
-    words = f"with [integration] step = {step:g} instead of {problem.step:g}"
+    words = f"with --set integration.step={step:g} instead of {problem.step:g}"
+    if settings:
+        words += f" (and {_options(settings)}, so that controls last as long)"
     return Relaxation("step", words, _integrated(problem, step=step), settings)
+
+
+def _options(settings: Mapping[str, Any]) -> str:
+    """Return the options of the command line that change settings of the planner."""
+    return " ".join(f"--set planner.{name}={value}" for name, value in settings.items())
 
 
 def _integrated(problem: PlanningTask, **update: Any) -> PlanningTask:

@@ -15,9 +15,9 @@ from scipy.integrate import solve_ivp
 from kinolab.analyze.examine.common_mistakes import mistakes_in
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.derivation.derivation import has_imposed_velocities
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.errors import KinolabError, NoDynamicsError
+from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import STABILITY_BOUNDS, decay_rate, step_too_long
 
@@ -52,7 +52,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
     if integration is not None:
         yield _steps(model, states, integration)
     yield from mistakes_in(model, states)
-    yield from _limits(system)
+    yield from _limits(model)
 
 
 def random_states(model: Model) -> NDArray[np.float64]:
@@ -83,7 +83,7 @@ def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64])
         "derivatives of f equal finite differences",
         worst,
         1e-6,
-        "a violation means kinks, such as a sign or an absolute value near zero",
+        "a violation would mean a kink, such as that of a sign or an absolute value at zero",
     )
 
 
@@ -96,7 +96,7 @@ def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float6
         "velocities obey the constraints",
         float(residual),
         1e-9,
-        f"free to choose: {free or 'nothing but the inputs'}{repeated}",
+        f"independent: {free or 'nothing but the inputs'}{repeated}",
     )
 
 
@@ -114,8 +114,8 @@ def _mass_matrix(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck
         asymmetry = max(asymmetry, float(np.abs(M - M.T).max() / np.abs(M).max()))
         own = np.sqrt(np.maximum(np.diag(M), 1e-300))
         smallest = min(smallest, float(np.linalg.eigvalsh(M / np.outer(own, own))[0]))
-    yield LawCheck("the mass matrix is symmetric", asymmetry, 1e-12, "an internal check")
-    note = f"smallest eigenvalue {smallest:.1e} of each coordinate's own inertia"
+    yield LawCheck("the mass matrix is symmetric", asymmetry, 1e-12, "a check of kinolab itself")
+    note = f"smallest eigenvalue {smallest:.1e}, with each coordinate's own inertia as the unit"
     if model.system.constraints and smallest <= 0:
         note += "; constraints hold the massless directions"
         yield LawCheck("every motion has inertia", 0.0, 1e-12, note)
@@ -158,7 +158,8 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Law
     size = max(1.0, *map(abs, energies), abs(work))
     gap = abs(energies[1] - energies[0] - work) / size
     note = (
-        f"over {run.t[-1]:.3g} s {energies[1] - energies[0]:+.3g} J, of which {work:+.3g} J by work"
+        f"in {run.t[-1]:.3g} s the energy changes by {energies[1] - energies[0]:+.3g} J; "
+        f"the work is {work:+.3g} J"
     )
     return LawCheck(law, gap, 1e-7, note)
 
@@ -171,16 +172,15 @@ def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSecti
     law = f"{settings.method} is stable at steps of {step:g} s"
     if wrong is not None:
         return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], wrong.sentence)
-    note = f"what fades fastest does so at {rate:.3g} /s"
+    note = f"the fastest decay rate is {rate:.3g} /s"
     return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], note)
 
 
-def _limits(system: System) -> Iterator[LawCheck]:
-    """Report missing limits and inputs that a planner needs."""
-    unlimited = [c.name for c in system.coordinates if not np.isfinite(c.speed)]
-    kinematic = has_imposed_velocities(system)
-    if unlimited and not kinematic:
-        note = f"no speed limit on {', '.join(unlimited)}: planners will ask for [bounds]"
-        yield LawCheck("rates have limits", 0.0, 0.0, note)
-    if not system.inputs:
+def _limits(model: Model) -> Iterator[LawCheck]:
+    """Report the limits and inputs that a planner will miss, in the words in which it asks."""
+    for i in model.speeds:
+        if not np.isfinite(model.state_bounds[i]).all():
+            note = " ".join(unlimited_sentences(model, model.state_names[i]))
+            yield LawCheck("velocities have limits", 0.0, 0.0, note)
+    if not model.nu:
         yield LawCheck("something can be decided", 0.0, 0.0, "it has no inputs: only simulate it")

@@ -15,13 +15,26 @@ from kinolab.cli.common import echo_json, json_option
 @json_option
 def command(what: str, as_json: bool) -> int:
     """Say what WHAT is and whether it can be controlled."""
-    from kinolab.analyze.describe import describe, described_as_text, description_to_json
+    from kinolab.analyze.describe import (
+        describe,
+        described_as_text,
+        description_to_json,
+        in_each_mode,
+    )
     from kinolab.loading import find_machine
 
     with redirect_stdout(sys.stderr):  # keep output of user code out of the result
-        found = describe(find_machine(what))
+        machine = find_machine(what)
+        switching = [transition.name for transition in machine.transitions]
+        found = [
+            (title, describe(one, switching=switching)) for title, one in in_each_mode(machine)
+        ]
     if as_json:
-        echo_json(description_to_json(found))
-    else:
-        click.echo(described_as_text(found))
+        documents = [description_to_json(description) for _, description in found]
+        echo_json(documents[0] if len(documents) == 1 else {"modes": documents})
+        return 0
+    for title, description in found:
+        if title:
+            click.echo(title)
+        click.echo(described_as_text(description))
     return 0

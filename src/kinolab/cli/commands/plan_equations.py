@@ -10,8 +10,12 @@ import click
 @click.option("--latex", is_flag=True, help="Print LaTeX.")
 def command(what: str, latex: bool) -> int:
     """Print the equations of motion of WHAT: a system, a scenario, or machine.py:function."""
+    from kinolab.analyze.describe import in_each_mode
     from kinolab.loading import find_machine
 
-    equations = find_machine(what).equations()
-    click.echo(equations.latex() if latex else equations.text())
+    for title, machine in in_each_mode(find_machine(what)):
+        if title:
+            click.echo(title)
+        equations = machine.equations()
+        click.echo(equations.latex() if latex else equations.text())
     return 0

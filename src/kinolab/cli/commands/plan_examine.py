@@ -11,10 +11,15 @@ from kinolab.cli.common import FAILED
 @click.argument("what")
 def command(what: str) -> int:
     """Check the laws of mechanics on WHAT, and its steps, and say what is odd."""
+    from kinolab.analyze.describe import in_each_mode
     from kinolab.analyze.examine import examine
+    from kinolab.dynamics import System
     from kinolab.loading import find_scenario, find_system
 
     scenario = find_scenario(what)
-    findings = list(examine(find_system(scenario), scenario.integration))
-    click.echo("\n".join(map(str, findings)))
-    return 0 if all(finding.holds for finding in findings) else FAILED
+    holds = True
+    for title, machine in in_each_mode(System.of(find_system(scenario))):
+        findings = list(examine(machine, scenario.integration))
+        click.echo("\n".join([*([title] if title else []), *map(str, findings)]))
+        holds = holds and all(finding.holds for finding in findings)
+    return 0 if holds else FAILED

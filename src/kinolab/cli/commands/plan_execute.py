@@ -17,15 +17,15 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 
 @click.command("execute")
 @click.argument("folder", type=PATH)
-@click.option("--parameters", **SHARE, help="Parameters vary by this share of their value.")
-@click.option("--noise", **SHARE, help="Of measured states, in shares of their scales.")
-@click.option("--disturbance", **SHARE, help="Of inputs, in shares of their range.")
+@click.option("--parameters", **SHARE, help="Vary each parameter by up to this share of its value.")
+@click.option("--noise", **SHARE, help="Measurement noise, as a share of each state's scale.")
+@click.option("--disturbance", **SHARE, help="Disturbance of each input, as a share of its range.")
 @click.option(
     "--set",
     "built",
     metavar="NAME=VALUE",
     multiple=True,
-    help="A parameter of the machine as it was built (repeated).",
+    help="The real machine's value of a parameter; may be repeated.",
 )
 @click.option(
     "--large",
@@ -33,11 +33,24 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
     metavar="SHARE",
     default=0.2,
     show_default=True,
-    help="Deviation, of what [metric] calls large, that gains answer strongly: less is stiffer.",
+    help="Deviation, as a share of what [metric] calls large, that the gains answer strongly: "
+    "smaller is stiffer.",
 )
-@click.option("--untracked", is_flag=True, help="No gains along the plan.")
-@click.option("--runs", type=click.IntRange(1, 100_000), default=100, show_default=True)
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option("--untracked", is_flag=True, help="Leave out the feedback gains along the plan.")
+@click.option(
+    "--runs",
+    type=click.IntRange(1, 100_000),
+    default=100,
+    show_default=True,
+    help="How many times.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    help="Seed of the random numbers.",
+)
 @json_option
 @click.option("--no-picture", is_flag=True, help="Leave execution.png out.")
 @quiet_option
@@ -55,11 +68,12 @@ def command(
     no_picture: bool,
     quiet: bool,
 ) -> int:
-    """Carry out the plan of a finished run many times, in closed loop, and count what happens.
+    """Execute the plan of a finished run many times in closed loop, and count the outcomes.
 
-    The machines differ from the one that the plan was made for. Gains along the plan and the
-    machine's own feedback, which both believe in the plan's parameters, keep them to it. The folder
-    gets execution.json and execution.png.
+    Each simulated machine differs from the one that the plan was made for. Feedback gains along the
+    plan keep it on course, together with the machine's own feedback if it has any; both are
+    designed for the plan's parameters. The results are written to execution.json and execution.png
+    in FOLDER.
     """
     from kinolab.analyze.execute import Conditions, execute, execution_to_json, tube_png
     from kinolab.files import write_whole

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack, redirect_stdout
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stdout
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,23 +40,35 @@ if TYPE_CHECKING:
 @click.argument("scenario")
 @click.option("--planner", metavar="NAME", help="A planner's name, or file.py:Class.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
-@click.option("--time-limit", type=float, metavar="SECONDS", help="Limit of the search.")
-@click.option("--max-iterations", type=click.IntRange(1), help="Limit of the search.")
-@click.option("--roadmap", metavar="FILE", help="Roadmap of the planner prm, kept between runs.")
+@click.option("--time-limit", type=float, metavar="SECONDS", help="Time limit of the search.")
+@click.option("--max-iterations", type=click.IntRange(1), help="Iteration limit of the search.")
+@click.option(
+    "--roadmap",
+    metavar="FILE",
+    help="File in which the planner prm keeps its roadmap between runs.",
+)
 @click.option(
     "--jobs",
     type=click.IntRange(1, MAX_JOBS),
     default=1,
     metavar="N",
-    help="Searches at once, each with a seed of its own; the first plan wins.",
+    help="Run N searches at once, each with its own seed; the first plan wins.",
 )
-@click.option("--anytime", is_flag=True, help="Plan until the time limit; the shortest plan wins.")
-@click.option("--no-optimize", is_flag=True, help="Keep the first motion as it was found.")
+@click.option(
+    "--anytime",
+    is_flag=True,
+    help="Keep planning until the time limit, and keep the shortest plan.",
+)
+@click.option(
+    "--no-optimize",
+    is_flag=True,
+    help="Keep the first motion as it was found, without improving it.",
+)
 @set_option
-@click.option("--out", type=PATH, help="Folder; default runs/<scenario>.")
+@click.option("--out", type=PATH, help="Folder of the run; by default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
-@click.option("--no-animation", is_flag=True, help="Leave all pictures out.")
-@click.option("--no-diagnosis", is_flag=True, help="Do not look for why nothing was found.")
+@click.option("--no-animation", is_flag=True, help="Write no pictures.")
+@click.option("--no-diagnosis", is_flag=True, help="Do not diagnose why nothing was found.")
 @click.option("--live", is_flag=True, help="Show in a browser how the search tree grows.")
 @click.option("--no-browser", is_flag=True, help="With --live: only print the page's address.")
 @quiet_option
@@ -95,11 +107,13 @@ def command(
         "planner.max_iterations": max_iterations,
         "planner.roadmap": roadmap,
     }
-    problem = _load(scenario, overrides, shortcuts)
-    for warning in problem.world.warnings:
-        progress(f"warning: {warning}")
+    options = _overrides_of(scenario, shortcuts)
+    with _as_typed(options):
+        problem = _load(scenario, [*overrides, *options])
     folder = out or Path("runs") / problem.name
     require_place(folder)
+    for warning in _warnings(problem, folder):
+        progress(f"warning: {warning}", lasting=True)
     with (
         compiled_ahead(),
         progress.compiling(),
@@ -107,10 +121,11 @@ def command(
         live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),
     ):
         film = None if no_animation else cache(lambda: opened.enter_context(film_process(progress)))
-        found, report = _search(
-            problem, folder, progress, page, film,
-            jobs=jobs, anytime=anytime, optimize=not no_optimize,
-        )  # fmt: skip
+        with _as_typed(options):
+            found, report = _search(
+                problem, folder, progress, page, film,
+                jobs=jobs, anytime=anytime, optimize=not no_optimize,
+            )  # fmt: skip
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
 
@@ -139,6 +154,21 @@ def command(
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
+def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
+    """Yield what one should know before a search, in sentences."""
+    from kinolab.problem.static_holding import rest_warnings
+    from kinolab.runs import replaced_scenario
+
+    yield from problem.world.warnings
+    yield from rest_warnings(problem)
+    earlier = replaced_scenario(folder, problem)
+    if earlier is not None:
+        yield (
+            f"{folder} has a run of {earlier}, which this one replaces. "
+            "--out writes into another folder."
+        )
+
+
 def _say(text: str) -> None:
     """Print a text, unless the reader is gone: the files of the run are written all the same."""
     try:
@@ -147,21 +177,33 @@ def _say(text: str) -> None:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
 
 
-def _load(scenario: str, overrides: Sequence[str], shortcuts: dict[str, Any]) -> PlanningTask:
-    """Load a scenario; mistakes in options are reported under the options' names."""
-    from kinolab.api import load
-    from kinolab.scenario import override_place, scenario_path
+def _overrides_of(scenario: str, shortcuts: dict[str, Any]) -> dict[str, str]:
+    """Return what options stand for: keys of [planner] by the overrides that set them."""
+    from kinolab.scenario import scenario_path
     from kinolab.search.plugins import seen_from
 
     if shortcuts["planner.name"]:  # a file is given relative to the working folder
         folder = scenario_path(scenario).parent
         shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
-    given = {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
+    return {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
+
+
+def _load(scenario: str, overrides: Sequence[str]) -> PlanningTask:
+    from kinolab.api import load
+
+    with redirect_stdout(sys.stderr):  # keep output of user code out of the result
+        return load(scenario, overrides=overrides)
+
+
+@contextmanager
+def _as_typed(options: Mapping[str, str]) -> Iterator[None]:
+    """Report mistakes in overrides that options stand for under the options' names."""
+    from kinolab.scenario import override_place
+
     try:
-        with redirect_stdout(sys.stderr):  # keep output of user code out of the result
-            return load(scenario, overrides=[*overrides, *given])
+        yield
     except InputError as error:
-        typed = {override_place(text): _option_of(key) for text, key in given.items()}
+        typed = {override_place(text): _option_of(key) for text, key in options.items()}
         raise InputError(
             Mistake(typed.get(m.where, m.where), m.what, m.remedy) for m in error.mistakes
         ) from error

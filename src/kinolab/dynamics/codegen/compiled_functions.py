@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kinolab.dynamics.codegen.integrators import METHODS
 
-SINGULAR, NOT_FINITE = 1, 2  # bits of the status that a function returns
+SINGULAR, NOT_FINITE, CHATTERS = 1, 2, 4  # bits of the status that a function returns
 NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
 PREFIX = "closed_"  # of functions with feedback
 RATES = (  # functions of (x, u, p, out, mode)
@@ -12,5 +12,6 @@ RATES = (  # functions of (x, u, p, out, mode)
     *("constraint_residual", "constraint_forces", "requirements"),
 )
 STEPPERS = tuple(f"step_{method}" for method in METHODS)
+SWITCHES = ("leaves", "reset")  # of a machine with modes: whether one ends, and what follows
 # have a twin of references
 CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")

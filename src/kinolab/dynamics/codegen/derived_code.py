@@ -8,10 +8,12 @@ from typing import Any
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
 from kinolab.dynamics.codegen.emission import emit_module
 from kinolab.dynamics.codegen.exports import results_of
+from kinolab.dynamics.codegen.hybrid import emit_hybrid
 from kinolab.dynamics.codegen.llvm_jit import compile_ir
-from kinolab.dynamics.derivation.derivation import derive
+from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.mode_derivations import derive_modes
 
 
 def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
@@ -24,16 +26,26 @@ def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any
     Raises:
         InputError: If the mechanism cannot be derived.
     """
+    if system.modes:
+        modes = derive_modes(system)
+        d, text = modes[0].derivation, emit_hybrid(modes)
+        redundant = {name: None for mode in modes for name in mode.derivation.redundant}
+        facts = {**_facts(d), "redundant": tuple(redundant)}
+        return facts, compile_ir(text)
     d = derive(system)
+    facts, text = _facts(d), emit_module(d)
+    if law is not None:
+        nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
+        facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
+        text += "\n" + emit_closed_loop(d, system, law)
+    return facts, compile_ir(text)
+
+
+def _facts(d: Derivation) -> dict[str, Any]:
     nx, nu = len(d.state), len(d.binding.inputs)
     sizes = {name: len(nodes) for name, nodes in results_of(d).items()}
     sizes |= {"f": nx, "frames_jacobian": nx * len(d.frames), "jacobian": nx * (nx + nu)}
-    text = emit_module(d)
-    if law is not None:
-        along = nx + len(law.references)
-        sizes |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
-        text += "\n" + emit_closed_loop(d, system, law)
-    facts = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
+    facts: dict[str, Any] = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
     facts["quasi"] = [
         {
             "name": v.name,
@@ -44,4 +56,4 @@ def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any
         }
         for v in d.quasi
     ]
-    return facts, compile_ir(text)
+    return facts

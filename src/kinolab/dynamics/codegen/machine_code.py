@@ -19,6 +19,7 @@ from kinolab.dynamics.codegen.compiled_functions import (
     NEED_CHART,
     PREFIX,
     STEPPERS,
+    SWITCHES,
 )
 from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.llvm_jit import link
@@ -41,6 +42,7 @@ class MachineCode:
         key: By which it is kept on disk.
         build: Derives and compiles it, as ``derived_code``, where it is not there.
         closed: Whether it has feedback; functions of inputs are then functions of references.
+        switches: Whether it has modes.
 
     Attributes:
         sizes: Length of each function's result, by the function's name.
@@ -53,7 +55,12 @@ class MachineCode:
     """
 
     def __init__(
-        self, key: str, build: Callable[[], tuple[dict[str, Any], bytes]], *, closed: bool
+        self,
+        key: str,
+        build: Callable[[], tuple[dict[str, Any], bytes]],
+        *,
+        closed: bool,
+        switches: bool = False,
     ) -> None:
         facts, code = cached(key, build)
         self.sizes: dict[str, int] = facts["sizes"]
@@ -61,7 +68,8 @@ class MachineCode:
         self.quasi = tuple(_quasi_velocity(**entry) for entry in facts["quasi"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if closed}
-        self._library = link(code, {*self.sizes, *FUNCTIONS, *self._closed.values()})
+        own = SWITCHES if switches else ()
+        self._library = link(code, {*self.sizes, *FUNCTIONS, *own, *self._closed.values()})
 
     def address(self, name: str) -> int:
         """Return the address of a C function, the closed loop's where there is feedback."""

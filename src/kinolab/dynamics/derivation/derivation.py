@@ -39,7 +39,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols, require_one_mode
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
@@ -106,15 +106,20 @@ class Derivation:
     chart_guards: tuple[Node, ...]
 
 
-def derive(system: Mechanism) -> Derivation:
+def derive(system: Mechanism, *, idle_inputs: bool = False) -> Derivation:
     """Derive a machine's equations of motion.
+
+    Args:
+        system: The machine; of one with modes, ``in_mode`` gives what can be derived.
+        idle_inputs: Whether inputs may be without effect.
 
     Raises:
         InputError: If a constraint is not linear in the rates or is vacuous, if an input has no
             effect, if a direction of motion has no mass, or if something divides by zero.
     """
+    require_one_mode(system)
     try:
-        return _Derivation(system).result()
+        return _Derivation(system).result(idle_inputs=idle_inputs)
     except ZeroDivisionError as error:
         where = f"system {system.name!r}"
         raise InputError([Mistake(where, f"it is singular everywhere: {error}.")]) from error
@@ -163,7 +168,7 @@ class _Derivation:
         self.chart_guards = tuple(self.guards.nodes)
         self.states = self.chart.states
 
-    def result(self) -> Derivation:
+    def result(self, *, idle_inputs: bool) -> Derivation:
         """Return all nodes."""
         binding, chart = self.binding, self.chart
         accelerations = self._accelerations()
@@ -176,7 +181,8 @@ class _Derivation:
         forces = self._constraint_forces(nu_dot) if self.rows and massive else ()
         poses = [kinetics.kinematics(body.frame) for body in self.system.bodies]
         ends = [tuple(map(kinetics.kinematics, cable.between)) for cable in self.system.cables]
-        self._check_inputs((*accelerations, *flow, *extras))
+        if not idle_inputs:
+            self._check_inputs((*accelerations, *flow, *extras))
         return Derivation(
             binding=binding,
             independent=chart.independent,

@@ -26,7 +26,7 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import require_one_mode, tangent_symbols
 from kinolab.dynamics.language.quasi_velocities import (
     QuasiAcceleration,
     QuasiVelocity,
@@ -86,7 +86,12 @@ class Equations(Sequence[sympy.Eq]):
 
 
 def equations_of(system: Mechanism) -> Equations:
-    """Derive a machine's equations of motion from its energies."""
+    """Derive a machine's equations of motion from its energies.
+
+    Raises:
+        InputError: If it has modes, or cannot be derived.
+    """
+    require_one_mode(system)
     return _LagrangeDerivation(system).result()
 
 
@@ -165,9 +170,13 @@ class _LagrangeDerivation:
         )
 
     def forces(self) -> list[sympy.Expr]:
-        """Return the generalised nonconservative forces."""
+        """Return the generalised nonconservative forces.
+
+        Strengths and velocities are simplified before they are multiplied: the square of a velocity
+        along a chain of frames no longer shows its sums of angles.
+        """
         total = [sympy.Integer(0)] * len(self.velocities)
-        for strength, velocity in loads(self.system):
+        for strength, velocity in (map(self.joined, load) for load in loads(self.system)):
             for k, v in enumerate(self.velocities):
                 total[k] += strength * sympy.diff(velocity, v)
         return total
@@ -288,6 +297,10 @@ class _LagrangeDerivation:
         if _terms(expression) > MAX_EXPANDED_TERMS:
             return expression
         return simplified(expression, self.deadline)
+
+    def joined(self, expression: sympy.Expr) -> sympy.Expr:
+        """Simplify where products of sines may join into sines of sums."""
+        return self.tidy(expression) if expression.has(sympy.sin, sympy.cos) else expression
 
     def brief(self, expression: sympy.Expr) -> sympy.Expr:
         """Simplify and collect terms with common factors."""

@@ -8,8 +8,7 @@ from typing import Any, Literal, Self
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.auxiliary_states import State
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import AnyCable, as_cables
+from kinolab.dynamics.language.bodies import AnyCable, Body, as_cables
 from kinolab.dynamics.language.constraints import Constraint, Requirement
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
@@ -21,6 +20,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     coordinate_of,
 )
+from kinolab.dynamics.language.modes import MODE, Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import Parameter
 from kinolab.dynamics.language.validation import mistakes_of
@@ -53,6 +53,9 @@ class Mechanism(MechanismParts):
         flat: Flatness description, if the machine is flat; used by steering.
         feedback: Controller that is part of the machine, if any: planners then choose its
             references, which determine the inputs.
+        modes: What holds in each mode of a machine whose mechanics switch; its first state begins
+            in the first one. Its state has an entry ``mode``, the mode's place in this list.
+        transitions: How modes end, and what follows.
 
     Raises:
         InputError: With every mistake in the description.
@@ -76,6 +79,8 @@ class Mechanism(MechanismParts):
         values: Mapping[str, Any] | None = None,  # validated with their parameters
         flat: Flat | None = None,
         feedback: Feedback | Regulator | None = None,
+        modes: Sequence[Mode] = (),
+        transitions: Sequence[Transition] = (),
     ) -> None:
         content = {
             "bodies": tuple(bodies),
@@ -83,10 +88,12 @@ class Mechanism(MechanismParts):
             "inputs": tuple(inputs),
             "efforts": tuple(efforts),
             "gravity": gravity,
-            "states": tuple(states),
+            "states": _with_mode(tuple(states), len(modes)),
             "requirements": tuple(requirements),
             "cables": as_cables(tuple(cables)),
             "feedback": feedback,
+            "modes": tuple(modes),
+            "transitions": tuple(transitions),
         }
         atoms = set(atoms_of(tuple(content.values())))
         used = {a for a in map(coordinate_of, atoms) if a is not None}
@@ -144,3 +151,10 @@ class Mechanism(MechanismParts):
         own = {field.name: getattr(self, field.name) for field in fields(self)}
         del own["parameters"]
         return own | {"values": dict(self.values)}
+
+
+def _with_mode(states: tuple[State, ...], modes: int) -> tuple[State, ...]:
+    """Return the states of a machine with some modes: the last one says which it is in."""
+    if not modes or any(entry.name == MODE for entry in states):
+        return states
+    return (*states, State(MODE, 0, limits=(0.0, modes - 1.0)))

@@ -9,14 +9,14 @@ from typing import Any, Literal, TypeAlias
 import sympy
 
 from kinolab.dynamics.language.auxiliary_states import State
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import Constraint, Requirement
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -27,6 +27,7 @@ from kinolab.dynamics.language.symbols import (
     TurnRate,
     rate,
 )
+from kinolab.errors import InputError, Mistake
 
 AnyCoordinate: TypeAlias = Coordinate | Attitude
 
@@ -51,6 +52,8 @@ class MechanismParts:
     values: tuple[tuple[str, float], ...]
     flat: Flat | None
     feedback: Feedback | Regulator | None
+    modes: tuple[Mode, ...]
+    transitions: tuple[Transition, ...]
 
     @property
     def parameter_values(self) -> dict[str, float]:
@@ -76,6 +79,18 @@ class MechanismParts:
             replace(shape, **{field: number(value) for field, value in vars(shape).items()})
             for shape in body.shapes
         )
+
+
+def require_one_mode(system: MechanismParts) -> None:
+    """Require that a machine has the same equations of motion everywhere.
+
+    Raises:
+        InputError: If it has modes.
+    """
+    if system.modes:
+        remedy = f'Take one of them: in_mode(system, "{system.modes[0].name}").'
+        what = "its equations of motion are different in each of its modes."
+        raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
 
 
 def configuration_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:

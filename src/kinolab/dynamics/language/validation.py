@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import sympy
 
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable
+from kinolab.dynamics.language.bodies import Body, Cable
+from kinolab.dynamics.language.constraints import Constraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import output_symbols, symbols_used
@@ -25,6 +25,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     quasi_velocities,
     tangent_symbols,
 )
+from kinolab.dynamics.language.modes import MODE
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -59,6 +60,7 @@ def mistakes_of(
     if not all(_is_number(value) for _, value in system.values):
         return  # nothing that depends on parameters can be validated
     yield from _symbols(system, atoms)
+    yield from _modes(system)
     yield from _coordinates(system, used)
     yield from _references(system)
     yield from _places(system)
@@ -77,6 +79,43 @@ def mistakes_of(
             yield from error.mistakes
 
 
+def _constraints(system: MechanismParts) -> tuple[Constraint, ...]:
+    """Return the constraints of a machine and of all its modes."""
+    return (*system.constraints, *(c for mode in system.modes for c in mode.constraints))
+
+
+def _modes(system: MechanismParts) -> Iterator[Mistake]:
+    """Report transitions between modes that do not exist, and resets of what is no state."""
+    names = [mode.name for mode in system.modes]
+    if system.transitions and not names:
+        remedy = "List them: modes=[Mode(…)]."
+        yield Mistake(_where(system), "it has transitions but no modes.", remedy)
+        return
+    symbols = {
+        *configuration_symbols(system),
+        *tangent_symbols(system),
+        *(entry.symbol for entry in system.states if entry.name != MODE),
+    }
+    for transition in system.transitions:
+        where = f"transition {transition.name!r}"
+        for key in ("source", "target"):
+            if (given := getattr(transition, key)) not in names:
+                yield unknown_name("mode", given, known=names, where=f"{where} {key}")
+        for symbol, _ in transition.reset:
+            if symbol not in symbols:
+                what = f"it resets {symbol}, which is no coordinate, rate or state of the machine."
+                yield Mistake(where, what, "Take a coordinate, rate(coordinate) or state(name).")
+        bounce = None if transition.restitution is None else exact(transition.restitution)
+        if bounce is not None and not bounce.free_symbols - set(system.parameters):
+            value = system.number(bounce)
+            if not 0.0 <= value <= 1.0:
+                what = f"its restitution is {value:g}."
+                yield Mistake(where, what, "Give a number between 0 and 1.")
+    if MODE in {entry.name for entry in (*system.inputs, *system.parameters)} and names:
+        what = f"a machine with modes has a state {MODE!r} already."
+        yield Mistake(_where(system), what, "Give the input or parameter another name.")
+
+
 def _where(system: MechanismParts) -> str:
     return f"system {system.name!r}"
 
@@ -89,7 +128,9 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
         "name": [entry.name for entry in (*symbols, *named)],
         "body": [body.name for body in system.bodies],
         "cable": [*(cable.name for cable in system.cables), *{body.name for body in system.bodies}],
-        "constraint": [constraint.name for constraint in system.constraints],
+        "constraint": [constraint.name for constraint in _constraints(system)],
+        "mode": [mode.name for mode in system.modes],
+        "transition": [transition.name for transition in system.transitions],
     }
     for kind, names in groups.items():
         for name, count in Counter(names).items():
@@ -125,7 +166,7 @@ def _symbols(system: MechanismParts, atoms: set[sympy.Symbol | Attitude]) -> Ite
     known: dict[type, set[str]] = {
         InputSymbol: {entry.name for entry in system.inputs},
         StateSymbol: {entry.name for entry in system.states},
-        ForceSymbol: {constraint.name for constraint in system.constraints},
+        ForceSymbol: {constraint.name for constraint in _constraints(system)},
         QuasiVelocitySymbol: _names(quasi_velocities(system)),
         ReferenceSymbol: set() if system.feedback is None else _names(system.feedback.references),
     }

@@ -69,7 +69,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         connections = GoalConnections(
             problem, self.goal_connection_period, self.goal_region_scale, seed, budget
         )
-        beside = InterleavedSearches([connections, *self.sub_searches(problem, seed, budget)])
+        others = [connections, *self.sub_searches(problem, seed, budget)]
+        beside = InterleavedSearches([] if problem.machine.modes else others)
         seconds = problem.scenario.planner.improve if budget.improve is None else budget.improve
         best = IncumbentImprovement(budget, seconds, problem.step)
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)

@@ -40,8 +40,8 @@ class InterleavedSearches:
 
     @property
     def due(self) -> float:
-        """Iterations of the tree until the next turn of any."""
-        return min(member.due for member in self._members)
+        """Iterations of the tree until the next turn of any; infinite where there are none."""
+        return min((member.due for member in self._members), default=math.inf)
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Advance all of them; return the first solution (N, nu), or None."""

@@ -23,9 +23,15 @@ Lines: TypeAlias = Array | Callable[[float], Array]
 
 @dataclass(frozen=True, eq=False)
 class Ghost:
-    """The machine as a translucent outline, at poses of shape (nb, 12)."""
+    """The machine as a translucent outline.
+
+    Args:
+        poses: Of the bodies, shape (nb, 12).
+        lines: Its cables, shape (nl, 2, 3).
+    """
 
     poses: Array
+    lines: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +96,7 @@ class Picture:
         cones: Goal cones and keep-out cones of axes.
         lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion, or a
             function that gives shape (nl, 2, 3) at a time. Segments that are not finite are slack.
+        radii: Of the cables in [m], shape (nl,); thin lines where it has no entries.
     """
 
     bodies: Sequence[BodyGeometry | PaintedBody]
@@ -104,6 +111,7 @@ class Picture:
     points: Sequence[GoalMarker] = ()
     cones: Sequence[Cone] = ()
     lines: Lines | None = None
+    radii: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def stands_on_ground(self) -> bool:

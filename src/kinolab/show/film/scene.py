@@ -96,8 +96,10 @@ def machine_facets(
         if cable is None:
             yield face + edge, dark
         else:
-            both = zip(dark, pen.line_shadows(cable, CABLE) if shadows else (), strict=True)
+            both = zip(
+                dark, pen.line_shadows(cable, CABLE, machine.radii) if shadows else (), strict=True
+            )
             yield (
-                face + edge + pen.line(cable, CABLE, INK),
+                face + edge + pen.line(cable, CABLE, INK, machine.radii),
                 [np.concatenate(parts) for parts in both],
             )

@@ -24,7 +24,7 @@ from kinolab.world.geometry import triangles
 
 FLOOR: Color = (0.91, 0.91, 0.90)
 GHOST_OPACITY = 0.4  # of start, goal and cones
-CABLE_RADIUS_FRACTION = 0.002  # radius of a cable, relative to the scene's size
+CABLE_RADIUS_FRACTION = 0.002  # least radius of a cable, relative to the scene's size
 ROTOR_KEY_ANGLE = 1.0  # [rad] between two keys of a rotor
 MAX_PATH_POINTS = 1000
 
@@ -55,9 +55,8 @@ def glb_scene(content: Content) -> bytes:
         _add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
-        _add_cables(
-            glb, root, content.keys.ends, CABLE_RADIUS_FRACTION * float(np.ptp(hull, axis=0).max())
-        )
+        thinnest = CABLE_RADIUS_FRACTION * float(np.ptp(hull, axis=0).max())
+        _add_cables(glb, root, content.keys.ends, np.fmax(picture.radii, thinnest))
     return glb.to_bytes()
 
 
@@ -138,12 +137,12 @@ def _add_path(glb: Glb, root: int, content: Content) -> None:
     glb.node("path", root, mesh=glb.mesh("path", [glb.lines(glb.points(line), ends, paint)]))
 
 
-def _add_cables(glb: Glb, root: int, curve: Curve, radius: float) -> None:
+def _add_cables(glb: Glb, root: int, curve: Curve, radii: Array) -> None:
     """Add each cable as a unit rod along z with animated translation, rotation and scale."""
-    rod = Cylinder(radius, 1.0, at=(0.0, 0.0, 0.5))
-    mesh = weld(*triangles(rod), _color([c / 255.0 for c in INK]))
     ends = curve.values.reshape(len(curve.times), -1, 2, 3)
     for k in range(ends.shape[1]):
+        rod = Cylinder(float(radii[k]), 1.0, at=(0.0, 0.0, 0.5))
+        mesh = weld(*triangles(rod), _color([c / 255.0 for c in INK]))
         place, turn, stretch = _stretched(ends[:, k])
         node = _add_mesh(glb, root, f"cable {k + 1}", mesh)
         if len(curve.times) > 1:

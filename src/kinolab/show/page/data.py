@@ -40,12 +40,13 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
             for body, mesh in zip(picture.bodies, machine, strict=True)
         ],
         "motion": _motion(content, pack),
+        "radii": _numbers(picture.radii),
         "obstacles": [_obstacle(o.name, o.vertices, o.faces, pack) for o in picture.obstacles],
         "cones": [
             {"forbidden": cone.forbidden, "mesh": mesh_data(cone_mesh(cone), pack)}
             for cone in picture.cones
         ],
-        "start": _poses(picture.start, START),
+        "start": _poses(picture.start, START, picture.radii),
         "goal": _goal(picture),
         "points": [_marker(point) for point in picture.points],
         "tree": None if content.tree is None else pack.add(content.tree, "f4"),
@@ -82,18 +83,25 @@ def _obstacle(name: str, vertices: Array, faces: Indices, pack: Pack) -> dict[st
     return {"name": name, "room": is_room(mesh), "mesh": mesh_data(mesh, pack)}
 
 
-def _poses(ghost: Ghost | None, color: tuple[float, float, float]) -> dict[str, Any] | None:
+def _poses(
+    ghost: Ghost | None, color: tuple[float, float, float], radii: Array
+) -> dict[str, Any] | None:
     if ghost is None:
         return None
     poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
-    return {"poses": [_numbers(pose) for pose in poses], "rgb": list(color)}
+    cables = [
+        {"ends": _numbers(ends.ravel()), "radius": float(radius)}
+        for ends, radius in zip(ghost.lines, radii, strict=True)
+        if np.isfinite(ends).all()
+    ]
+    return {"poses": [_numbers(pose) for pose in poses], "cables": cables, "rgb": list(color)}
 
 
 def _goal(picture: Picture) -> dict[str, Any] | None:
     goal = picture.goal
     if isinstance(goal, GoalMarker):
         return _marker(goal)
-    return _poses(goal, GOAL)
+    return _poses(goal, GOAL, picture.radii)
 
 
 def _marker(goal: GoalMarker) -> dict[str, Any]:

@@ -1,9 +1,10 @@
 // Start and goal: the machine as a translucent outline, or the region where it shall arrive.
 
+import { cableOf } from "./machine.js";
 import { geometryOf } from "./meshes.js";
 
 /** Return a group with the machine in one colour at given poses. */
-function ghost({ poses, rgb }, bodies) {
+function ghost({ poses, cables, rgb }, bodies) {
   const group = new THREE.Group(), paint = veil(rgb, 0.38, 2);
   const line = new THREE.LineBasicMaterial({ color: paint.color, transparent: true, opacity: 0.9 });
   poses.forEach((p, k) => {
@@ -13,6 +14,14 @@ function ghost({ poses, rgb }, bodies) {
     frame.add(new THREE.Mesh(bodies[k].geometry, paint));
     frame.add(new THREE.LineSegments(bodies[k].spinning.children[1].geometry, line));
     group.add(frame);
+  });
+  cables.forEach(({ ends, radius }) => {
+    const seen = { color: paint.color, transparent: true, opacity: 0.5 };
+    for (const width of [{ linewidth: 2 * radius, worldUnits: true }, {}]) {
+      const cable = cableOf({ ...seen, ...width });
+      cable.geometry.setPositions(ends);
+      group.add(cable);
+    }
   });
   return group;
 }

@@ -11,7 +11,7 @@ export function buildMachine(data, array, motion) {
   const behind = new THREE.LineBasicMaterial({ depthFunc: THREE.GreaterDepth, depthWrite: false });
   const bodies = data.bodies.map((body) => buildBody(body, array, { ink, behind }));
   bodies.forEach(({ frame }) => group.add(frame));
-  const cables = motion.ends(motion.first) && buildCables(group);
+  const cables = motion.ends(motion.first) && buildCables(group, data.radii);
 
   const put = (k, place, turn, t) => {
     const { frame, spinning, whirl } = bodies[k];
@@ -19,7 +19,7 @@ export function buildMachine(data, array, motion) {
     frame.quaternion.set(...turn);
     spinning.rotation.z = whirl * t;
   };
-  const pull = (ends) => cables.geometry.setPositions(taut(ends));
+  const pull = (ends) => cables.forEach((cable, k) => cable.geometry.setPositions(taut(ends, k)));
   const show = (t) => {
     bodies.forEach((_, k) => put(k, motion.place(k, t), motion.turn(k, t), t));
     if (cables) pull(motion.ends(t));
@@ -32,7 +32,7 @@ export function buildMachine(data, array, motion) {
   const paint = (colors) => {
     ink.color.set(colors.ink === 0xdfe5ee ? 0x0c0f14 : colors.ink);
     behind.color.set(colors.wallEdge);
-    if (cables) cables.material.color.set(colors.ink);
+    if (cables) cables.forEach(({ material }) => material.color.set(colors.ink));
   };
   return { group, bodies, show, put, pull, middle, paint, reach: reachOf(bodies, motion, middle) };
 }
@@ -55,22 +55,25 @@ function buildBody({ name, whirl, mesh }, array, { ink, behind }) {
   return { name, frame, spinning, whirl, geometry, mesh };
 }
 
-function buildCables(group) {
-  const geometry = new THREE.LineSegmentsGeometry();
-  const cables = new THREE.LineSegments2(geometry, new THREE.LineMaterial({ linewidth: 2.2 }));
-  cables.frustumCulled = false;
-  group.add(cables);
+/** Return two lines per cable: one as wide as it is, and a thin one, which is seen from afar. */
+function buildCables(group, radii) {
+  const cables = radii.flatMap((radius) => [cableOf({ linewidth: 2 * radius, worldUnits: true, alphaToCoverage: true }), cableOf()]);
+  group.add(...cables);
   return cables;
 }
 
-/** Leave out cables without finite ends: they are slack. */
-function taut(ends) {
-  const kept = [];
-  for (let k = 0; k < ends.length; k += 6) {
-    const segment = ends.slice(k, k + 6);
-    if (segment.every(Number.isFinite)) kept.push(...segment);
-  }
-  return kept.length ? kept : [0, 0, 0, 0, 0, 0];
+/** Return a line whose `geometry.setPositions` takes both ends; more of its paint may be given. */
+export function cableOf(paint = {}) {
+  const cable = new THREE.LineSegments2(
+    new THREE.LineSegmentsGeometry(), new THREE.LineMaterial({ linewidth: 2.2, ...paint }));
+  cable.frustumCulled = false;
+  return cable;
+}
+
+/** The ends of the cable that a line is for; those of a slack one are not finite, and left out. */
+function taut(ends, line) {
+  const segment = ends.slice(6 * (line >> 1), 6 * (line >> 1) + 6);
+  return segment.every(Number.isFinite) ? segment : [0, 0, 0, 0, 0, 0];
 }
 
 /** How far the machine reaches from the middle of its bodies at most, in [m]. */

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from kinolab.analyze.diagnose.static_holding import static_holding
 from kinolab.dynamics import Model
 from kinolab.dynamics.javascript import javascript_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.static_holding import static_holding
 from kinolab.show.page import Driving
 from kinolab.trajectory import Trajectory
 

@@ -71,7 +71,7 @@ def content_of(
         facts=facts,
         tree=None if graph is None else branches(problem, graph),
         speed=problem.scenario.render.speed,
-        driving=driving_of(problem, shown) if drive else None,
+        driving=driving_of(problem, shown) if drive and not problem.machine.modes else None,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import partial
 
 import numpy as np
@@ -87,6 +88,24 @@ def is_motion(problem: PlanningTask, trajectory: Trajectory) -> bool:
         after = step.after(trajectory.x[own], trajectory.inputs[own], float(span))
         largest = max(largest, _apart(after, trajectory.x[own + 1], problem.scales))
     return largest <= SHORT.defect_tolerance
+
+
+def smooth_pieces(problem: PlanningTask, trajectory: Trajectory) -> list[tuple[int, int]]:
+    """Return first and last knot of the pieces of a motion between transitions of the machine.
+
+    A step in which a transition takes place belongs to no piece.
+    """
+    if not problem.machine.modes:
+        return [(0, len(trajectory.u))]
+    spans = np.diff(trajectory.t)
+    step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
+    rows = zip(trajectory.x[:-1], trajectory.inputs, spans, strict=True)
+    after = np.array([step.after(x[None], u[None], float(h))[0] for x, u, h in rows])
+    apart = np.abs((after - trajectory.x[1:]) / problem.scales).max(axis=1)
+    switching = ~(apart <= SHORT.defect_tolerance)
+    ends = [-1, *np.flatnonzero(switching).tolist(), len(switching)]
+    pairs = itertools.pairwise(ends)
+    return [(before + 1, last) for before, last in pairs if last > before + 1]
 
 
 def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
+
+import numpy as np
 
 from kinolab.concurrency.cancel import throttled
 from kinolab.numerics.work import counted_work
@@ -19,12 +22,17 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import connect_to_goal
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.nlp.decision import Knots, even_knots, resampled
-from kinolab.trajopt.nlp.dynamics_constraint import is_motion, refined, true_trajectory
+from kinolab.trajopt.nlp.dynamics_constraint import (
+    is_motion,
+    refined,
+    smooth_pieces,
+    true_trajectory,
+)
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SHORT, SQP
-from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
+from kinolab.trajopt.segments import Segments, SlidingWindow, is_long, segment_problem
 from kinolab.trajopt.shortening.cycles import cycles_removed
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
@@ -66,6 +74,15 @@ def shortened(
         spent: Returns the fraction of the budget spent; called before each subproblem.
     """
 
+    shorten_all = between_transitions if problem.machine.modes else shortened_smooth
+    yield from shorten_all(problem, trajectory, spent)
+
+
+def shortened_smooth(
+    problem: PlanningTask, trajectory: Trajectory, spent: Callable[[], float]
+) -> Iterator[Trajectory]:
+    """Do what ``shortened`` does for a motion in which no transition takes place."""
+
     def cancelled() -> bool:
         return spent() >= SHORT.first_try_budget
 
@@ -87,6 +104,48 @@ def shortened(
     whole = _shorten_whole(problem, trajectory, cancelled, over)
     if whole is not trajectory:
         yield whole
+
+
+def between_transitions(
+    problem: PlanningTask, trajectory: Trajectory, spent: Callable[[], float]
+) -> Iterator[Trajectory]:
+    """Yield shorter motions with the same transitions: each smooth piece is shortened by itself.
+
+    Pieces end where they did, but for the last one, which ends in the goal.
+    """
+    short, k = trajectory, 0
+    pieces = smooth_pieces(problem, trajectory)
+    while k < len(pieces) and spent() < 1.0:
+        (begin, end), last = pieces[k], k == len(pieces) - 1
+        part = partial(_part_of, spent, spent(), (1.0 - spent()) / (len(pieces) - k))
+        piece = short.piece(begin, end)
+        own = segment_problem(problem, piece.x[0], piece.x[-1])
+        if last and end == len(short.u):
+            own = replace(problem, start=piece.x[0])
+        for found in shortened_smooth(own, piece, part):
+            piece = found
+        spliced = short.with_piece(begin, end, piece, problem.space)
+        motion = _with_transitions(problem, spliced, len(pieces))
+        if motion is not None:
+            short, pieces = motion, smooth_pieces(problem, motion)
+        k += 1
+    if short is not trajectory and problem.goal_excess(short.x[-1]) <= 1.0:
+        yield short
+
+
+def _part_of(spent: Callable[[], float], before: float, part: float) -> float:
+    """Return which fraction of a part of the budget is spent."""
+    return (spent() - before) / part if part > 0 else 1.0
+
+
+def _with_transitions(problem: PlanningTask, spliced: Trajectory, pieces: int) -> Trajectory | None:
+    """Return the true motion under the same inputs; None if its transitions are others."""
+    try:
+        motion = resimulate(problem, spliced.t, spliced.inputs)
+    except DivergedError:
+        return None
+    same = np.array_equal(motion.x[:, -1], spliced.x[:, -1])
+    return motion if same and len(smooth_pieces(problem, motion)) == pieces else None
 
 
 def _shortened_segments(

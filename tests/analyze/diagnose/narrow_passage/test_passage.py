@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from kinolab.analyze.diagnose.goal_states import goal_states
+from kinolab.analyze.diagnose.narrow_passage import passage as narrow_passage
 from kinolab.analyze.diagnose.narrow_passage.passage import Passage, find_passage, is_applicable
+from kinolab.problem.goal_states import goal_states
 from tests.analyze.diagnose.scenarios import COIN, ROBOT, ROOM, box, door, ring
-from tests.support import OPEN, problem_of
+from tests.support import OPEN, long, problem_of
 
 PLENTY = 300.0  # [s]: the looks end by their number, not by time
 FINE = 0.003  # [m]: 2 mm of the estimate, and the way is bent at random
@@ -20,7 +21,10 @@ def passage(folder: Path, text: str, *overrides: str) -> Passage:
     return find_passage(problem, goal_states(problem).inside, PLENTY)
 
 
-@pytest.mark.parametrize(("machine", "width"), [("diff_drive", ROBOT), ("rolling_disk", COIN)])
+@pytest.mark.parametrize(
+    ("machine", "width"),
+    [("diff_drive", ROBOT), pytest.param("rolling_disk", COIN, marks=long)],
+)
 def test_a_door_2_cm_too_narrow_is_called_that(machine: str, width: float, tmp_path: Path) -> None:
     found = passage(tmp_path, door(width - 0.02, machine))
     assert found.narrow_by == pytest.approx(0.02, abs=FINE)
@@ -52,7 +56,12 @@ def test_a_gate_that_is_1_cm_too_low_is_not_called_2_cm_too_narrow(tmp_path: Pat
     assert found.beside == ("robot – beam",)
 
 
-def test_a_wall_all_around_lets_no_shrunk_machine_through(tmp_path: Path) -> None:
+def test_a_wall_all_around_lets_no_shrunk_machine_through(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However often it is looked: twice for each width instead of six times."""
+    few = {slim: min(searches, 2) for slim, searches in narrow_passage.SLIMMER.items()}
+    monkeypatch.setattr(narrow_passage, "SLIMMER", few)
     found = passage(tmp_path, ring(1.0), "start.x=-2")
     assert not found.open
     assert found.narrow_by is None

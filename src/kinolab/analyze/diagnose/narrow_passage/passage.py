@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.analyze.diagnose.goal_states import has_loops
 from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
 from kinolab.analyze.diagnose.narrow_passage.configuration_path import (
     Configurations,
@@ -29,6 +28,7 @@ from kinolab.analyze.diagnose.narrow_passage.path_widening import (
 )
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal_states import has_loops
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # searches by quanta of shrinkage per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)

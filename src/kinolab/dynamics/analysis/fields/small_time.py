@@ -54,16 +54,16 @@ REST_TOLERANCE = 1e-7  # of the drift's components, relative to their terms
 class SmallTime(Enum):
     """Outcome of the test; the value is the sentence the user reads."""
 
-    DRIFTLESS = "It gets to every state near by in short time: its brackets span all directions."
-    LINEAR = "It gets to every state near by in short time: already its linearisation does."
-    BRACKETS = "It gets to every state near by in short time: Sussmann's condition holds."
-    UNDECIDED = "Sussmann's condition is not met, which decides nothing."
-    UNFINISHED = "Sussmann's condition asks for longer brackets than there is time for."
-    KINKED = "The equations of motion have a kink there, so that their brackets decide nothing."
-    MOVING = "It does not stay at this state, so that Sussmann's condition does not apply."
-    ONE_SIDED = "An input cannot be decreased as well as increased, so that no condition applies."
-    ONE_WAY = "Some states near by are out of reach in short time: a bracket pushes one way only."
-    UNREACHABLE = "Some states near by are out of its reach: brackets do not span all directions."
+    DRIFTLESS = "It can reach every nearby state in a short time: its brackets span all directions."
+    LINEAR = "It can reach every nearby state in a short time: even its linearisation can."
+    BRACKETS = "It can reach every nearby state in a short time: Sussmann's condition holds."
+    UNDECIDED = "Sussmann's condition is not met, which settles nothing."
+    UNFINISHED = "Sussmann's condition needs longer brackets than there is time to compute."
+    KINKED = "The equations of motion have a kink at this state, so their brackets settle nothing."
+    MOVING = "It does not stay at this state, so Sussmann's condition does not apply."
+    ONE_SIDED = "An input cannot be both increased and decreased, so no condition applies."
+    ONE_WAY = "Some nearby states are out of reach in a short time: a bracket acts one way only."
+    UNREACHABLE = "Some nearby states are out of its reach: brackets do not span all directions."
 
     @classmethod
     def _missing_(cls, value: object) -> NoReturn:

@@ -12,8 +12,7 @@ from typing import Any
 import sympy
 
 from kinolab.dynamics.language.auxiliary_states import State
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.cables import Cable, as_cables
+from kinolab.dynamics.language.bodies import Body, Cable, as_cables
 from kinolab.dynamics.language.constraints import (
     PositionConstraint,
     Requirement,
@@ -37,6 +36,7 @@ from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE
 from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
+from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import SHAPES
 from kinolab.dynamics.language.symbols import (
@@ -72,10 +72,12 @@ RECORDS: dict[str, type] = {
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
+        *(Mode, Transition),
         *SHAPES,
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
+SWITCHING = ("modes", "transitions")  # of machines that have modes
 BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
 
@@ -97,6 +99,7 @@ def machine_to_json(system: Mechanism) -> str:
         "collisions": [list(pair) for pair in system.collisions],
         "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
+        **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
         **{
             name: _encode(getattr(system, name))
             for name in ("flat", "feedback")
@@ -261,7 +264,9 @@ class _MachineReader:
         feedback = data.get("feedback") or {"references": ()}
         symbols += [ReferenceSymbol(entry["name"]) for entry in feedback["references"]]
         named = {symbol.name: symbol for symbol in symbols}
-        forces = {c["name"]: ForceSymbol(c["name"]) for c in data["constraints"]}
+        modes = (mode["constraints"] for mode in data.get("modes", ()))
+        constraints = (c for some in (data["constraints"], *modes) for c in some)
+        forces = {c["name"]: ForceSymbol(c["name"]) for c in constraints}
         return cls(coordinates, forces | named)
 
     @classmethod
@@ -289,6 +294,7 @@ class _MachineReader:
         chosen_symbols = (v.symbol for v in velocities or () if isinstance(v, QuasiVelocity))
         self.symbols.update({symbol.name: symbol for symbol in chosen_symbols})
         content = {name: self.decode(data[name], name) for name in CONTENT}
+        content |= {name: self.decode(data.get(name, []), name) for name in SWITCHING}
         flat, feedback = self._flat(data.get("flat")), self.decode(data.get("feedback"), "feedback")
         self.finish()
         content["cables"] = as_cables(content["cables"])  # early files have pairs of frames

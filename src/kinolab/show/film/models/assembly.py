@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,9 +18,11 @@ class Assembly:
 
     Args:
         bodies: One mesh per body, in the body's frame.
+        radii: Of its cables in [m], shape (nl,); no entries where they are not known.
     """
 
     bodies: Sequence[SurfaceMesh]
+    radii: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def _joined(self) -> SurfaceMesh:

@@ -79,9 +79,27 @@ class Pen:
         parts = zip(np.split(drawn.corners, ends), np.split(drawn.colors, ends), strict=True)
         return [Facets(*part) for part in parts]
 
-    def line(self, segments: ArrayLike, width: float, color: ArrayLike) -> Facets:
-        """Segments of the world, shape (n, 2, 3); width in [pixel]."""
-        return strokes(self.at(segments), width * self.scale, color)
+    def line(
+        self, segments: ArrayLike, width: float, color: ArrayLike, radii: Array | None = None
+    ) -> Facets:
+        """Segments of the world, shape (n, 2, 3).
+
+        Args:
+            segments: Their ends.
+            width: In [pixel].
+            color: RGB in 0..255.
+            radii: In [m], shape (n,): each is drawn as wide as a tube, but no thinner than width.
+        """
+        seen = self.at(segments)
+        return strokes(seen, self._widths(seen, width, radii), color)
+
+    def _widths(self, seen: Array, width: float, radii: Array | None) -> Array:
+        """Return the widths of segments at both ends, in small pixels, shape (n, 2)."""
+        thinnest = np.full(seen.shape[:2], width * self.scale)
+        if radii is None or not len(radii):
+            return thinnest
+        focal = 0.5 * self.size[1] / np.tan(0.5 * self.camera.fov)
+        return np.asarray(np.fmax(thinnest, 2.0 * radii[:, None] * focal * seen[..., 2]))
 
     def shadows(self, mesh: SurfaceMesh) -> list[Array]:
         """The mesh's shadow on the ground for every lamp, as triangles of shape (m, 3, 3).
@@ -102,12 +120,14 @@ class Pen:
             for lamp in zip(places, lit, strict=True)
         ]
 
-    def line_shadows(self, segments: ArrayLike, width: float) -> list[Array]:
-        """The shadows of segments, shape (n, 2, 3), as strokes of a width in [pixel]."""
+    def line_shadows(
+        self, segments: ArrayLike, width: float, radii: Array | None = None
+    ) -> list[Array]:
+        """The shadows of segments as strokes; arguments as for ``line``."""
         points = np.asarray(segments, dtype=np.float64)
+        places = [self.at(shadow_points(points, lamp)) for lamp in self._lamps]
         return [
-            strokes(self.at(shadow_points(points, lamp)), width * self.scale, (0, 0, 0)).corners
-            for lamp in self._lamps
+            strokes(seen, self._widths(seen, width, radii), (0, 0, 0)).corners for seen in places
         ]
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Lines of constant width in the picture, as triangles with depth."""
+"""Lines in the picture, as triangles with depth."""
 
 from __future__ import annotations
 
@@ -9,29 +9,32 @@ from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.rasterizer import NO_FACETS, Facets
 
 
-def strokes(segments: Array, width: float, color: ArrayLike, lead: float = 0.0) -> Facets:
+def strokes(segments: Array, width: float | Array, color: ArrayLike, lead: float = 0.0) -> Facets:
     """Draw segments as bars with square ends.
 
     Args:
         segments: End points as column, row and nearness, shape (n, 2, 3); each that is finite gives
             two triangles, which follow each other.
-        width: In [pixel].
+        width: In [pixel]; of each at both ends, shape (n, 2), or of all.
         color: RGB in 0..255.
         lead: Fraction by which the line is moved toward the viewer, so that an edge is in front of
             its own faces.
     """
-    segments = segments[np.isfinite(segments).all(axis=(1, 2))]
+    finite = np.isfinite(segments).all(axis=(1, 2))
+    half = 0.5 * np.broadcast_to(width, (len(segments), 2))[finite].T[..., None]
+    segments = segments[finite]
     if len(segments) == 0:
         return NO_FACETS
     along = segments[:, 1, :2] - segments[:, 0, :2]
     length = np.linalg.norm(along, axis=1, keepdims=True)
-    along = 0.5 * width * np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
-    along[length[:, 0] == 0.0] = (0.5 * width, 0.0)
+    along = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
+    along[length[:, 0] == 0.0] = (1.0, 0.0)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
     nearness = segments[:, :, 2] * (1.0 + lead)
-    start, end = segments[:, 0, :2] - along, segments[:, 1, :2] + along
-    a, b = _lift(start + normal, nearness[:, 0]), _lift(start - normal, nearness[:, 0])
-    c, d = _lift(end - normal, nearness[:, 1]), _lift(end + normal, nearness[:, 1])
+    start, end = segments[:, 0, :2] - half[0] * along, segments[:, 1, :2] + half[1] * along
+    left, right = half[0] * normal, half[1] * normal
+    a, b = _lift(start + left, nearness[:, 0]), _lift(start - left, nearness[:, 0])
+    c, d = _lift(end - right, nearness[:, 1]), _lift(end + right, nearness[:, 1])
     corners = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3)
     return Facets(corners, np.tile(np.asarray(color, dtype=np.uint8), (len(corners), 1)))
 

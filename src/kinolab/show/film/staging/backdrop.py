@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color, ball
@@ -22,7 +24,7 @@ WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
 START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
 CONE_OPACITY = 0.3  # of a cone
 GOAL_OPACITY = 0.35  # of a ball
-EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH = 0.7, 0.9, 2.2  # [pixel]
+EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH, CABLE = 0.7, 0.9, 2.2, 1.6  # [pixel]
 
 
 def backdrop(
@@ -38,9 +40,9 @@ def backdrop(
         layers.append(_path(picture.path, pen, floor))
     layers += _obstacles(picture, pen, floor)
     if picture.start is not None:
-        layers.append(_ghost(machine, picture.start, START, pen))
+        layers.append(_ghost(machine, picture.start, START, pen, picture.radii))
     if isinstance(picture.goal, Ghost):
-        layers.append(_ghost(machine, picture.goal, GOAL, pen))
+        layers.append(_ghost(machine, picture.goal, GOAL, pen, picture.radii))
     layers += [_veil(goal_ball(point), GOAL_OPACITY, pen) for point in picture.points]
     return layers + [_veil(cone_mesh(cone), CONE_OPACITY, pen) for cone in picture.cones]
 
@@ -85,12 +87,18 @@ def _obstacles(picture: Picture, pen: Pen, floor: Floor | None) -> Iterator[Laye
         yield Shadows(pen.shadows(solids))
 
 
-def _ghost(machine: Sequence[SurfaceMesh], ghost: Ghost, color: Color, pen: Pen) -> Layer:
+def _ghost(
+    machine: Sequence[SurfaceMesh], ghost: Ghost, color: Color, pen: Pen, radii: Array
+) -> Layer:
     poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
     placed = [mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)]
-    return _veil(join(placed).painted(color), 0.45, pen)
+    veil = _veil(join(placed).painted(color), 0.45, pen)
+    return replace(veil, facets=veil.facets + pen.line(ghost.lines, CABLE, _edge(color), radii))
 
 
-def _veil(mesh: SurfaceMesh, opacity: float, pen: Pen) -> Layer:
-    edge = 255.0 * 0.6 * mesh.colors[0]
-    return Veil(pen.faces(mesh) + pen.edges(mesh, EDGE_WIDTH, edge), opacity)
+def _veil(mesh: SurfaceMesh, opacity: float, pen: Pen) -> Veil:
+    return Veil(pen.faces(mesh) + pen.edges(mesh, EDGE_WIDTH, _edge(mesh.colors[0])), opacity)
+
+
+def _edge(color: ArrayLike) -> Array:
+    return 255.0 * 0.6 * np.asarray(color)

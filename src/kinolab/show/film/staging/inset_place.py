@@ -57,7 +57,14 @@ def build_inset(
     pixel = nearest_pixel(camera, stage.machine.bodies, motion, large)
     machine = picture.machine(SUPERSAMPLING * pixel)
     layers = backdrop(picture, machine, pen, stage.floor)
-    return Inset(pen, Assembly(machine), Tiles(layers, PAPER), box, times, stage.floor is not None)
+    return Inset(
+        pen,
+        Assembly(machine, picture.radii),
+        Tiles(layers, PAPER),
+        box,
+        times,
+        stage.floor is not None,
+    )
 
 
 def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:

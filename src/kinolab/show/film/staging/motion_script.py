@@ -59,8 +59,9 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
         up=up,
         view=problem.scenario.render.view,
         path=poses[:, 0, 3::4],
-        start=Ghost(poses[0]),
+        start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,
+        radii=np.array([cable.radius for cable in problem.cables]),
         goal=_goal(problem),
         points=[GoalMarker(point.position, point.tolerance) for point in problem.goal.points],
         cones=list(_cones(problem, poses[0])),
@@ -106,4 +107,5 @@ def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
         radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
         px, py, pz = pose[0, 3::4]
         return GoalMarker((float(px), float(py), float(pz)), float(radius))
-    return Ghost(pose)
+    poses, ends = problem.placement(x)
+    return Ghost(poses, ends.reshape(-1, 2, 3))

@@ -34,7 +34,9 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
     camera = frame_scene(cloud, up, picture.view, size)
     tool = pen(camera, size, up, SUPERSAMPLING)
     machine = picture.machine(nearest_pixel(camera, machine, motion, size))
-    return Scene(tool, Assembly(machine), backdrop(picture, machine, tool, floor), floor)
+    return Scene(
+        tool, Assembly(machine, picture.radii), backdrop(picture, machine, tool, floor), floor
+    )
 
 
 def nearest_pixel(
@@ -55,6 +57,7 @@ def seen_points(picture: Picture, machine: tuple[SurfaceMesh, ...], motion: Arra
     tables = [motion, *(pose_table(ghost.poses)[None] for ghost in ghosts)]
     for table in tables:
         parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+    parts += [np.asarray(ghost.lines, dtype=np.float64) for ghost in ghosts]
     if picture.path is not None:
         parts.append(np.asarray(picture.path, dtype=np.float64))
     if isinstance(picture.goal, GoalMarker):

@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from kinolab.dynamics.analysis.equilibrium import equilibrium
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal_states import goal_states
 
 EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: slower counts as held
 MAX_ITERATIONS = 100
 DRAWN_BACK = 5  # steps of Newton's method towards the equilibrium that is nearest
 AT_START = 1e-4  # of a state's scale: a start is written with a few digits
+GOAL_SAMPLES = 40  # of the goal, from which the nearest equilibrium is sought; few are needed
+EXPLAINED = 5  # of them, if there is none: the one that is held best says what is missing
+FLAT = 1e-9  # relative change of the potential energy that is rounding
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,7 @@ def start_holding(problem: PlanningTask) -> StaticHolding | None:
     held = static_holding(problem, problem.start)
     if held is not None and held.holds:
         return held
-    for x in _equilibria(problem, [problem.start]):
+    for x, _ in _equilibria(problem, [problem.start]):
         moved = np.abs(problem.space.difference(problem.start, x)) / problem.scales
         if moved[: problem.model.nq].max(initial=0.0) <= AT_START:
             return static_holding(problem, x)
@@ -98,7 +103,7 @@ def best_static_holding(problem: PlanningTask, states: Sequence[Array]) -> Stati
     """
     found = _held(problem, states)
     if not any(held.holds for held in found):
-        near = (x for x in _equilibria(problem, states) if problem.goal_excess(x) <= 1.0)
+        near = (x for x, _ in _equilibria(problem, states) if problem.goal_excess(x) <= 1.0)
         found += [held for held in _held(problem, near) if held.holds]
     return min(found, key=_effort, default=None)
 
@@ -107,16 +112,50 @@ def _held(problem: PlanningTask, states: Iterable[Array]) -> list[StaticHolding]
     return [held for x in states if (held := static_holding(problem, x)) is not None]
 
 
-def _equilibria(problem: PlanningTask, states: Iterable[Array]) -> Iterator[Array]:
-    """Yield equilibria near states (nx,), within all limits but those of the inputs."""
+def _equilibria(problem: PlanningTask, states: Iterable[Array]) -> Iterator[tuple[Array, Array]]:
+    """Yield equilibria near states (nx,), within all limits but those of the inputs (nu,)."""
     for near in states:
         found = equilibrium(problem.model, near, scales=problem.scales, drawn_back=DRAWN_BACK)
         if found is not None and not any(problem.limit_violations(found[0])):
-            yield found[0]
+            yield found
 
 
 def _effort(held: StaticHolding) -> tuple[bool, float]:
     return not held.holds, held.share if held.holds else max(map(abs, held.drifts.values()))
+
+
+@lru_cache(maxsize=1)  # every report of one problem has them
+def rest_warnings(problem: PlanningTask) -> tuple[str, ...]:
+    """Say before a search where gravity or springs move a machine on from a goal at rest.
+
+    An equilibrium is mostly found from the first sample of the goal, within milliseconds.
+    """
+    if not _wants_rest(problem) or not _has_potential(problem) or _is_held_nearby(problem):
+        return ()
+    goal = best_static_holding(problem, goal_states(problem).inside[:EXPLAINED])
+    return tuple(holding_sentences(problem, None, goal))
+
+
+def _has_potential(problem: PlanningTask) -> bool:
+    """Whether the potential energy differs between configurations."""
+    generator = np.random.default_rng(0)
+    states = problem.model.project([problem.sample(generator) for _ in range(GOAL_SAMPLES)])
+    try:
+        _, energies = problem.model.energy(states)
+    except NoDynamicsError:
+        return False
+    return bool(np.ptp(energies) > FLAT * max(1.0, np.abs(energies).max()))
+
+
+def _is_held_nearby(problem: PlanningTask) -> bool:
+    """Whether an equilibrium in the goal is near one of its samples, found by Newton's method."""
+    generator = np.random.default_rng(0)
+    samples = (problem.sample_goal(generator) for _ in range(GOAL_SAMPLES))
+    lower, upper = problem.model.control_bounds.T
+    return any(
+        bool(((lower <= u) & (u <= upper)).all()) and problem.goal_excess(x) <= 1.0
+        for x, u in _equilibria(problem, samples)
+    )
 
 
 def holding_sentences(
@@ -124,7 +163,10 @@ def holding_sentences(
 ) -> Iterator[str]:
     """Say where the machine cannot rest, and which inputs it would take."""
     if goal is not None and not goal.holds and _wants_rest(problem):
-        yield f"The machine cannot rest in the goal, only pass through: {_why(problem, goal)}."
+        yield (
+            "The machine cannot stay at rest in the goal, only come to rest there for an instant: "
+            f"{_why(problem, goal)}."
+        )
     if start is not None and not start.holds:
         yield f"The machine cannot rest at the start: {_why(problem, start)}."
 

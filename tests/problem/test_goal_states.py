@@ -9,8 +9,8 @@ import pytest
 
 import kinolab
 from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
-from kinolab.analyze.diagnose.goal_states import goal_states
 from kinolab.problem.goal_entries import goal_entries
+from kinolab.problem.goal_states import goal_states
 from kinolab.scenario import builtin_scenarios
 from tests.analyze.diagnose.scenarios import PENDULUM
 from tests.support import OPEN, problem_of

@@ -6,6 +6,7 @@ potential energy, controller, second mechanism or switching dynamics.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinolab.analyze.describe.topology import mechanisms
@@ -16,7 +17,7 @@ SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
 
 
 @dataclass(frozen=True)
-class Mode:
+class Generalisation:
     """One generalisation.
 
     Attributes:
@@ -30,7 +31,9 @@ class Mode:
     why: str
 
 
-def modes_of(system: System, *, freedom: int, pushes: int, potential: bool) -> tuple[Mode, ...]:
+def generalisations_of(
+    system: System, *, freedom: int, pushes: int, potential: bool, switching: Sequence[str] = ()
+) -> tuple[Generalisation, ...]:
     """Return the six generalisations, and whether a machine shows them.
 
     Args:
@@ -38,6 +41,7 @@ def modes_of(system: System, *, freedom: int, pushes: int, potential: bool) -> t
         freedom: Number of independent velocities under its constraints.
         pushes: Number of independent directions in which its inputs act.
         potential: Whether its potential energy differs between configurations.
+        switching: Names of the transitions between the modes of which this is one.
     """
     return (
         _internal(system, freedom - pushes, freedom, potential),
@@ -45,57 +49,58 @@ def modes_of(system: System, *, freedom: int, pushes: int, potential: bool) -> t
         _freedom(freedom),
         _feedback(system),
         _several(system),
-        _transitions(system),
+        _transitions(system, switching),
     )
 
 
-def _internal(system: System, left: int, freedom: int, potential: bool) -> Mode:
+def _internal(system: System, left: int, freedom: int, potential: bool) -> Generalisation:
     lagging = [entry.name for entry in system.states if entry.velocity is None]
-    verb = "is" if left == 1 else "are"
     facts = {
-        f"{left} of {_counted(freedom, 'degree')} of freedom {verb} pushed by no input": left > 0,
+        f"no input acts on {left} of {_counted(freedom, 'degree')} of freedom": left > 0,
         f"{', '.join(lagging)} with differential equations of their own": len(lagging) > 1,
         f"{', '.join(lagging)} with a differential equation of its own": len(lagging) == 1,
-        "its potential energy changes with its place": potential,
+        "its potential energy depends on its configuration": potential,
     }
     shown = [fact for fact, holds in facts.items() if holds]
-    why = "its inputs move every degree of freedom, and its potential energy is the same everywhere"
+    why = "its inputs act on every degree of freedom, and its potential energy is constant"
     why = "; ".join(shown) or why
-    return Mode("internal dynamics or potential energy", bool(shown), why)
+    return Generalisation("internal dynamics or potential energy", bool(shown), why)
 
 
-def _inputs(system: System) -> Mode:
+def _inputs(system: System) -> Generalisation:
     count = len(system.inputs)
-    return Mode("more than two inputs", count > SIMPLEST, _counted(count, "input"))
+    return Generalisation("more than two inputs", count > SIMPLEST, _counted(count, "input"))
 
 
-def _freedom(freedom: int) -> Mode:
-    why = f"{freedom}, where the upright rolling disk has {SIMPLEST}"
-    return Mode("more degrees of freedom", freedom > SIMPLEST, why)
+def _freedom(freedom: int) -> Generalisation:
+    why = f"{freedom}, and the upright rolling disk has {SIMPLEST}"
+    return Generalisation("more degrees of freedom", freedom > SIMPLEST, why)
 
 
-def _feedback(system: System) -> Mode:
-    why = "its inputs are chosen directly"
+def _feedback(system: System) -> Generalisation:
+    why = "its inputs are set directly"
     if system.feedback is not None:
         followed = ", ".join(entry.name for entry in system.feedback.references)
-        why = f"a controller sets its inputs; what is chosen is {followed}"
-    return Mode("feedback", system.feedback is not None, why)
+        why = f"a controller sets its inputs; it follows {followed}"
+    return Generalisation("feedback", system.feedback is not None, why)
 
 
-def _several(system: System) -> Mode:
+def _several(system: System) -> Generalisation:
     count = len(mechanisms(system))
     why = f"{count} that no body, constraint or force joins" if count > 1 else "one mechanism"
-    return Mode("several mechanisms", count > 1, why)
+    return Generalisation("several mechanisms", count > 1, why)
 
 
-def _transitions(system: System) -> Mode:
-    """No machine of this vocabulary switches its dynamics: dry friction is regularised."""
+def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
+    """Say whether other equations hold elsewhere; dry friction is regularised."""
+    if switching:
+        return Generalisation("state transitions", True, ", ".join(switching))
     dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, Coulomb))
-    why = "one set of laws holds everywhere"
+    why = "the same equations hold everywhere"
     if dry:
         why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "
         why += "sticks"
-    return Mode("state transitions", False, why)
+    return Generalisation("state transitions", False, why)
 
 
 def _rubs(system: System, friction: Coulomb) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -63,6 +62,8 @@ def _at_rest(problem: PlanningTask, x: Array) -> Array:
 
 def _reached(problem: PlanningTask, guess: Array) -> Array:
     """Return the state of a configuration solved for the goal, with closed loops, shape (nx,)."""
+    from scipy.optimize import least_squares
+
     nq = problem.model.nq
     lower, upper = problem.bounds[:nq].T
     lower, upper = (

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 import kinolab
-from kinolab.analyze.diagnose.goal_states import goal_states
-from kinolab.analyze.diagnose.static_holding import (
+from kinolab.problem.goal_states import goal_states
+from kinolab.problem.static_holding import (
     best_static_holding,
     holding_sentences,
+    rest_warnings,
     start_holding,
     static_holding,
 )
@@ -37,7 +38,8 @@ def test_it_can_only_pass_through_a_goal_at_rest(tmp_path: Path) -> None:
     goal = best_static_holding(problem, goal_states(problem).inside)
     sentences = list(holding_sentences(problem, static_holding(problem, problem.start), goal))
     assert sentences == [
-        "The machine cannot rest in the goal, only pass through: theta_dot changes by 4.81 per "
+        "The machine cannot stay at rest in the goal, only come to rest there for an instant: "
+        "theta_dot changes by 4.81 per "
         "second; to hold it takes torque = 9.81 N m (its limit is 5)."
     ]
 
@@ -118,7 +120,7 @@ def test_a_goal_whose_equilibrium_is_outside_cannot_be_rested_in(tmp_path: Path)
     problem = problem_of(tmp_path, PENDULUM, *WEAK, *goal)
     held = best_static_holding(problem, goal_states(problem).inside)
     [sentence] = holding_sentences(problem, None, held)
-    assert sentence.startswith("The machine cannot rest in the goal, only pass through: ")
+    assert sentence.startswith("The machine cannot stay at rest in the goal, ")
 
 
 def test_an_equilibrium_that_a_limit_excludes_is_none(tmp_path: Path) -> None:
@@ -135,3 +137,26 @@ def test_a_start_rests_as_far_as_its_digits_go(theta: str, rests: bool, tmp_path
     held = start_holding(problem)
     assert held is not None
     assert held.holds is rests
+
+
+def test_a_goal_at_rest_that_no_input_holds_is_warned_of_before_a_search(tmp_path: Path) -> None:
+    """A motor of 5 N m holds no weight of 9.81 N at 1 m; one that hangs rests by itself."""
+    (warning,) = rest_warnings(problem_of(tmp_path, PENDULUM))
+    assert warning.startswith(
+        "The machine cannot stay at rest in the goal, only come to rest there for an instant: "
+    )
+    assert "to hold it takes torque = 9.81 N m (its limit is 5)" in warning
+    for harmless in ("goal.at_rest=false", "goal.theta=0.3", "system.parameters.g=0"):
+        assert rest_warnings(problem_of(tmp_path, PENDULUM, harmless)) == ()
+
+
+def test_an_equilibrium_anywhere_in_the_goal_spares_the_warning(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, PENDULUM, *WEAK, "goal.theta=3.1", "goal.tolerance=0.05")
+    assert rest_warnings(problem) == ()
+
+
+@pytest.mark.parametrize("name", ["snakeboard_park", "crane_factory", "submarine_corridor"])
+def test_goals_that_are_rested_in_are_not_warned_of(name: str) -> None:
+    """On level ground, under gravity, and neutrally buoyant."""
+    problem = kinolab.load(name, overrides=["goal.at_rest=true"])
+    assert rest_warnings(problem) == ()

@@ -1,0 +1,271 @@
+"""Machines with modes: one derivation for each, guards of the transitions, and what they reset.
+
+All derivations have the same state: coordinates, every rate, further states and the mode. What a
+mode does not have, such as a constraint of another one, is zero in it.
+
+Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, chapter 6;
+Brogliato, Nonsmooth Mechanics, 3rd ed., 2016, section 4.2 (kinetic metric of a blow).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from kinolab.arguments import checked
+from kinolab.dynamics.derivation.derivation import Derivation, derive, is_kinematic
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite
+from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
+from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.modes import MODE, Transition
+from kinolab.dynamics.language.symbols import ForceSymbol
+from kinolab.errors import InputError, Mistake, UnknownNameError
+
+
+@dataclass(frozen=True)
+class ModeDerivation:
+    """Equations of one mode.
+
+    Attributes:
+        derivation: Of the machine while it is in this mode.
+        targets: Index of the mode that each of its transitions leads to.
+        guards: Of each transition: what it lasts until, the rate of that, and what else must be
+            positive.
+        resets: Of each transition: the state after blow and reset, constraints of the target apart.
+        landed: The state with velocities that the mode's own constraints forbid stopped.
+    """
+
+    derivation: Derivation
+    targets: tuple[int, ...]
+    guards: tuple[tuple[Node, Node, Node], ...]
+    resets: tuple[tuple[Node, ...], ...]
+    landed: tuple[Node, ...]
+
+
+@checked
+def in_mode(system: Mechanism, mode: str) -> Mechanism:
+    """Return a machine as it is in one of its modes: one without modes, to be looked at by itself.
+
+    It has the inputs that have an effect in this mode.
+
+    Args:
+        system: The machine.
+        mode: The mode's name.
+
+    Raises:
+        InputError: If it has no such mode.
+    """
+    names = [entry.name for entry in system.modes]
+    if mode not in names:
+        raise UnknownNameError("mode", mode, known=names)
+    states = [entry for entry in system.states if entry.name != MODE]
+    made = _in_mode(system, names.index(mode)).changed(states=states, velocities=system.velocities)
+    d = derive(made, idle_inputs=True)
+    acting = [e for e, node in zip(made.inputs, d.binding.inputs, strict=True) if _reaches(d, node)]
+    return made.changed(inputs=acting)
+
+
+def _in_mode(system: Mechanism, index: int) -> Mechanism:
+    """Return a machine as it is in one of its modes, with the same symbols in the same order."""
+    mode = system.modes[index]
+    constrained = any(m.constraints for m in system.modes) or bool(system.constraints)
+    everything = "all" if constrained and not is_kinematic(system) else system.velocities
+    made = system.changed(
+        constraints=(*system.constraints, *mode.constraints),
+        efforts=(*system.efforts, *mode.efforts),
+        requirements=(*system.requirements, *mode.requirements),
+        velocities=everything,
+        modes=(),
+        transitions=(),
+    )
+    object.__setattr__(made, "parameters", system.parameters)  # in one order for all modes
+    return made
+
+
+def all_constraints(system: Mechanism) -> tuple[Constraint, ...]:
+    """Return the constraints that a machine has in any of its modes."""
+    return (*system.constraints, *(c for mode in system.modes for c in mode.constraints))
+
+
+def derive_modes(system: Mechanism) -> list[ModeDerivation]:
+    """Derive the equations of motion of every mode.
+
+    Raises:
+        InputError: As ``derive``, in any of the modes; if the modes have different independent
+            velocities; if an input reaches nothing in all of them.
+    """
+    if system.feedback is not None:
+        what = "a machine with modes has no feedback of its own yet."
+        raise InputError([Mistake(f"system {system.name!r} feedback", what, "Leave it out.")])
+    mistakes: list[Mistake] = []
+    derived: list[Derivation] = []
+    for index, mode in enumerate(system.modes):
+        try:
+            derived.append(derive(_in_mode(system, index), idle_inputs=True))
+        except InputError as error:
+            where = f"mode {mode.name!r}"
+            mistakes += [Mistake(f"{where} {m.where}", m.what, m.remedy) for m in error.mistakes]
+    if mistakes:
+        raise InputError(mistakes)
+    _require_alike(system, derived)
+    projects = any(d.projection for d in derived)
+    whole = [_widened(system, k, d, projects=projects) for k, d in enumerate(derived)]
+    return [_mode(system, k, d) for k, d in enumerate(whole)]
+
+
+def _require_alike(system: Mechanism, derived: Sequence[Derivation]) -> None:
+    where = f"system {system.name!r}"
+    if len({(d.independent, len(d.state), len(d.quasi)) for d in derived}) > 1:
+        what = "its modes have different independent velocities."
+        raise InputError([Mistake(where, what, "Leave velocities= out.")])
+    if derived[0].quasi:
+        what = "a machine with modes has rates as velocities, no quasi-velocities."
+        raise InputError([Mistake(where, what, "Leave velocities= out.")])
+    for i, entry in enumerate(system.inputs):
+        if not any(_reaches(d, d.binding.inputs[i]) for d in derived):
+            what = "it reaches nothing in any mode."
+            raise InputError([Mistake(f"input {entry.name!r}", what, "Leave it out.")])
+
+
+def _reaches(d: Derivation, node: Node) -> bool:
+    tape = d.binding.tape
+    return any(node in tape.depends_on(result) for result in d.derivative)
+
+
+def _widened(system: Mechanism, index: int, d: Derivation, *, projects: bool) -> Derivation:
+    """Return a mode's derivation with an entry for what only other modes have."""
+    own, tape = _in_mode(system, index), d.binding.tape
+    everything = all_constraints(system)
+    names = [c.name for c in own.constraints]
+    closing = [c.name for c in own.constraints if isinstance(c, PositionConstraint)]
+    speeds = dict(zip(names, d.constraint_residual, strict=False))
+    gaps = dict(zip(closing, d.constraint_residual[len(names) :], strict=True))
+    acting = [name for name in names if name not in d.redundant]
+    forces = dict(zip(names if len(d.constraint_forces) == len(names) else acting,
+                      d.constraint_forces, strict=False))  # fmt: skip
+    margins = dict(zip((r.name for r in own.requirements), d.requirements, strict=True))
+    required = (*system.requirements, *(r for mode in system.modes for r in mode.requirements))
+    massive = bool(d.energy) and bool(everything)
+    return replace(
+        d,
+        constraint_residual=(
+            *(speeds.get(c.name, tape.zero) for c in everything),
+            *(gaps.get(c.name, tape.zero) for c in everything if isinstance(c, PositionConstraint)),
+        ),
+        constraint_forces=tuple(forces.get(c.name, tape.zero) for c in everything)
+        if massive
+        else (),
+        requirements=tuple(margins.get(r.name, tape.one) for r in required),
+        projection=d.projection or (d.state if projects else ()),
+    )
+
+
+def _mode(system: Mechanism, index: int, d: Derivation) -> ModeDerivation:
+    own = system.modes[index]
+    names = [mode.name for mode in system.modes]
+    leaving = [t for t in system.transitions if t.source == own.name]
+    lower = _lowering(system, d)
+    return ModeDerivation(
+        d,
+        tuple(names.index(t.target) for t in leaving),
+        tuple(_guard(d, lower, t) for t in leaving),
+        tuple(_reset(system, d, lower, t, names.index(t.target)) for t in leaving),
+        _landed(_in_mode(system, index), d),
+    )
+
+
+def _lowering(system: Mechanism, d: Derivation) -> Callable[[object], Node]:
+    """Return what turns expressions into nodes of states and inputs, forces included."""
+    tape = d.binding.tape
+    names = (c.name for c in all_constraints(system))
+    forces = {
+        ForceSymbol(name): node for name, node in zip(names, d.constraint_forces, strict=False)
+    }
+    lower = Lowering(tape, d.binding.lower.symbols | forces)
+    at = d.binding.at(d.velocities)
+    return lambda expression: tape.substitute([lower(expression)], at)[0]
+
+
+def _guard(
+    d: Derivation, lower: Callable[[object], Node], transition: Transition
+) -> tuple[Node, Node, Node]:
+    tape = d.binding.tape
+    until = lower(transition.until)
+    (rate,) = tape.derivative([until], dict(zip(d.state, d.derivative, strict=True)))
+    condition = transition.provided
+    return until, rate, tape.one if condition is None else lower(condition)
+
+
+def _reset(
+    system: Mechanism,
+    d: Derivation,
+    lower: Callable[[object], Node],
+    transition: Transition,
+    target: int,
+) -> tuple[Node, ...]:
+    """Return the state after the blow along ``until`` and the reset."""
+    tape = d.binding.tape
+    after = list(d.state)
+    if transition.restitution is not None:
+        _require_masses(system, d, transition)
+        until = d.binding.lower(transition.until)
+        flow = dict(zip(d.binding.configuration, d.binding.flow_rows, strict=True))
+        (speed,) = tape.derivative([until], flow)
+        slopes = tuple(tape.derivative([speed], {v: tape.one})[0] for v in d.binding.tangent)
+        struck = _struck(d, [slopes], lower(transition.restitution))
+        first = len(d.binding.configuration)
+        after[first : first + len(struck)] = struck
+    given = dict(transition.reset)
+    known = dict(zip(d.state, after, strict=True))
+    places = _places(d)
+    for symbol, expression in given.items():
+        (value,) = tape.substitute([lower(expression)], known)
+        after[places[symbol.name]] = value
+    after[-1] = tape.constant(float(target))
+    return tuple(after)
+
+
+def _places(d: Derivation) -> dict[str, int]:
+    """Return where in a state each symbol is, by its name."""
+    tape = d.binding.tape
+    return {tape.operations[node].label: k for k, node in enumerate(d.state)}
+
+
+def _require_masses(system: Mechanism, d: Derivation, transition: Transition) -> None:
+    if not d.energy:
+        what = f"{system.name} is kinematic: nothing in it can bounce."
+        remedy = "Leave restitution out."
+        raise InputError([Mistake(f"transition {transition.name!r}", what, remedy)])
+
+
+def _landed(system: Mechanism, d: Derivation) -> tuple[Node, ...]:
+    """Return the state after a plastic blow onto the constraints of a mode."""
+    if not d.energy or not system.constraints:
+        return d.state
+    rows = independent_rows(system, d.binding, constraint_rows(system, d.binding))[0]
+    struck = _struck(d, [row.covector for row in rows], d.binding.tape.zero)
+    first = len(d.binding.configuration)
+    return (*d.state[:first], *struck, *d.state[first + len(struck) :])
+
+
+def _struck(d: Derivation, covectors: Sequence[Sequence[Node]], restitution: Node) -> list[Node]:
+    """Return v - (1 + e) M^-1 J^T (J M^-1 J^T)^-1 J v, for rows J and a coefficient e."""
+    tape, size = d.binding.tape, len(d.velocities)
+    M = [list(d.mass_matrix[i * size : (i + 1) * size]) for i in range(size)]
+    compliant = solve_definite(tape, M, covectors, Guards())
+    G = [[tape.dot(row, column) for column in compliant] for row in covectors]
+    factor = tape.add(tape.one, restitution)
+    speeds = [tape.mul(factor, tape.dot(row, d.velocities)) for row in covectors]
+    (blows,) = solve_definite(tape, G, [speeds], Guards())
+    return [
+        tape.sub(
+            v,
+            tape.sum(
+                tape.mul(column[i], blow) for column, blow in zip(compliant, blows, strict=True)
+            ),
+        )
+        for i, v in enumerate(d.velocities)
+    ]

@@ -1,0 +1,129 @@
+"""Plans of machines whose mechanics switch, and what is refused of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.errors import InputError
+from kinolab.verification import verify
+from tests.oracles.hopper import Hopper
+
+SCENARIO = """\
+schema = 1
+title = "A hopper hops"
+[system]
+file = "hopper.py:hopper"
+[world]
+bounds = { z = [-0.2, 3.0] }
+[start]
+z = 0.76
+s = -0.04
+[goal]
+z = 1.2
+tolerance = 0.03
+[planner]
+name = "rrt_fast"
+time_limit = 60.0
+[integration]
+step = 0.02
+substeps = 4
+"""
+SOURCE = """
+from kinolab.dynamics import *
+
+
+def hopper():
+    z, s = length("z", 0.3, 3.0, speed=8.0), length("s", -0.5, 0.5, speed=20.0)
+    body, foot = move(0, 0, z), move(0, 0, z - 0.8 - s)
+    standing = closed(z - 0.8 - s, "foot on the ground")
+    return System(
+        "hopper",
+        bodies=[
+            Body("body", body, mass=8.0, shape=Sphere(0.15)),
+            Body("foot", foot, mass=1.0, shape=Sphere(0.05), touches_ground=True),
+        ],
+        efforts=[Potential(2000.0 * s**2 / 2)],
+        inputs=[Pull("leg", between=(body, foot), limit=(-200.0, 200.0))],
+        gravity=toward("-z", 9.81),
+        modes=[Mode("stance", constraints=[standing]), Mode("flight")],
+        transitions=[
+            Transition("lift off", "stance", "flight", until=force_of(standing)),
+            Transition("land", "flight", "stance", until=z - 0.8 - s),
+        ],
+    )
+"""
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> kinolab.Problem:
+    folder = tmp_path_factory.mktemp("hopping")
+    (folder / "hopper.py").write_text(SOURCE)
+    (folder / "hop.toml").write_text(SCENARIO)
+    return kinolab.load(folder / "hop.toml")
+
+
+@pytest.fixture(scope="module")
+def plan(problem: kinolab.Problem) -> kinolab.Plan:
+    found = problem.solve(seed=1)
+    assert found.status == "solved", found.message
+    return found
+
+
+def test_it_hops_as_high_as_it_must(plan: kinolab.Plan) -> None:
+    x = plan.trajectory.x
+    assert {0.0, 1.0} == set(x[:, -1])  # it stood, and it flew
+    assert abs(x[-1, 0] - 1.2) <= 0.03
+
+
+def test_flights_between_knots_are_those_of_the_closed_form(plan: kinolab.Plan) -> None:
+    """A force F of the leg moves the spring's middle by F / k, as another length at rest does."""
+    trajectory, flown = plan.trajectory, 0
+    for k, (force,) in enumerate(trajectory.u):
+        moved = np.array([0.0, force / 2000.0, 0.0, 0.0])
+        oracle = Hopper(L=0.8 - force / 2000.0)
+        before, after = (trajectory.x[i][:4] + moved for i in (k, k + 1))
+        span = trajectory.t[k + 1] - trajectory.t[k]
+        flies = trajectory.x[k, -1] == trajectory.x[k + 1, -1] == 1.0
+        if flies and oracle.touch_down(before) > span:
+            assert np.abs(after - oracle.flight(before, span)).max() < 1e-7
+            flown += 1
+    assert flown > 3
+
+
+@pytest.mark.parametrize("change", ["mode skipped", "landing left out", "mode of its own"])
+def test_a_plan_that_breaks_its_transitions_is_refused(
+    problem: kinolab.Problem, plan: kinolab.Plan, change: str
+) -> None:
+    x = plan.trajectory.x.copy()
+    flying = np.flatnonzero(x[:, -1] == 1.0)
+    if change == "mode skipped":
+        x[flying, -1] = 0.0
+    elif change == "landing left out":
+        x[flying[0] :, -1] = 1.0
+    else:
+        x[:, -1] = 0.5
+    false = replace(plan.trajectory, x=x)
+    certificate = verify(problem, false)
+    assert not certificate.passed
+
+
+def test_planners_that_steer_or_optimise_refuse(problem: kinolab.Problem) -> None:
+    for name in ("prm", "prm_geometric", "potential_field", "shooting", "kinematic_first"):
+        with pytest.raises(InputError, match=f"{name} does not plan for machines with modes"):
+            problem.solve(planner=name)
+
+
+def test_a_start_in_no_mode_is_refused_with_their_names(problem: kinolab.Problem) -> None:
+    with pytest.raises(InputError, match="Give 0 for stance, 1 for flight"):
+        problem.replace(**{"start.mode": 2})
+    assert problem.replace(**{"start.mode": 1}).start[-1] == 1.0
+
+
+def test_pages_and_folders_are_written(plan: kinolab.Plan, tmp_path: Path) -> None:
+    plan.save(tmp_path / "run")
+    assert kinolab.read_run(tmp_path / "run").trajectory.x.tobytes() == plan.trajectory.x.tobytes()
