@@ -27,6 +27,7 @@ SPEED = kd.Reference("v", limit=1.0)
 TRIM = kd.Trim(MODEL.rest(), np.zeros(1))
 EYE, EYES = np.eye(2), np.stack([np.eye(2)] * 3)
 NUMBER, TEXT, TUPLE, NONE, LIST = WRONG = 3.5, "z q", ("z q",), None, ["z q"]
+SWITCHING = SYSTEM.changed(modes=[kd.Mode("m")])
 ABOUT = (("x", X),)  # of pairs
 SAMPLE = dict.fromkeys(MODEL.state_names, 0.1)
 
@@ -91,6 +92,12 @@ VALID: dict[str, dict[str, Any]] = {
     "Model": {"system": SYSTEM},
     "Parameter": {"name": "p", "default": 1.0, "unit": "m"},
     "PlaneCurves": {"x": X, "y": X, "heading": TH, "steered": ()},
+    "Mode": {
+        "name": "m",
+        "constraints": [kd.zero(kd.rate(X), "held")],
+        "efforts": [],
+        "requirements": [],
+    },
     "Potential": {"energy": X**2},
     "Pull": {"name": "p", "between": (FRAME, kd.WORLD), "limit": 1.0},
     "QuasiVelocity": {
@@ -139,11 +146,22 @@ VALID: dict[str, dict[str, Any]] = {
         "values": None,
         "flat": None,
         "feedback": None,
+        "modes": [],
+        "transitions": [],
     },
     "Torque": {"name": "t", "on": BODY, "about": FRAME.z, "limit": 1.0, "reacts_on": None},
     "Trim": {"x": np.zeros(2), "u": np.zeros(1)},
     "VectorField": {"variables": (X,), "components": (1,)},
     "VectorFields": {name: getattr(FIELDS, name) for name in FIELDS.__dataclass_fields__},
+    "Transition": {
+        "name": "t",
+        "source": "m",
+        "target": "m",
+        "until": X,
+        "provided": kd.rate(X),
+        "restitution": 0.5,
+        "reset": {X: X},
+    },
     "Viscous": {"velocity": kd.rate(X), "coefficient": 1.0},
     "StateFunctions": {"model": MODEL, "expressions": [X]},
     "Wrench": {
@@ -172,6 +190,7 @@ VALID: dict[str, dict[str, Any]] = {
     "hat": {"twist": (0, 0, 0, 0, 0, 0)},
     "homogeneous": {"frame": FRAME},
     "involutive_closure": {"system": SYSTEM},
+    "in_mode": {"system": SWITCHING, "mode": "m"},
     "lag": {"name": "l", "signal": HELD.symbol, "time_constant": 0.1, "unit": "N"},
     "length": {"name": "l", "lower": -1.0, "upper": 1.0, "speed": 1.0, "scale": 1.0},
     "lie_bracket": {"f": FIELD, "g": FIELD},
@@ -215,7 +234,18 @@ VALID: dict[str, dict[str, Any]] = {
 NOT_CALLED = {"CURVATURE", "WORLD", "Constraint", "Shape"}  # things, and names of several types
 
 # What may be left out by None.
-OPTIONAL = {"shape", "added_mass", "color", "velocity", "at", "held", "limits", "start"}
+OPTIONAL = {
+    "shape",
+    "added_mass",
+    "color",
+    "velocity",
+    "at",
+    "held",
+    "limits",
+    "start",
+    "provided",
+    "restitution",
+}
 
 
 def kind(value: Any) -> str:
@@ -300,6 +330,8 @@ ALSO = {  # what an argument takes besides what the table gives it
     ("Rate", "on", "number"),
     ("Requirement", "margin", "number"),
     ("State", "derivative", "number"),
+    ("Transition", "provided", "number"),
+    ("Transition", "until", "number"),
     ("closed", "position", "number"),
     ("lag", "signal", "number"),
     ("require", "margin", "number"),

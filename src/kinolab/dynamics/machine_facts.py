@@ -230,14 +230,11 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         ),
         constraints=tuple(
             ConstraintFacts(c.name, isinstance(c, PositionConstraint))
-            for c in (*system.constraints, *(c for mode in system.modes for c in mode.constraints))
+            for c in system.all_constraints
         ),
         requirements=tuple(
             RequirementFacts(r.name, bool(r.margin.atoms(InputSymbol, ForceSymbol)))
-            for r in (
-                *system.requirements,
-                *(r for mode in system.modes for r in mode.requirements),
-            )
+            for r in system.all_requirements
         ),
         collisions=system.collisions,
         all_rates=system.velocities == "all" or bool(system.modes),

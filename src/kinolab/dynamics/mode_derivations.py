@@ -17,10 +17,16 @@ from kinolab.dynamics.derivation.derivation import Derivation, derive, is_kinema
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite
-from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
-from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
+from kinolab.dynamics.derivation.velocity_coordinates import (
+    combine,
+    constraint_rows,
+    independent_rows,
+)
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.modes import MODE, Transition
+from kinolab.dynamics.language.modes import MODE, Mode, Transition
 from kinolab.dynamics.language.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
@@ -85,11 +91,6 @@ def _in_mode(system: Mechanism, index: int) -> Mechanism:
     return made
 
 
-def all_constraints(system: Mechanism) -> tuple[Constraint, ...]:
-    """Return the constraints that a machine has in any of its modes."""
-    return (*system.constraints, *(c for mode in system.modes for c in mode.constraints))
-
-
 def derive_modes(system: Mechanism) -> list[ModeDerivation]:
     """Derive the equations of motion of every mode.
 
@@ -101,10 +102,11 @@ def derive_modes(system: Mechanism) -> list[ModeDerivation]:
         what = "a machine with modes has no feedback of its own yet."
         raise InputError([Mistake(f"system {system.name!r} feedback", what, "Leave it out.")])
     mistakes: list[Mistake] = []
+    machines = [_in_mode(system, index) for index in range(len(system.modes))]
     derived: list[Derivation] = []
-    for index, mode in enumerate(system.modes):
+    for mode, machine in zip(system.modes, machines, strict=True):
         try:
-            derived.append(derive(_in_mode(system, index), idle_inputs=True))
+            derived.append(derive(machine, idle_inputs=True))
         except InputError as error:
             where = f"mode {mode.name!r}"
             mistakes += [Mistake(f"{where} {m.where}", m.what, m.remedy) for m in error.mistakes]
@@ -112,8 +114,10 @@ def derive_modes(system: Mechanism) -> list[ModeDerivation]:
         raise InputError(mistakes)
     _require_alike(system, derived)
     projects = any(d.projection for d in derived)
-    whole = [_widened(system, k, d, projects=projects) for k, d in enumerate(derived)]
-    return [_mode(system, k, d) for k, d in enumerate(whole)]
+    return [
+        _mode(system, mode, machine, _widened(system, machine, d, projects=projects))
+        for mode, machine, d in zip(system.modes, machines, derived, strict=True)
+    ]
 
 
 def _require_alike(system: Mechanism, derived: Sequence[Derivation]) -> None:
@@ -135,10 +139,17 @@ def _reaches(d: Derivation, node: Node) -> bool:
     return any(node in tape.depends_on(result) for result in d.derivative)
 
 
-def _widened(system: Mechanism, index: int, d: Derivation, *, projects: bool) -> Derivation:
-    """Return a mode's derivation with an entry for what only other modes have."""
-    own, tape = _in_mode(system, index), d.binding.tape
-    everything = all_constraints(system)
+def _widened(system: Mechanism, own: Mechanism, d: Derivation, *, projects: bool) -> Derivation:
+    """Return a mode's derivation with an entry for what only other modes have.
+
+    Args:
+        system: The machine.
+        own: The machine in this mode.
+        d: Its derivation.
+        projects: Whether any mode moves states back onto constraints.
+    """
+    tape = d.binding.tape
+    everything = system.all_constraints
     names = [c.name for c in own.constraints]
     closing = [c.name for c in own.constraints if isinstance(c, PositionConstraint)]
     speeds = dict(zip(names, d.constraint_residual, strict=False))
@@ -147,7 +158,6 @@ def _widened(system: Mechanism, index: int, d: Derivation, *, projects: bool) ->
     forces = dict(zip(names if len(d.constraint_forces) == len(names) else acting,
                       d.constraint_forces, strict=False))  # fmt: skip
     margins = dict(zip((r.name for r in own.requirements), d.requirements, strict=True))
-    required = (*system.requirements, *(r for mode in system.modes for r in mode.requirements))
     massive = bool(d.energy) and bool(everything)
     return replace(
         d,
@@ -158,13 +168,12 @@ def _widened(system: Mechanism, index: int, d: Derivation, *, projects: bool) ->
         constraint_forces=tuple(forces.get(c.name, tape.zero) for c in everything)
         if massive
         else (),
-        requirements=tuple(margins.get(r.name, tape.one) for r in required),
+        requirements=tuple(margins.get(r.name, tape.one) for r in system.all_requirements),
         projection=d.projection or (d.state if projects else ()),
     )
 
 
-def _mode(system: Mechanism, index: int, d: Derivation) -> ModeDerivation:
-    own = system.modes[index]
+def _mode(system: Mechanism, own: Mode, machine: Mechanism, d: Derivation) -> ModeDerivation:
     names = [mode.name for mode in system.modes]
     leaving = [t for t in system.transitions if t.source == own.name]
     lower = _lowering(system, d)
@@ -173,14 +182,14 @@ def _mode(system: Mechanism, index: int, d: Derivation) -> ModeDerivation:
         tuple(names.index(t.target) for t in leaving),
         tuple(_guard(d, lower, t) for t in leaving),
         tuple(_reset(system, d, lower, t, names.index(t.target)) for t in leaving),
-        _landed(_in_mode(system, index), d),
+        _landed(machine, d),
     )
 
 
 def _lowering(system: Mechanism, d: Derivation) -> Callable[[object], Node]:
     """Return what turns expressions into nodes of states and inputs, forces included."""
     tape = d.binding.tape
-    names = (c.name for c in all_constraints(system))
+    names = (c.name for c in system.all_constraints)
     forces = {
         ForceSymbol(name): node for name, node in zip(names, d.constraint_forces, strict=False)
     }
@@ -211,10 +220,7 @@ def _reset(
     after = list(d.state)
     if transition.restitution is not None:
         _require_masses(system, d, transition)
-        until = d.binding.lower(transition.until)
-        flow = dict(zip(d.binding.configuration, d.binding.flow_rows, strict=True))
-        (speed,) = tape.derivative([until], flow)
-        slopes = tuple(tape.derivative([speed], {v: tape.one})[0] for v in d.binding.tangent)
+        _, slopes = d.binding.slopes(time_derivative(exact(transition.until)))
         struck = _struck(d, [slopes], lower(transition.restitution))
         first = len(d.binding.configuration)
         after[first : first + len(struck)] = struck
@@ -260,12 +266,5 @@ def _struck(d: Derivation, covectors: Sequence[Sequence[Node]], restitution: Nod
     factor = tape.add(tape.one, restitution)
     speeds = [tape.mul(factor, tape.dot(row, d.velocities)) for row in covectors]
     (blows,) = solve_definite(tape, G, [speeds], Guards())
-    return [
-        tape.sub(
-            v,
-            tape.sum(
-                tape.mul(column[i], blow) for column, blow in zip(compliant, blows, strict=True)
-            ),
-        )
-        for i, v in enumerate(d.velocities)
-    ]
+    change = combine(d.binding, compliant, blows)
+    return [tape.sub(v, c) for v, c in zip(d.velocities, change, strict=True)]

@@ -60,6 +60,16 @@ class MechanismParts:
         """Every parameter's value in its SI unit, by name."""
         return {p.name: p.default for p in self.parameters} | dict(self.values)
 
+    @property
+    def all_constraints(self) -> tuple[Constraint, ...]:
+        """The constraints that hold always, then those of each mode."""
+        return (*self.constraints, *(c for mode in self.modes for c in mode.constraints))
+
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]:
+        """The requirements that hold always, then those of each mode."""
+        return (*self.requirements, *(r for mode in self.modes for r in mode.requirements))
+
     def number(self, expression: Any) -> float:
         """Evaluate an expression in parameters only."""
         stated, values = exact(expression), self.parameter_values

@@ -12,7 +12,6 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
-from kinolab.dynamics.language.constraints import Constraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import output_symbols, symbols_used
@@ -79,11 +78,6 @@ def mistakes_of(
             yield from error.mistakes
 
 
-def _constraints(system: MechanismParts) -> tuple[Constraint, ...]:
-    """Return the constraints of a machine and of all its modes."""
-    return (*system.constraints, *(c for mode in system.modes for c in mode.constraints))
-
-
 def _modes(system: MechanismParts) -> Iterator[Mistake]:
     """Report transitions between modes that do not exist, and resets of what is no state."""
     names = [mode.name for mode in system.modes]
@@ -128,7 +122,7 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
         "name": [entry.name for entry in (*symbols, *named)],
         "body": [body.name for body in system.bodies],
         "cable": [*(cable.name for cable in system.cables), *{body.name for body in system.bodies}],
-        "constraint": [constraint.name for constraint in _constraints(system)],
+        "constraint": [constraint.name for constraint in system.all_constraints],
         "mode": [mode.name for mode in system.modes],
         "transition": [transition.name for transition in system.transitions],
     }
@@ -166,7 +160,7 @@ def _symbols(system: MechanismParts, atoms: set[sympy.Symbol | Attitude]) -> Ite
     known: dict[type, set[str]] = {
         InputSymbol: {entry.name for entry in system.inputs},
         StateSymbol: {entry.name for entry in system.states},
-        ForceSymbol: {constraint.name for constraint in _constraints(system)},
+        ForceSymbol: {constraint.name for constraint in system.all_constraints},
         QuasiVelocitySymbol: _names(quasi_velocities(system)),
         ReferenceSymbol: set() if system.feedback is None else _names(system.feedback.references),
     }

@@ -60,17 +60,21 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         """Return sub-searches to interleave with the growth of the tree."""
         return ()
 
+    def _beside(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
+        """Return what takes turns with the tree: nothing where a machine's mechanics switch."""
+        if problem.machine.modes:
+            return ()
+        period, scale = self.goal_connection_period, self.goal_region_scale
+        connections = GoalConnections(problem, period, scale, seed, budget)
+        return [connections, *self.sub_searches(problem, seed, budget)]
+
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start into the goal region, then improve the solution."""
         tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
         tree.begin()
         tree.grow(0)
         budget.restart()  # code was compiled and loaded until here
-        connections = GoalConnections(
-            problem, self.goal_connection_period, self.goal_region_scale, seed, budget
-        )
-        others = [connections, *self.sub_searches(problem, seed, budget)]
-        beside = InterleavedSearches([] if problem.machine.modes else others)
+        beside = InterleavedSearches(self._beside(problem, seed, budget))
         seconds = problem.scenario.planner.improve if budget.improve is None else budget.improve
         best = IncumbentImprovement(budget, seconds, problem.step)
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)

@@ -80,14 +80,9 @@ def true_trajectory(problem: PlanningTask, knots: Knots) -> Trajectory | None:
 
 def is_motion(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Say whether a trajectory begins at the start and has no defects."""
-    largest = float(np.abs((trajectory.x[0] - problem.start) / problem.scales).max(initial=0.0))
-    spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
-    step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
-    for span in np.unique(spans):
-        own = np.flatnonzero(spans == span)
-        after = step.after(trajectory.x[own], trajectory.inputs[own], float(span))
-        largest = max(largest, _apart(after, trajectory.x[own + 1], problem.scales))
-    return largest <= SHORT.defect_tolerance
+    begin = np.abs((trajectory.x[0] - problem.start) / problem.scales)
+    largest = np.append(begin, _defects(problem, trajectory))
+    return bool((largest <= SHORT.defect_tolerance).all())  # a step that diverges has a defect
 
 
 def smooth_pieces(problem: PlanningTask, trajectory: Trajectory) -> list[tuple[int, int]]:
@@ -97,15 +92,23 @@ def smooth_pieces(problem: PlanningTask, trajectory: Trajectory) -> list[tuple[i
     """
     if not problem.machine.modes:
         return [(0, len(trajectory.u))]
-    spans = np.diff(trajectory.t)
-    step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
-    rows = zip(trajectory.x[:-1], trajectory.inputs, spans, strict=True)
-    after = np.array([step.after(x[None], u[None], float(h))[0] for x, u, h in rows])
-    apart = np.abs((after - trajectory.x[1:]) / problem.scales).max(axis=1)
-    switching = ~(apart <= SHORT.defect_tolerance)
+    switching = ~(_defects(problem, trajectory) <= SHORT.defect_tolerance)
     ends = [-1, *np.flatnonzero(switching).tolist(), len(switching)]
-    pairs = itertools.pairwise(ends)
-    return [(before + 1, last) for before, last in pairs if last > before + 1]
+    return [(before + 1, last) for before, last in itertools.pairwise(ends) if last > before + 1]
+
+
+def _defects(problem: PlanningTask, trajectory: Trajectory) -> Array:
+    """Return how far each smooth step ends from the next knot, scaled, shape (N,)."""
+    spans = np.round(np.diff(trajectory.t), NLP.duration_digits)
+    step = step_map(problem, Knots(trajectory.x, trajectory.inputs, float(spans.max(initial=0.0))))
+    defects = np.zeros(len(spans))
+    for span in np.unique(spans):
+        own = np.flatnonzero(spans == span)
+        after = step.after(trajectory.x[own], trajectory.inputs[own], float(span))
+        with np.errstate(over="ignore", invalid="ignore"):
+            apart = np.abs((after - trajectory.x[own + 1]) / problem.scales)
+        defects[own] = apart.max(axis=1, initial=0.0)
+    return defects
 
 
 def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:
