@@ -61,6 +61,15 @@ VALID: dict[str, dict[str, Any]] = {
     },
     "Coulomb": {"velocity": kd.rate(X), "strength": 1.0, "smoothing": 0.1},
     "Cylinder": {"radius": 0.1, "length": 1.0, "axis": "z", "at": (0, 0, 0)},
+    "DecouplingFields": {
+        "velocities": {"v": ()},
+        "moved": {"v": ("x",)},
+        "fields": FIELDS,
+        "velocity_symbols": (X,),
+        "damped": (),
+        "together": False,
+        "exhaustive": True,
+    },
     "Disk": {"radius": 0.1, "thickness": 1.0, "axis": "z", "at": (0, 0, 0)},
     "Drive": {"name": "d", "on": X, "limit": 1.0},
     "Feedback": {"references": [SPEED], "law": {"f": SPEED.symbol}},
@@ -166,6 +175,7 @@ VALID: dict[str, dict[str, Any]] = {
     "allowed_motions": {"system": SYSTEM},
     "angle": {"name": "a", "lower": -1.0, "upper": 1.0, "speed": 1.0, "scale": 1.0},
     "closed": {"position": X, "name": "c"},
+    "decoupling_fields": {"system": SYSTEM},
     "dlqr": {"A": EYE, "B": EYE, "Q": EYE, "R": EYE},
     "filtration": {
         "fields": FIELDS,
@@ -305,6 +315,7 @@ def takes(name: str, argument: str, value: Any) -> bool:
 
 
 ALSO = {  # what an argument takes besides what the table gives it
+    ("DecouplingFields", "damped", "tuple"),
     *(("InvolutiveClosure", a, "tuple") for a in ("integrable", "combinations", "redundant")),
     ("LinearControllability", "directions", "tuple"),
     ("SmallTimeVerdict", "obstacle", "tuple"),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from kinolab.lazy import lazy_names, public_names
 
 if TYPE_CHECKING:
+    from kinolab.dynamics.analysis.decoupling_fields import DecouplingFields, decoupling_fields
     from kinolab.dynamics.analysis.fields import (
         Filtration,
         InvolutiveClosure,
@@ -102,6 +103,7 @@ __all__ = [
     "Coordinate",
     "Coulomb",
     "Cylinder",
+    "DecouplingFields",
     "Disk",
     "Drive",
     "Feedback",
@@ -142,6 +144,7 @@ __all__ = [
     "allowed_motions",
     "angle",
     "closed",
+    "decoupling_fields",
     "dlqr",
     "filtration",
     "force_of",
@@ -180,6 +183,7 @@ __all__ = [
 __getattr__ = lazy_names(  # a machine that is in the cache needs none of the symbolic part
     __name__,
     {
+        "kinolab.dynamics.analysis.decoupling_fields": ("DecouplingFields", "decoupling_fields"),
         "kinolab.dynamics.analysis.fields": (
             "Filtration",
             "InvolutiveClosure",

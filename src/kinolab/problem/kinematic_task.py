@@ -19,6 +19,7 @@ from kinolab.scenario import Issue, mistake_at
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
+MISSING = "its inputs do not accelerate it along every velocity that the constraints leave"
 FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
 
 
@@ -61,6 +62,50 @@ def kinematic_task(problem: PlanningTask) -> PlanningTask:
     )
 
 
+def is_underactuated(problem: PlanningTask) -> bool:
+    """Say whether a machine has velocities that no input changes, and might have decoupling fields.
+
+    Those with feedback, states of their own or velocities as inputs have none.
+    """
+    return not _outside_mechanics(problem) and not _accelerates_all(problem)
+
+
+def decoupled_model(problem: PlanningTask) -> Model:
+    """Return the model of the machine that follows the decoupling fields of a problem's machine.
+
+    Its first coordinates are the machine's; each input is how fast one field is followed.
+
+    Args:
+        problem: Of the machine with its dynamics.
+
+    Raises:
+        InputError: If it has no such fields, or begins or ends in motion.
+    """
+    model = problem.model
+    reason = _outside_mechanics(problem)
+    if not reason and not _begins_and_ends_at_rest(problem):
+        reason = "it does not rest at the start and in the goal"
+    if reason:
+        raise _refusal(problem, reason)
+    content = json.dumps([model.key, "decoupling fields"])
+    try:
+        return Model.described_by(content, partial(_decoupled_reduction, model))
+    except InputError as error:
+        about = f"system {model.machine.name!r}"
+        raise _refusal(problem, f"{MISSING}, and {_told(error, about)}") from error
+
+
+def _told(error: InputError, about: str) -> str:
+    """Return what an error says, as a clause."""
+    return "; ".join(m.what for m in error.mistakes if m.where == about).rstrip(".") or str(error)
+
+
+def _decoupled_reduction(model: Model) -> Mechanism:
+    from kinolab.dynamics.analysis.decoupling_fields import decoupled_reduction  # uses SymPy
+
+    return decoupled_reduction(model.system)
+
+
 def _reduction(model: Model, limits: list[tuple[float, float]]) -> Mechanism:
     from kinolab.dynamics.analysis.kinematic_reduction import kinematic_reduction  # uses SymPy
 
@@ -75,6 +120,20 @@ def _refusal(problem: PlanningTask, reason: str) -> InputError:
 
 def _obstacle(problem: PlanningTask) -> str:
     """Say what keeps a machine from following the paths of a reduction; nothing where none does."""
+    machine, reason = problem.machine, _outside_mechanics(problem)
+    if reason:
+        return reason
+    if machine.all_rates or all(constraint.of_position for constraint in machine.constraints):
+        return "no constraint takes velocities away from its state"
+    if not _accelerates_all(problem):
+        return MISSING
+    return (
+        "" if _begins_and_ends_at_rest(problem) else "it does not rest at the start and in the goal"
+    )
+
+
+def _outside_mechanics(problem: PlanningTask) -> str:
+    """Say why a machine is not moved by forces alone; nothing where it is."""
     model, machine = problem.model, problem.machine
     if machine.references is not None or machine.states:
         return "it has feedback or states of its own"
@@ -82,13 +141,7 @@ def _obstacle(problem: PlanningTask) -> str:
         return "its motion is defined by discrete steps"
     if not model.nv:
         return "its inputs are velocities already"
-    if machine.all_rates or all(constraint.of_position for constraint in machine.constraints):
-        return "no constraint takes velocities away from its state"
-    if not _accelerates_all(problem):
-        return "its inputs do not accelerate it along every velocity that the constraints leave"
-    return (
-        "" if _begins_and_ends_at_rest(problem) else "it does not rest at the start and in the goal"
-    )
+    return ""
 
 
 def _accelerates_all(problem: PlanningTask) -> bool:

@@ -22,6 +22,8 @@ MAX_NAMED = 4  # directions or values that a sentence names; more are counted
 def sentences(found: Description) -> Iterator[str]:
     """Yield sentences about configurations, then states, then equilibria."""
     yield from _configurations(found)
+    if found.decoupling is not None:
+        yield from found.decoupling.sentences()
     yield _states(found)
     for rest in found.rests:
         yield from _about_rest(rest)

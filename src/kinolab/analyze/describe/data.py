@@ -7,6 +7,7 @@ from typing import Any
 
 from kinolab.analyze.describe.at_rest import AtRest
 from kinolab.analyze.describe.controllability import sentences
+from kinolab.analyze.describe.decoupling import Decoupling
 from kinolab.analyze.describe.description import Description
 from kinolab.dynamics.analysis.fields import LinearControllability, SmallTimeVerdict
 from kinolab.dynamics.language.inputs import Input, bounds_of
@@ -31,6 +32,7 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "watched_pairs": [list(pair) for pair in found.watched],
         "cyclic_coordinates": list(found.cyclic),
         "conserved_momenta": list(found.conserved),
+        "decoupling_fields": _decoupling(found.decoupling),
         "inputs": [_input(entry) for entry in found.inputs],
         "growth_vector": list(closure.growth) if closure else None,
         "accessible": {
@@ -44,6 +46,19 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "controllability": list(sentences(found)),
         "modes": [asdict(mode) for mode in found.generalisations],
         "left_out": list(found.left_out),
+    }
+
+
+def _decoupling(found: Decoupling | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    return {
+        "moved": {name: list(moved) for name, moved in found.moved.items()},
+        "growth": list(found.growth),
+        "dimension": found.dimension,
+        "kinematically_controllable": found.controllable,
+        "damped": list(found.damped),
+        "together": found.together,
     }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
 from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
+from kinolab.analyze.describe.decoupling import Decoupling, decoupling_of
 from kinolab.analyze.describe.generalisations import Generalisation, generalisations_of
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
@@ -71,6 +72,8 @@ class Description:
         cyclic: Coordinates on which the Lagrangian does not depend.
         conserved: Coordinates on which neither energies nor forces depend, without forces of their
             own: their momenta stay as they are.
+        decoupling: The directions that it can follow at any speed, of a machine whose inputs do not
+            push along every velocity; None if the notion does not apply.
     """
 
     name: str
@@ -94,6 +97,7 @@ class Description:
     watched: tuple[tuple[str, str], ...] = ()
     cyclic: tuple[str, ...] = ()
     conserved: tuple[str, ...] = ()
+    decoupling: Decoupling | None = None
 
 
 def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
@@ -149,6 +153,7 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
         watched=system.collisions,
         cyclic=cyclic_coordinates_of(system),
         conserved=conserved_momenta(system),
+        decoupling=decoupling_of(system, closure.leaf) if closure and pushes < freedom else None,
     )
 
 

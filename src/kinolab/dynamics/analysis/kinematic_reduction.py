@@ -38,7 +38,7 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
     named = zip(velocities, limits, strict=True)
     made = Mechanism(
         system.name,
-        bodies=[_without_mass(body) for body in system.bodies],
+        bodies=[without_mass(body) for body in system.bodies],
         constraints=system.constraints,
         inputs=[
             Rate(f"{name}_given", on=velocity, limit=limit) for (name, velocity), limit in named
@@ -51,7 +51,8 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
     return made.with_parameters(**{name: x for name, x in system.values if name in left})
 
 
-def _without_mass(body: Body) -> Body:
+def without_mass(body: Body) -> Body:
+    """Return a body of the same shape and place, without mass."""
     return Body(
         body.name,
         body.frame,

@@ -1,0 +1,87 @@
+"""Decoupling vector fields of a machine, for its description."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from kinolab.dynamics import System
+from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields
+from kinolab.dynamics.analysis.fields import filtration
+from kinolab.errors import InputError
+
+MAX_NAMED = 4  # fields that a sentence names; more are counted
+
+
+@dataclass(frozen=True)
+class Decoupling:
+    """What decoupling vector fields do for a machine with fewer inputs than velocities.
+
+    Attributes:
+        moved: Names of the coordinates that each field changes, by the field's name; empty if there
+            are no decoupling fields.
+        growth: Dimensions that their brackets span in the configuration space.
+        dimension: Of the configurations that constraints leave.
+        damped: Fields along which friction acts where no input does.
+        together: Whether they may be followed at the same time.
+    """
+
+    moved: dict[str, tuple[str, ...]]
+    growth: tuple[int, ...]
+    dimension: int
+    damped: tuple[str, ...]
+    together: bool
+
+    @property
+    def controllable(self) -> bool:
+        """Whether paths along the fields lead to every configuration near by."""
+        return bool(self.growth) and self.growth[-1] == self.dimension
+
+    def sentences(self) -> Iterator[str]:
+        """Yield what it means, in sentences."""
+        if not self.moved:
+            yield "It has no decoupling vector field: no direction that it can follow at any speed."
+            return
+        count = len(self.moved)
+        named = [
+            f"{name} (moves {', '.join(moved)})"
+            for name, moved in [*self.moved.items()][:MAX_NAMED]
+        ]
+        more = f" and {count - MAX_NAMED} more" if count > MAX_NAMED else ""
+        fields = "1 decoupling vector field" if count == 1 else f"{count} decoupling vector fields"
+        yield f"It has {fields}: {'; '.join(named)}{more}. {self._followed()}"
+        growth, whole = ", ".join(map(str, self.growth)), self.dimension
+        reached = f"Their brackets span ({growth}) of {whole} dimensions of the configuration space"
+        if self.controllable:
+            yield f"{reached}: paths along them lead everywhere (kinematically controllable)."
+        else:
+            yield f"{reached}: paths along them do not lead everywhere."
+
+    def _followed(self) -> str:
+        """Say how the machine can follow the fields, and what friction does about it."""
+        verb = "could" if self.damped else "can"
+        which = "it" if len(self.moved) == 1 else "them and all their combinations"
+        if len(self.moved) > 1 and not self.together:
+            which = "them, one at a time,"
+        text = f"it {verb} follow {which} with any time scaling, from rest to rest"
+        if not self.damped:
+            return f"{text[0].upper()}{text[1:]}."
+        named = ", ".join(self.damped)
+        return f"Without friction {text}; along {named}, friction acts where no input does."
+
+
+def decoupling_of(system: System, dimension: int) -> Decoupling | None:
+    """Return the decoupling fields of a machine; None if the notion does not apply to it.
+
+    Args:
+        system: A machine whose inputs push along fewer directions than its velocities have.
+        dimension: Of the configurations that constraints leave.
+    """
+    try:
+        found = decoupling_fields(system)
+    except InputError:
+        return None
+    if not found.names:
+        return Decoupling({}, (), dimension, (), together=False)
+    growth = filtration(found.fields).growth
+    return Decoupling(dict(found.moved), growth, dimension, found.damped, found.together)

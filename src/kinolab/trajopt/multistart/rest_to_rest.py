@@ -1,0 +1,150 @@
+"""Time scaling of paths along decoupling fields, from rest to rest within the machine's limits.
+
+Each leg begins and ends at rest: its speed rises smoothly, stays, and falls. Of a few shapes, the
+one that takes least time is chosen.
+
+Source: Bullo, Lynch, Kinematic controllability for decoupled trajectory planning, IEEE Trans.
+Robotics and Automation 17(4), 2001.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.problem import PlanningTask
+from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
+from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.options import FIELDS
+
+UNLIMITED = 1e9  # magnitude of an input without limits
+
+
+@dataclass(frozen=True, eq=False)
+class LegCurve:
+    """A leg of a path, by the fraction of its length from 0 to 1.
+
+    Attributes:
+        q: Configurations, shape (n, nq), evenly spaced.
+        v: Velocities per unit of the fraction, shape (n, nv).
+    """
+
+    q: Array
+    v: Array
+
+    @classmethod
+    def through(cls, problem: PlanningTask, q: Array, rates: Array) -> LegCurve:
+        """Return a curve through configurations (n, nq) whose rates (n, nq) are known."""
+        everything = np.arange(problem.model.nq)
+        still = np.zeros((len(q), problem.model.nv))
+        directions = velocity_directions(problem, np.hstack([q, still]), everything)
+        return cls(q, (np.linalg.pinv(directions) @ rates[..., None])[..., 0])
+
+    def at(self, s: Array) -> tuple[Array, Array, Array]:
+        """Return q, v and dv/ds at fractions (m,), interpolated linearly."""
+        grid = np.linspace(0.0, 1.0, len(self.q))
+        bent = np.gradient(self.v, grid, axis=0, edge_order=2)
+        q, v, slope = (
+            np.column_stack([np.interp(s, grid, column) for column in table.T])
+            for table in (self.q, self.v, bent)
+        )
+        return q, v, slope
+
+
+@dataclass(frozen=True)
+class Profile:
+    """How the fraction of a leg grows with that of its duration, from rest to rest.
+
+    Attributes:
+        ramp: Fraction of the duration in which the speed rises, and falls, at most 1/2.
+    """
+
+    ramp: float
+
+    def at(self, times: Array) -> tuple[Array, Array, Array]:
+        """Return s, ds/dt and its derivative at times (m,) from 0 to 1."""
+        b, top = self.ramp, 1.0 / (1.0 - self.ramp)
+        early = np.minimum(np.minimum(times, 1.0 - times), b)  # time since rest, or until rest
+        rising, falling = times < b, times > 1.0 - b
+        s = top / 2 * (early - b / np.pi * np.sin(np.pi * early / b))
+        s = np.where(falling, 1.0 - s, s + top * np.clip(times - b, 0.0, 1.0 - 2 * b))
+        speed = top * np.sin(np.pi * early / (2 * b)) ** 2
+        gain = top * np.pi / (2 * b) * np.sin(np.pi * early / b)
+        return s, speed, np.where(rising, gain, np.where(falling, -gain, 0.0))
+
+
+def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
+    """Return a leg from rest to rest in whole steps; None if it needs more than the inputs have.
+
+    Args:
+        problem: The planning problem.
+        curve: The leg.
+    """
+    profiles = [Profile(ramp) for ramp in FIELDS.ramps]
+    quickest = [(_least_duration(problem, curve, profile), profile) for profile in profiles]
+    duration, profile = min(quickest, key=lambda pair: pair[0])
+    if not math.isfinite(duration):
+        return None
+    h = problem.step
+    count = max(1, math.ceil(duration / h))
+    times = np.linspace(0.0, 1.0, count * FIELDS.samples_per_step + 1)
+    x, u = _motion(problem, curve, profile, count * h, times)
+    held = u[:-1] + np.diff(u, axis=0) / 2
+    held = held.reshape(count, FIELDS.samples_per_step, -1).mean(axis=1)
+    return Knots(x[:: FIELDS.samples_per_step], held, h)
+
+
+def _least_duration(problem: PlanningTask, curve: LegCurve, profile: Profile) -> float:
+    """Return the shortest duration in [s] that limits allow, by bisection; infinite if none."""
+    times = np.linspace(0.0, 1.0, FIELDS.limit_samples)
+    low, high = FIELDS.durations
+    if not _allowed(problem, curve, profile, high, times):
+        return math.inf
+    for _ in range(FIELDS.bisections):
+        middle = math.sqrt(low * high)
+        if _allowed(problem, curve, profile, middle, times):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def _allowed(
+    problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
+) -> bool:
+    model, used = problem.model, FIELDS.used
+    x, u = _motion(problem, curve, profile, duration, times)
+    lower, upper = problem.bounds[model.nq :].T * used
+    v = x[:, model.nq :]
+    if ((v < lower) | (v > upper)).any():
+        return False
+    lowest, highest = problem.rate_bounds.T * used
+    rates = model.velocity(x)
+    if ((rates < lowest) | (rates > highest)).any():
+        return False
+    weakest, strongest = np.clip(model.control_bounds, -UNLIMITED, UNLIMITED).T
+    half = (strongest - weakest) / 2 * used
+    return bool((np.abs(u - (weakest + strongest) / 2) <= half).all())
+
+
+def _motion(
+    problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
+) -> tuple[Array, Array]:
+    """Return states (m, nx) and inputs (m, nu) at fractions of a duration.
+
+    Inputs are the least ones that come nearest to the accelerations of the motion.
+    """
+    model = problem.model
+    s, speed, gain = profile.at(times)
+    q, v, slope = curve.at(s)
+    speed, gain = (speed / duration)[:, None], (gain / duration**2)[:, None]
+    x = problem.space.unit(np.hstack([q, v * speed]))
+    wanted = v * gain + slope * speed**2
+    idle = np.tile(np.clip(np.zeros(model.nu), *model.control_bounds.T), (len(x), 1))
+    effect = model.jacobian(x, idle)[1][:, model.nq :]
+    lacking = wanted - model.f(x, idle)[:, model.nq :]
+    u = idle + (np.linalg.pinv(effect) @ lacking[..., None])[..., 0]
+    return x, u
