@@ -20,7 +20,7 @@ from kinolab.world.cable import span
 from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_broadphase, place
 from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
-from kinolab.world.collision.signed_distance import extent, gap_along, signed_gap
+from kinolab.world.collision.signed_distance import extent, gap_along, highest, signed_gap
 from kinolab.world.collision.triangle_gaps import box_bound, own_bound, plane_bound
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
@@ -34,6 +34,7 @@ MAX_GAPS = 64  # distances kept per pose
 QUEUE_SIZE = 128  # capacity of the traversal stack
 TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
 SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
+SAME_LEVEL = 1e-9  # [m] by which what is behind a plane may be before it
 GROUND, OWN = -2, -3  # in place of an obstacle's index
 
 
@@ -60,6 +61,7 @@ class GapBuffer(NamedTuple):
     what: Integers  # (MAX_GAPS,) obstacle, triangle (counted after them), GROUND, or OWN - shape
     normal: Array  # (MAX_GAPS + 1, 3) from the other shape to this one; the last is scratch
     gap: Array  # (MAX_GAPS,) [m]
+    level: Array  # (MAX_GAPS,) [m] along the normal, of what is nearest of a triangle
     half: Array  # (shapes, 3) half sizes; for cables at their current length
     turns: Array  # (shapes, 3, 3)
     places: Array  # (shapes, 3)
@@ -69,6 +71,10 @@ class GapBuffer(NamedTuple):
     corners: Array  # (3, 3)
     scratch: Array  # (9, 3)
     queue: Integers  # (QUEUE_SIZE,)
+    room: Array  # (shapes,) [m] that no triangle was nearer, where triangles were looked for last
+    seen_turns: Array  # (shapes, 3, 3) there
+    seen_places: Array  # (shapes, 3)
+    radius: Array  # (shapes,) [m] of a ball around the shape's centre that holds it
 
 
 class CollisionConstraints:
@@ -183,6 +189,7 @@ def _memory(around: CollisionArrays) -> GapBuffer:
         what=np.zeros(MAX_GAPS, np.int64),
         normal=np.zeros((MAX_GAPS + 1, 3)),
         gap=np.zeros(MAX_GAPS),
+        level=np.zeros(MAX_GAPS),
         half=around.scene.half.copy(),
         turns=np.zeros((shapes, 3, 3)),
         places=np.zeros((shapes, 3)),
@@ -192,6 +199,10 @@ def _memory(around: CollisionArrays) -> GapBuffer:
         corners=np.zeros((3, 3)),
         scratch=np.zeros((9, 3)),
         queue=np.zeros(QUEUE_SIZE, np.int64),
+        room=np.full(shapes, -math.inf),
+        seen_turns=np.zeros((shapes, 3, 3)),
+        seen_places=np.zeros((shapes, 3)),
+        radius=np.linalg.norm(around.scene.half, axis=1),
     )
 
 
@@ -303,23 +314,42 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
             if near and count < MAX_GAPS:
                 shape, other = shape_of(s, around, found), obstacle_of(k, around.fixtures)
                 found.mover[count], found.what[count] = s, k
-                found.gap[count] = signed_gap(shape, other, found.scratch, found.normal[count])
+                found.gap[count] = signed_gap(shape, other, math.inf, found.scratch, found.normal[count])
                 count += found.gap[count] < reach
-        if around.tree.boxes.shape[0]:
+        if around.tree.boxes.shape[0] and not still_far(s, reach, found):
             count = near_triangles(s, count, reach, around, found)
     for k in range(scene.own_pairs.shape[0]):
         a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
         if count < MAX_GAPS and box_gap(found.box[a], found.box[b]) < reach:
             found.mover[count], found.what[count] = a, OWN - b
             shape, other = shape_of(a, around, found), shape_of(b, around, found)
-            found.gap[count] = signed_gap(shape, other, found.scratch, found.normal[count])
+            found.gap[count] = signed_gap(shape, other, math.inf, found.scratch, found.normal[count])
             count += found.gap[count] < reach
     return count
 
 
 @kernel
+def still_far(s, reach, found):  # type: ignore[no-untyped-def]
+    """Say whether a shape has not yet moved near triangles since these were looked for.
+
+    No point of it has moved by more than its centre and the turn, in the Frobenius norm, times its
+    radius.
+    """
+    moved = turned = 0.0
+    for i in range(3):
+        moved += (found.places[s, i] - found.seen_places[s, i]) ** 2
+        for j in range(3):
+            turned += (found.turns[s, i, j] - found.seen_turns[s, i, j]) ** 2
+    return found.room[s] - math.sqrt(moved) - found.radius[s] * math.sqrt(turned) >= reach
+
+
+@kernel
 def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-def]
     """Append the triangles nearest to a shape, one per normal direction; return the new count.
+
+    What is behind the plane of one that is kept is left out: it is no nearer, however the shape
+    moves along that plane or away from it. Where none is within reach, it is told how far the
+    nearest is, so that nearby states need not look again.
 
     Args:
         s: The shape's row.
@@ -327,14 +357,17 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         reach: Largest distance in [m].
         around, found: ``CollisionArrays`` and ``GapBuffer``.
     """
-    tree, queue = around.tree, found.queue
+    tree, queue, n = around.tree, found.queue, found.normal[MAX_GAPS]
     box, shape = found.box[s], shape_of(s, around, found)
     first, left, limit = count, 1, reach
+    room = reach + max(reach, found.radius[s])
     queue[0] = 0
     while left > 0:
         left -= 1
-        node = queue[left]
-        if box_bound(shape, box, tree.boxes[node]) >= limit:
+        node, worth = queue[left], limit if count > first else room
+        if box_bound(shape, box, tree.boxes[node]) >= worth:
+            continue
+        if box_behind(tree.boxes[node], first, count, found):
             continue
         one, other = tree.child[node, 0], tree.child[node, 1]
         if one >= 0:
@@ -345,32 +378,59 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
                 left += 2
             continue
         for t in range(tree.span[node, 0], tree.span[node, 1]):
-            if plane_bound(shape, tree.planes[t]) >= limit:
+            worth = limit if count > first else room
+            if plane_bound(shape, tree.planes[t]) >= worth:
                 continue
-            if own_bound(shape, tree.triangles[t]) >= limit:
+            if triangle_behind(tree.triangles[t], first, count, found):
                 continue
-            count = look(s, t, first, count, limit, around, found)
-            limit = limit_of(first, count, reach, found)
+            if own_bound(shape, tree.triangles[t]) >= worth:
+                continue
+            corners_of(tree.triangles[t], found.corners)
+            other_shape = Convex(TRIANGLE, found.half[s], found.corners, tree.triangles[t, :3])
+            gap = signed_gap(shape, other_shape, worth, found.scratch, n)
+            if gap < limit:
+                what, level = t + around.fixtures.kind.shape[0], highest(other_shape, n)
+                count = kept(s, what, gap, level, n, first, count, found)
+                limit = limit_of(first, count, reach, found)
+            room = min(room, gap)
+    remember(s, room if count == first else -math.inf, around, found)
     return count
 
 
 @kernel
-def look(s, t, first, count, limit, around, found):  # type: ignore[no-untyped-def]
-    """Append the distance between a shape and a triangle if within the limit; return the count.
+def remember(s, room, around, found):  # type: ignore[no-untyped-def]
+    """Keep where a shape is and how far it is from triangles; a cable's length changes."""
+    solid = around.scene.kind.shape[0] - around.strung.shape[0]
+    found.room[s] = room if s < solid else -math.inf
+    for i in range(3):
+        found.seen_places[s, i] = found.places[s, i]
+        for j in range(3):
+            found.seen_turns[s, i, j] = found.turns[s, i, j]
 
-    Args:
-        s, t: Rows of the shape and the triangle.
-        first, count: Index of the shape's first triangle in the list; distances so far.
-        limit: Largest distance in [m].
-        around, found: ``CollisionArrays`` and ``GapBuffer``.
-    """
-    corners, n = found.corners, found.normal[MAX_GAPS]
-    corners_of(around.tree.triangles[t], corners)
-    other = Convex(TRIANGLE, found.half[s], corners, around.tree.triangles[t, :3])
-    gap = signed_gap(shape_of(s, around, found), other, found.scratch, n)
-    if gap < limit:
-        return kept(s, t + around.fixtures.kind.shape[0], gap, n, first, count, found)
-    return count
+
+@kernel
+def box_behind(box, first, count, found):  # type: ignore[no-untyped-def]
+    """Say whether a box (6,) is behind the plane of a distance from ``first`` on."""
+    for c in range(first, count):
+        n, farthest = found.normal[c], 0.0
+        for i in range(3):
+            farthest += n[i] * (box[i + 3] if n[i] > 0.0 else box[i])
+        if found.gap[c] > 0.0 and farthest <= found.level[c] + SAME_LEVEL:
+            return True
+    return False
+
+
+@kernel
+def triangle_behind(triangle, first, count, found):  # type: ignore[no-untyped-def]
+    """Say the same of a triangle (9,)."""
+    for c in range(first, count):
+        n, farthest = found.normal[c], -math.inf
+        for k in range(0, 9, 3):
+            corner = n[0] * triangle[k] + n[1] * triangle[k + 1] + n[2] * triangle[k + 2]
+            farthest = max(farthest, corner)
+        if found.gap[c] > 0.0 and farthest <= found.level[c] + SAME_LEVEL:
+            return True
+    return False
 
 
 @kernel
@@ -385,12 +445,13 @@ def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def kept(s, what, gap, n, first, count, found):  # type: ignore[no-untyped-def]
+def kept(s, what, gap, level, n, first, count, found):  # type: ignore[no-untyped-def]
     """Insert a triangle, replacing a farther one of like normal or the farthest; return the count.
 
     Args:
         s, what: The shape's row, and the triangle as in ``GapBuffer.what``.
         gap: Signed distance in [m].
+        level: Of the triangle along the normal in [m].
         n: Its unit normal, shape (3,).
         first, count: Index of the shape's first triangle in the list; distances so far.
         found: ``GapBuffer``.
@@ -409,6 +470,7 @@ def kept(s, what, gap, n, first, count, found):  # type: ignore[no-untyped-def]
                 here = c
     if here >= 0 and gap < found.gap[here]:
         found.gap[here], found.mover[here], found.what[here] = gap, s, what
+        found.level[here] = level
         for i in range(3):
             found.normal[here, i] = n[i]
     return count

@@ -52,7 +52,7 @@ def gap_along(shape, other, n):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def signed_gap(shape, other, scratch, n):  # type: ignore[no-untyped-def]
+def signed_gap(shape, other, enough, scratch, n):  # type: ignore[no-untyped-def]
     """Return the signed gap in [m] between a shape and another one or a triangle; write n (3,).
 
     Inside an overlap the best of a few normals is taken: those of faces and of pairs of edges,
@@ -60,10 +60,13 @@ def signed_gap(shape, other, scratch, n):  # type: ignore[no-untyped-def]
 
     Args:
         shape, other: ``Convex``.
+        enough: In [m]; a gap of this size is only bounded from below, and has no normal.
         scratch: Memory, shape (9, 3).
         n: Unit normal from the other one to the shape, shape (3,); written.
     """
-    separation_within(shape, other, -math.inf, math.inf, scratch)
+    bound = separation_within(shape, other, -math.inf, enough, scratch)
+    if bound >= enough:
+        return bound
     v = scratch[4]
     length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     if length > MIN_CORE_DISTANCE:
