@@ -381,12 +381,15 @@ class Model:
         return names[int(_array("x", x, self.nx)[-1])] if names else ""
 
     def transition(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> str:
-        """Return the name of the transition that takes place at a state (nx,); empty for none."""
+        """Return the name of the transition that takes place at a state (nx,); empty for none.
+
+        Raises:
+            SingularError: If what a transition waits for is undefined there.
+        """
         states = _array("x", x, self.nx)
         if not self.machine.modes:
             return ""
-        found, p = np.zeros(1), self.parameter_vector(**parameters)
-        bound(self.address("leaves"), states, self._inputs(u, states), p, found)()
+        found = self._switch("leaves", states, u, parameters, np.zeros(1))
         leaving = self.machine.transitions_from(states)
         return leaving[int(found[0]) - 1].name if found[0] else ""
 
@@ -396,13 +399,14 @@ class Model:
         Args:
             x: State, shape (nx,).
             u: Inputs, shape (nu,).
+
+        Raises:
+            SingularError: If the blow or the reset is undefined there.
         """
         states = _array("x", x, self.nx)
-        after = states.copy()
-        if self.machine.modes:
-            p = self.parameter_vector(**parameters)
-            bound(self.address("reset"), states, self._inputs(u, states), p, after)()
-        return after
+        if not self.machine.modes:
+            return states.copy()
+        return self._switch("reset", states, u, parameters, states.copy())
 
     def frames(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
@@ -560,6 +564,15 @@ class Model:
         if status:
             raise SingularError(_failure(self, status, rows[row]))
         return out.reshape(*states.shape[:-1], out.shape[1])
+
+    def _switch(
+        self, name: str, x: Array, u: ArrayLike, parameters: dict[str, float], out: Array
+    ) -> Array:
+        """Call a compiled function of transitions on one state, and return what it writes."""
+        p = self.parameter_vector(**parameters)
+        if status := bound(self.address(name), x, self._inputs(u, x), p, out)():
+            raise SingularError(_failure(self, status, x))
+        return out
 
     def _inputs(self, u: ArrayLike, states: Array) -> Array:
         values = _numbers("u", u)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy
 from scipy.optimize import fsolve
 
-from kinolab.dynamics import Model
+from kinolab.dynamics import Body, Mode, Model, System, Transition, length, move, toward
 from kinolab.errors import KinolabError, SingularError
 from kinolab.simulation.reference import follow
 from tests.oracles.hopper import Ball, Hopper, WalledPendulum, impact
@@ -140,3 +141,19 @@ def test_a_blow_is_that_of_any_machine() -> None:
     assert np.abs(after[4:8] - expected).max() < 1e-9
     assert (after[:4] == x[:4]).all()
     assert after[8] == 1.0
+
+
+def test_a_transition_that_is_undefined_is_an_error() -> None:
+    z = length("z", -1.0, 10.0)
+    model = System(
+        "probe",
+        bodies=[Body("probe", move(0, 0, z), mass=1.0)],
+        gravity=toward("-z", 9.81),
+        modes=[Mode("falls")],
+        transitions=[Transition("wakes", "falls", "falls", until=sympy.log(z))],
+    ).model()
+    assert model.transition([2.0, -1.0, 0.0]) == ""
+    assert model.transition([0.5, -1.0, 0.0]) == "wakes"
+    for ask in (model.transition, model.reset):
+        with pytest.raises(SingularError):
+            ask([-0.5, -1.0, 0.0])

@@ -136,7 +136,7 @@ def _reset(modes: Sequence[ModeDerivation], states: int) -> str:
     routine = Routine("reset", LEAVES)
     which, after = routine.array(1), routine.array(states)
     listing = "ptr %x, ptr %u, ptr %p"
-    routine.line(f"call i32 @leaves({listing}, ptr {which}, i64 %mode)")
+    asked = routine.line(f"call i32 @leaves({listing}, ptr {which}, i64 %mode)")
     chosen = routine.line(f"fptosi double {routine.load(which, 0)} to i64")
     current = _mode_of(routine, states)
     for k, mode in enumerate(modes):
@@ -151,7 +151,7 @@ def _reset(modes: Sequence[ModeDerivation], states: int) -> str:
             routine.give(routine.line(f"or i32 {changed}, {landed}"))
             routine.join(mark)
     routine.copy("%x", "%out", states)
-    routine.give("0")
+    routine.give(asked)
     return routine.text()
 
 
@@ -164,22 +164,24 @@ def _step(method: str, states: int) -> str:
     routine.put("double", rest, "%h")
     routine.copy("%x", begin, states)
 
-    def flow(length: Register) -> None:
-        call = f"call i32 @{FLOW}{method}(ptr {begin}, ptr %u, ptr %p, double {length}"
-        failed = routine.line(f"{call}, ptr {end}, i64 %substeps, i64 %mode)")
+    def note(failed: Register) -> None:
         so_far = routine.get("i32", status)
         routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
 
+    def flow(length: Register) -> None:
+        call = f"call i32 @{FLOW}{method}(ptr {begin}, ptr %u, ptr %p, double {length}"
+        note(routine.line(f"{call}, ptr {end}, i64 %substeps, i64 %mode)"))
+
     def left(state: Register) -> Register:
-        routine.line(f"call i32 @leaves(ptr {state}, ptr %u, ptr %p, ptr {which}, i64 %mode)")
+        call = f"call i32 @leaves(ptr {state}, ptr %u, ptr %p, ptr {which}, i64 %mode)"
+        note(routine.line(call))
         return routine.line(f"fcmp ogt double {routine.load(which, 0)}, {literal(0.0)}")
 
     with routine.loop(0, MAX_SWITCHES):
         with routine.when(left(begin)):
-            call = f"call i32 @reset(ptr {begin}, ptr %u, ptr %p, ptr {end}, i64 %mode)"
-            failed = routine.line(call)
-            so_far = routine.get("i32", status)
-            routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
+            note(
+                routine.line(f"call i32 @reset(ptr {begin}, ptr %u, ptr %p, ptr {end}, i64 %mode)")
+            )
             routine.copy(end, begin, states)
         length = routine.get("double", rest)
         flow(length)

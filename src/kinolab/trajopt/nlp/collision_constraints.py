@@ -314,7 +314,9 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
             if near and count < MAX_GAPS:
                 shape, other = shape_of(s, around, found), obstacle_of(k, around.fixtures)
                 found.mover[count], found.what[count] = s, k
-                found.gap[count] = signed_gap(shape, other, math.inf, found.scratch, found.normal[count])
+                found.gap[count] = signed_gap(
+                    shape, other, math.inf, found.scratch, found.normal[count]
+                )
                 count += found.gap[count] < reach
         if around.tree.boxes.shape[0] and not still_far(s, reach, found):
             count = near_triangles(s, count, reach, around, found)
@@ -323,7 +325,9 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
         if count < MAX_GAPS and box_gap(found.box[a], found.box[b]) < reach:
             found.mover[count], found.what[count] = a, OWN - b
             shape, other = shape_of(a, around, found), shape_of(b, around, found)
-            found.gap[count] = signed_gap(shape, other, math.inf, found.scratch, found.normal[count])
+            found.gap[count] = signed_gap(
+                shape, other, math.inf, found.scratch, found.normal[count]
+            )
             count += found.gap[count] < reach
     return count
 
@@ -367,8 +371,6 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         node, worth = queue[left], limit if count > first else room
         if box_bound(shape, box, tree.boxes[node]) >= worth:
             continue
-        if box_behind(tree.boxes[node], first, count, found):
-            continue
         one, other = tree.child[node, 0], tree.child[node, 1]
         if one >= 0:
             if left + 2 <= queue.shape[0]:
@@ -380,8 +382,6 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         for t in range(tree.span[node, 0], tree.span[node, 1]):
             worth = limit if count > first else room
             if plane_bound(shape, tree.planes[t]) >= worth:
-                continue
-            if triangle_behind(tree.triangles[t], first, count, found):
                 continue
             if own_bound(shape, tree.triangles[t]) >= worth:
                 continue
