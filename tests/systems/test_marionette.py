@@ -16,16 +16,21 @@ import kinolab
 from kinolab import systems
 from kinolab.dynamics import (
     WORLD,
+    Body,
     Force,
     Frame,
     Model,
+    Rope,
     System,
+    angle,
     closed,
     force_of,
     homogeneous,
+    length,
     move,
     parameter,
     require,
+    rot_y,
     toward,
 )
 from kinolab.problem import PlanningTask
@@ -33,6 +38,8 @@ from kinolab.simulation.reference import resimulate
 from kinolab.systems._puppet import puppet_body
 from kinolab.verification import verify
 from tests.oracles.marionette import (
+    HangingChain,
+    Link,
     StaticPose,
     String,
     centres,
@@ -65,7 +72,8 @@ HANGING[7:] = np.tile([-0.3, 0.05, 0.02, -0.2], 4)
 
 @cache
 def model() -> Model:
-    return systems.get("marionette").model()
+    """The machine without its puppeteer."""
+    return systems.get("marionette").with_feedback(None).model()
 
 
 @cache
@@ -239,6 +247,62 @@ def test_pose_on_elastic_strings_is_the_least_energy() -> None:
     elastic = elastic_pose(still().q, STRINGS, PUPPET, K)
     found = centres(own_poses()[K], PUPPET)
     np.testing.assert_allclose(found, centres(elastic.q, PUPPET), rtol=0, atol=1e-5)  # [m]
+
+
+@pytest.mark.parametrize(
+    ("method", "order", "steps"), [("euler", 1, 1000), ("rosenbrock", 2, 80), ("rk4", 4, 80)]
+)
+def test_steps_have_their_order_while_all_strings_are_taut(
+    method: str, order: int, steps: int
+) -> None:
+    """From where it hangs, in a gentle motion: halving the step divides the error by 2^order."""
+    v = np.random.default_rng(5).uniform(-0.02, 0.02, 22)
+    start, u = state(own_poses()[K], v, np.zeros(6), np.zeros(6)), np.full(6, 0.05)
+    exact = solve_ivp(
+        lambda _, x: model().f(x, u), (0, 0.2), start, "DOP853", rtol=1e-13, atol=1e-13
+    ).y[:, -1]
+    assert (stretches(exact[:23], exact[29:51], exact[23:29], exact[51:])[0] > 0).all()
+
+    def error(steps: int) -> float:
+        x = start
+        for _ in range(steps):
+            x = model().step(x, u, 0.2 / steps, method=method)
+        return float(np.abs(x - exact).max())
+
+    assert np.log2(error(steps) / error(2 * steps)) == pytest.approx(order, abs=0.25)
+
+
+# A limb on one string
+
+
+def limb_on_a_rope(k: float) -> Model:
+    """An arm in a vertical plane, its root on a rope of 2 m from the origin."""
+    x, z, a, b = length("x"), length("z"), angle("a"), angle("b")
+    shoulder = move(x, 0, z)
+    upper = shoulder @ rot_y(-a)
+    lower = upper @ move(0, 0, -1.5) @ rot_y(-b)
+    links = [
+        Body(name, joint @ move(0, 0, -0.75), mass=mass, inertia=1.0)
+        for name, joint, mass in (("upper", upper, 5.0), ("lower", lower, 4.0))
+    ]
+    rope = Rope(between=(WORLD, shoulder), stiffness=k, length=2.0, damping=np.sqrt(9.0 * k))
+    return System("limb", bodies=links, gravity=toward("-z", 9.81), efforts=[rope]).model()
+
+
+@pytest.mark.parametrize(("k", "error"), [(1e5, 1e-2), (1e7, 1e-3)])
+def test_limb_on_a_rope_is_a_pendulum_of_three_links(k: float, error: float) -> None:
+    """Closer with sqrt(k): the rope bounces at first, at a speed of tension / damping."""
+    chain = HangingChain((Link(2.0), Link(1.5, 0.75, 5.0, 1.0), Link(1.5, 0.75, 4.0, 1.0)))
+    begin, t = np.array([0.5, -0.4, 0.9, 0.0, 0.0, 0.0]), (0.0, 1.0)
+    taut = 2.0 + chain.tension(begin) / k
+    start = [taut * np.sin(0.5), -taut * np.cos(0.5), -0.4, 1.3, 0.0, 0.0, 0.0, 0.0]
+    limb = limb_on_a_rope(k)
+    assert limb.state_names[:4] == ("x", "z", "a", "b")
+    found = solve_ivp(lambda _, x: limb.f(x), t, start, "DOP853", rtol=1e-9, atol=1e-10).y[:, -1]
+    swung = solve_ivp(lambda _, x: chain.rate(x), t, begin, "DOP853", rtol=1e-10, atol=1e-11)
+    string, upper, lower = swung.y[:3, -1]
+    place = 2.0 * np.sin(string), -2.0 * np.cos(string)
+    np.testing.assert_allclose(found[:4], [*place, upper, lower - upper], rtol=0, atol=error)
 
 
 # On strings that do not stretch

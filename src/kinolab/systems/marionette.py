@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from sympy import Expr, Max, pi, sin
+
 from kinolab.dynamics import (
     Body,
     Box,
@@ -9,12 +11,15 @@ from kinolab.dynamics import (
     Coordinate,
     Disk,
     Drive,
+    Feedback,
     Frame,
+    Reference,
     Rope,
     System,
     length,
     move,
     parameter,
+    rate,
     rot_y,
     toward,
 )
@@ -24,6 +29,9 @@ SPINDLES = {"shoulder": (0.0, 1.0), "hand": (2.0, 1.6), "knee": (5.0, 0.8)}  # [
 LENGTHS = {"shoulder": (13.4, 13.4), "hand": (15.4, 15.5), "knee": (18.6, 18.6)}  # [m] left, right
 LIFTS = {"hand": (-1.0, 5.0), "knee": (-0.6, 2.0)}  # [m] by which strings may be reeled in
 REELING = 1.0  # [m/s] at most
+LEAD = 0.388  # [m] by which the strings of hands and knees draw the torso ahead of the bar
+STRIDE, LIFT = 1.6, 0.6  # [m] of a step: along the stage, and by which its knee is lifted
+HAND = (0.0, 3.0)  # [m] by which a hand's string is reeled in
 REEL = 0.25  # [m] radius
 
 
@@ -33,7 +41,9 @@ def marionette() -> System:
     The puppet has 22 coordinates: its torso is free in space, a joint of three angles joins every
     limb to it, and one more bends each limb. Strings only pull, and go slack and taut by
     themselves. What the puppeteer does is driven: the bar's place, and by how much the strings of
-    hands and knees are reeled in.
+    hands and knees are reeled in. Its controller is the puppeteer's skill: the bar goes at the
+    speed that is asked for and yields to the torso, whose swing would not die out in minutes else;
+    the knees are lifted in turn as the bar goes along; the hands are lifted as far as one asks.
 
     Source: Johnson, Murphey, Dynamic modeling and motion planning for marionettes: rigid bodies
     articulated by massless strings, ICRA 2007. The strings there do not stretch; these give by
@@ -52,6 +62,18 @@ def marionette() -> System:
         for part, (ahead, aside) in SPINDLES.items()
         for side, sign in SIDES
     }
+    pushes = Drive("push_x", on=bar_x, limit=1.0), Drive("push_y", on=bar_y, limit=1.0)
+    reels = {name: Drive(f"reel_{name}", on=lift, limit=2.0) for name, lift in lifts.items()}
+    speeds = Reference("go_x", limit=0.8, unit="m/s"), Reference("go_y", limit=0.8, unit="m/s")
+    hands = {f"hand_{side}": Reference(f"raise_{side}", limit=HAND, unit="m") for side, _ in SIDES}
+    torso = tuple(puppet.bodies[0].frame.motions[0].by)
+    walk = pi * bar_x / STRIDE
+    aims = {name: hand.symbol for name, hand in hands.items()}
+    aims |= {"knee_l": LIFT * Max(0, sin(walk)), "knee_r": LIFT * Max(0, -sin(walk))}
+    law = {
+        push.symbol: _carry(push.on, place, speed.symbol, lead)
+        for push, place, speed, lead in zip(pushes, torso, speeds, (LEAD, 0.0), strict=False)
+    } | {reels[name].symbol: _servo(reels[name].on, aim, name) for name, aim in aims.items()}
     return System(
         "marionette",
         bodies=[
@@ -60,17 +82,32 @@ def marionette() -> System:
             *(_reel(name, spindles[name], lift) for name, lift in lifts.items()),
         ],
         gravity=toward("-z", parameter("g", 9.81, "m/s^2")),
-        inputs=[
-            Drive("push_x", on=bar_x, limit=1.0),
-            Drive("push_y", on=bar_y, limit=1.0),
-            *(Drive(f"reel_{name}", on=lift, limit=2.0) for name, lift in lifts.items()),
-        ],
+        inputs=[*pushes, *reels.values()],
         efforts=[*puppet.joints, *_strings(spindles, puppet.hooks, lifts)],
         cables=[
             Cable((spindle, puppet.hooks[name]), f"string {name}", radius=0.02)
             for name, spindle in spindles.items()
         ],
+        feedback=Feedback([*speeds, *hands.values()], law),
     )
+
+
+def _carry(bar: Coordinate, torso: Coordinate, speed: Expr, lead: float) -> Expr:
+    """Return the bar's acceleration along one axis.
+
+    With the torso's swing s about where it hangs, s_ddot = -w^2 s - bar_ddot and w near 0.85 /s,
+    the characteristic polynomial is r^3 + (a + c) r^2 + (w^2 + b) r + a w^2: its roots are
+    -1.05 and -0.33 +- 0.49 i.
+    """
+    a, b, c = 0.5, 0.3, 1.2  # [1/s], [1/s^2], [1/s]
+    swinging = rate(torso) - rate(bar)
+    return a * (speed - rate(bar)) + b * (torso - bar - lead) + c * swinging
+
+
+def _servo(lift: Coordinate, aim: Expr, name: str) -> Expr:
+    """Return the acceleration by which a string is reeled in; hands go gently, knees keep up."""
+    pace = 0.8 if name.startswith("hand") else 4.0  # [1/s]
+    return pace**2 * (aim - lift) - 2 * pace * rate(lift)
 
 
 def _strings(
