@@ -36,6 +36,7 @@ from kinolab.dynamics import (
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.systems._puppet import puppet_body
+from kinolab.systems.marionette import LIFT, STRIDE
 from kinolab.verification import verify
 from tests.oracles.marionette import (
     HangingChain,
@@ -270,6 +271,44 @@ def test_steps_have_their_order_while_all_strings_are_taut(
         return float(np.abs(x - exact).max())
 
     assert np.log2(error(steps) / error(2 * steps)) == pytest.approx(order, abs=0.25)
+
+
+# The puppeteer
+
+
+def led(machine: Model, start: Array, u: Array, seconds: float) -> Array:
+    """States every tenth of a second, shape (steps + 1, nx)."""
+    path = [start]
+    for _ in range(round(10 * seconds)):
+        path.append(machine.step(path[-1], u, 0.1, substeps=16))
+    return np.array(path)
+
+
+def test_puppeteer_brings_a_swing_to_rest_that_lasts_without_one() -> None:
+    v = np.zeros(22)
+    v[:2] = 0.3, 0.2  # [m/s] of the torso, the limbs along
+    start = state(own_poses()[K], v, np.zeros(6), np.zeros(6))
+    led_by, left_alone = (
+        np.abs(led(machine, start, np.zeros(machine.nu), 25.0)[-75:, 29:31]).max()
+        for machine in (systems.get("marionette").model(), model())
+    )
+    assert led_by < 0.1 * 0.3  # [m/s] in the last period of 7.5 s; the limbs still swing
+    assert left_alone > 0.8 * 0.3
+
+
+def test_knees_are_lifted_in_turn_as_the_puppet_is_led_along() -> None:
+    """At most by what is asked for, never both, and the left one first."""
+    made = systems.get("marionette").model()
+    start = state(own_poses()[K], np.zeros(22), np.zeros(6), np.zeros(6))
+    path = led(made, start, np.array([0.5, 0.0, 0.0, 0.0]), 15.0)
+    left, right = (path[:, made.state_names.index(f"lift_knee_{side}")] > LIFT / 2 for side in "lr")
+    assert not (left & right).any()
+    assert 0 < left.argmax() < right.argmax()
+    steps = np.count_nonzero(np.diff(left.astype(int)) == 1)
+    assert steps + np.count_nonzero(np.diff(right.astype(int)) == 1) == np.ceil(
+        path[-1, 23] / STRIDE
+    )
+    assert path[-1, 23] > 3 * STRIDE  # [m]
 
 
 # A limb on one string
