@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from kinolab import systems
 from kinolab.dynamics import (
     WORLD,
     Body,
@@ -61,6 +62,11 @@ def double_pendulum() -> System:
     return System("double_pendulum", bodies=rods, gravity=toward("-z"), inputs=[shoulder])
 
 
+def marionette() -> System:
+    """The built-in puppet on ropes without its puppeteer."""
+    return systems.get("marionette").with_feedback(None)
+
+
 def free_body(links: int) -> System:
     """A body with ZYX Euler angles and a chain of links: 6 + links coordinates."""
     x, y, z = length("x"), length("y"), length("z")
@@ -80,6 +86,8 @@ MACHINES: dict[str, tuple[Callable[[], System], tuple[float, float, float]]] = {
     "double pendulum 3-D": (double_pendulum, (0.5, 50.0, 500.0)),
     "free body, 2 links": (lambda: free_body(2), (1.0, 50.0, 800.0)),
     "free body, 6 links": (lambda: free_body(6), (4.0, 50.0, 4000.0)),
+    # Four evaluations are a step of Runge and Kutta's, of 50 us at most.
+    "marionette, 28 coordinates": (marionette, (5.0, 50.0, 12_500.0)),
 }
 
 

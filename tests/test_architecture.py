@@ -147,7 +147,7 @@ def files_that_name(words: set[str], at_least: int = 1) -> set[str]:
 @pytest.mark.parametrize(
     ("thing", "kinds"),
     [
-        ("a kind of force", {"Viscous", "Coulomb", "Spring", "Wrench", "Buoyancy"}),
+        ("a kind of force", {"Viscous", "Coulomb", "Spring", "Rope", "Wrench", "Buoyancy"}),
         ("a kind of input", {"Torque", "Force", "Pull", "Rate", "Drive", "Control"}),
     ],
 )

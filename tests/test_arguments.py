@@ -120,6 +120,7 @@ VALID: dict[str, dict[str, Any]] = {
     "Requirement": {"margin": X, "name": "r"},
     "SmallTime": {"value": kd.SmallTime.LINEAR.value},
     "SmallTimeVerdict": {"outcome": kd.SmallTime.LINEAR, "degree": 1, "obstacle": None},
+    "Rope": {"between": (FRAME, kd.WORLD), "stiffness": 1.0, "length": 1.0, "damping": 0.1},
     "Sphere": {"radius": 0.1, "at": (0, 0, 0)},
     "Spring": {"between": (FRAME, kd.WORLD), "stiffness": 1.0, "length": 1.0},
     "State": {

@@ -71,6 +71,7 @@ REFUSED = {
     "sprung_cart": (InputError, "the further state 'thrust'"),
     "kinematic_car": (NoDynamicsError, "it has no energy"),
     "two_cranes": (InputError, "the drive 'travel_a'"),
+    "marionette": (InputError, "the drive 'push_x'"),
     "car": (InputError, "friction"),
     "crane": (InputError, "friction"),
     "diff_drive": (InputError, "friction"),

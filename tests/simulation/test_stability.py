@@ -132,12 +132,17 @@ def test_no_scenario_of_ours_has_steps_that_are_too_long(name: str) -> None:
     assert [finding.holds for finding in held] == [True]
 
 
+STIFF = {"marionette"}  # strings as stiff as real ones: steps of 8 ms
+
+
 @pytest.mark.parametrize("name", systems.names())
-def test_no_machine_of_ours_is_stiff_at_the_step_that_scenarios_have_by_default(name: str) -> None:
+def test_few_machines_of_ours_are_stiff_at_the_step_that_scenarios_have_by_default(
+    name: str,
+) -> None:
     (found,) = [
         finding for finding in examine(systems.get(name), DEFAULT) if "stable" in finding.law
     ]
-    assert found.holds
+    assert found.holds == (name not in STIFF)
 
 
 def test_plan_examine_says_which_steps_are_too_long(

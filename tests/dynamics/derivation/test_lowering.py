@@ -122,7 +122,7 @@ def test_an_unknown_function_is_an_error_that_lists_the_known_ones() -> None:
         Lowering(tape, {X: tape.variable("x")})(sp.gamma(X))
     assert str(caught.value) == (
         "gamma cannot be compiled. "
-        "Known functions: Abs, atan, cos, exp, log, sign, sin, tan, tanh, sqrt and powers."
+        "Known functions: Abs, Max, atan, cos, exp, log, sign, sin, tan, tanh, sqrt and powers."
     )
 
 

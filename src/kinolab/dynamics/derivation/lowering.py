@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 
 import numpy as np
 import sympy
@@ -60,9 +60,11 @@ class Lowering:
             return self._product(expression)
         if isinstance(expression, sympy.Pow):
             return self._power(expression)
+        if isinstance(expression, sympy.Max):
+            return reduce(tape.maximum, map(self, expression.args))
         name = FUNCTIONS.get(expression.func)
         if name is None:
-            known = ", ".join(sorted(function.__name__ for function in FUNCTIONS))
+            known = ", ".join(sorted(function.__name__ for function in (*FUNCTIONS, sympy.Max)))
             what = f"{expression.func.__name__} cannot be compiled."
             raise InputError([Mistake("", what, f"Known functions: {known}, sqrt and powers.")])
         return tape.unary(name, self(expression.args[0]))

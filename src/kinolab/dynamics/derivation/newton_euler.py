@@ -12,7 +12,16 @@ from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.forces import Buoyancy, Coulomb, Potential, Spring, Viscous, Wrench
+from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.language.forces import (
+    Buoyancy,
+    Coulomb,
+    Potential,
+    Rope,
+    Spring,
+    Viscous,
+    Wrench,
+)
 from kinolab.dynamics.language.frames import Frame
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Input, Pull, Rate, Torque
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -58,7 +67,7 @@ class NewtonEuler:
         return total
 
     def conservative_forces(self) -> list[Node]:
-        """Return -dV/dq along each direction: gravity, springs, buoyancy, potentials."""
+        """Return -dV/dq along each direction: gravity, springs, ropes, buoyancy, potentials."""
         total = [self.binding.tape.zero] * self._count
         for body in self.system.bodies:
             self._apply(total, body.frame, self._weight(body))
@@ -68,13 +77,15 @@ class NewtonEuler:
                     self._descend(total, effort.energy)
                 case Spring():
                     self._pull(total, effort.between, self._tension(effort))
+                case Rope():
+                    self._tighten(total, effort, self._elastic(effort))
                 case Buoyancy():
                     lift = self._lift(effort)
                     self._apply(total, effort.on.frame, lift, at=self._lower(effort.at))
         return total
 
     def other_forces(self) -> list[Node]:
-        """Return friction, wrenches and inputs along each direction."""
+        """Return friction, damping of ropes, wrenches and inputs along each direction."""
         total = [self.binding.tape.zero] * self._count
         for effort in self.system.efforts:
             match effort:
@@ -85,6 +96,8 @@ class NewtonEuler:
                     slip = sympy.tanh(effort.velocity / effort.smoothing)
                     strength = self.binding.lower(effort.strength * slip)
                     self._resist(total, effort.velocity, strength)
+                case Rope() if not is_zero(effort.damping):
+                    self._tighten(total, effort, self._damped(effort))
                 case Wrench():
                     self._wrench(total, effort)
         for entry in self.system.inputs:
@@ -107,6 +120,10 @@ class NewtonEuler:
                     potential = tape.add(potential, lower(effort.energy))
                 case Spring():
                     potential = tape.add(potential, self._stored(effort))
+                case Rope():
+                    half = tape.mul(tape.constant(0.5), self._elastic(effort))
+                    stored = tape.mul(half, tape.maximum(self._stretch(effort), tape.zero))
+                    potential = tape.add(potential, stored)
                 case Buoyancy():
                     state = self.kinematics(effort.on.frame)
                     arm = vectors.transform(state.rotation, self._lower(effort.at))
@@ -285,6 +302,50 @@ class NewtonEuler:
         minus = self._vectors.scale(self.binding.tape.constant(-1.0), force)
         for frame, world in zip(between, (force, minus), strict=True):
             self._apply(total, frame, self._seen(self.kinematics(frame), world))
+
+    def _span(self, rope: Rope) -> Node:
+        """Return the length of a rope that is taut; of a slack one no less, to divide by."""
+        _, length = self._line(rope.between)
+        return self.binding.tape.maximum(length, self.binding.lower(rope.length))
+
+    def _stretch(self, rope: Rope) -> Node:
+        """Return the stretch of a rope, negative where it is slack."""
+        _, length = self._line(rope.between)
+        return self.binding.tape.sub(length, self.binding.lower(rope.length))
+
+    def _elastic(self, rope: Rope) -> Node:
+        """Return the tension of a rope at rest."""
+        tape = self.binding.tape
+        stretch = tape.maximum(self._stretch(rope), tape.zero)
+        return tape.mul(self.binding.lower(rope.stiffness), stretch)
+
+    def _damped(self, rope: Rope) -> Node:
+        """Return what damping adds to a rope's tension; it takes away all of it at most."""
+        tape, lower = self.binding.tape, self.binding.lower
+        half = tape.constant(0.5)
+        taut = tape.add(half, tape.mul(half, tape.unary("sign", self._stretch(rope))))
+        force = tape.mul(lower(rope.damping), tape.mul(taut, self._stretch_rate(rope)))
+        return tape.maximum(force, tape.neg(self._elastic(rope)))
+
+    def _stretch_rate(self, rope: Rope) -> Node:
+        tape, vectors = self.binding.tape, self._vectors
+        path, _ = self._line(rope.between)
+        first, second = (
+            vectors.transform(state.rotation, state.velocity.linear)
+            for state in map(self.kinematics, rope.between)
+        )
+        parting = tape.div(vectors.dot(path, vectors.sub(second, first)), self._span(rope))
+        flow = self.binding.flow(self.kinematics.motions.velocities)
+        (unwinding,) = tape.derivative([self.binding.lower(rope.length)], flow)
+        return tape.sub(parting, unwinding)
+
+    def _tighten(self, total: list[Node], rope: Rope, tension: Node) -> None:
+        """Add a rope's tension: it pulls its ends together and unwinds it from its winch."""
+        tape, rest = self.binding.tape, self.binding.lower(rope.length)
+        self._pull(total, rope.between, tape.div(tension, self._span(rope)))
+        for i, direction in enumerate(self.kinematics.motions.directions):
+            (longer,) = tape.derivative([rest], self.binding.flow(direction))
+            total[i] = tape.add(total[i], tape.mul(tension, longer))
 
     def _wrench(self, total: list[Node], effort: Wrench) -> None:
         actual = self.binding.at(self.kinematics.motions.velocities)

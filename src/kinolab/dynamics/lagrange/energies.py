@@ -7,12 +7,21 @@ from collections.abc import Iterator
 import sympy
 
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.forces import Buoyancy, Coulomb, Potential, Spring, Viscous, Wrench
+from kinolab.dynamics.language.forces import (
+    Buoyancy,
+    Coulomb,
+    Potential,
+    Rope,
+    Spring,
+    Viscous,
+    Wrench,
+)
 from kinolab.dynamics.language.frames import (
     Axis,
     Frame,
     Rotation,
     Translation,
+    distance,
     pose,
     time_derivative,
     turn_matrix,
@@ -39,7 +48,7 @@ def potential_energy(system: Mechanism) -> sympy.Expr:
             case Potential():
                 total += effort.energy
             case Spring():
-                total += effort.stiffness * (_distance(effort.between) - effort.length) ** 2 / 2
+                total += effort.stiffness * (distance(*effort.between) - effort.length) ** 2 / 2
             case Buoyancy():
                 R, p = pose(effort.on.frame)
                 place = p + R * sympy.Matrix(effort.at)
@@ -48,7 +57,9 @@ def potential_energy(system: Mechanism) -> sympy.Expr:
 
 
 def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
-    """Yield (strength, velocity) of every nonconservative load.
+    """Yield (strength, velocity) of every load that is not in the potential energy.
+
+    Ropes are among them: the slope of an energy that is zero on one side reads badly.
 
     A load's generalised force is the strength times d(velocity)/d(rate).
     """
@@ -59,6 +70,8 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
             case Coulomb():
                 slip = sympy.tanh(effort.velocity / effort.smoothing)
                 yield -effort.strength * slip, effort.velocity
+            case Rope():
+                yield -effort.tension, time_derivative(effort.stretch)
             case Wrench():
                 yield from _wrench(effort)
     for entry in system.inputs:
@@ -76,7 +89,7 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
                     moving = _velocity_at(entry.reacts_on.frame, p)
                     yield -entry.symbol, (R * axis).dot(moving)
             case Pull():
-                yield -entry.symbol, time_derivative(_distance(entry.between))
+                yield -entry.symbol, time_derivative(distance(*entry.between))
 
 
 def _kinetic(body: Body) -> sympy.Expr:
@@ -121,12 +134,6 @@ def _gravity(system: Mechanism) -> sympy.Matrix:
 def _up(system: Mechanism) -> sympy.Matrix:
     down = system.gravity.down if system.gravity else (0.0, 0.0, -1.0)
     return -sympy.Matrix([sympy.nsimplify(component) for component in down])
-
-
-def _distance(between: tuple[Frame, Frame]) -> sympy.Expr:
-    first, second = (pose(frame)[1] for frame in between)
-    path = second - first
-    return sympy.sqrt(path.dot(path))
 
 
 def _velocity_at(frame: Frame, place: sympy.Matrix) -> sympy.Matrix:

@@ -1,4 +1,4 @@
-"""Force elements: gravity, potentials, springs, buoyancy, friction and wrenches."""
+"""Force elements: gravity, potentials, springs, ropes, buoyancy, friction and wrenches."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.expressions import exact, sympify_fields
-from kinolab.dynamics.language.frames import Frame, Number
+from kinolab.dynamics.language.frames import Frame, Number, distance, time_derivative
 from kinolab.dynamics.language.shapes import ORIGIN, Point
 from kinolab.errors import InputError, Mistake
 
@@ -73,6 +73,46 @@ class Spring:
     def __post_init__(self) -> None:
         """Convert numbers to expressions."""
         sympify_fields(self, "stiffness", "length")
+
+
+@checked
+@dataclass(frozen=True)
+class Rope:
+    """A rope or string between the origins of two frames: stretched it pulls, slack it does not.
+
+    With the stretch s = distance - length the tension is max(0, stiffness s + damping s_dot) where
+    s > 0, and 0 elsewhere.
+
+    Attributes:
+        between: The two frames; their origins must not coincide.
+        stiffness: In [N/m]; of a rope of modulus E and cross-section A it is E A / length.
+        length: Length of the unstretched rope in [m], positive: a number, or an expression in
+            coordinates and parameters. A coordinate in it is a winch, which the tension turns.
+        damping: In [N s/m].
+    """
+
+    _: KW_ONLY
+    between: tuple[Frame, Frame]
+    stiffness: Number
+    length: Number
+    damping: Number = 0
+
+    def __post_init__(self) -> None:
+        """Convert numbers to expressions."""
+        sympify_fields(self, "stiffness", "length", "damping")
+
+    @property
+    def stretch(self) -> sympy.Expr:
+        """How much longer it is than its length in [m]; negative where it is slack."""
+        return distance(*self.between) - exact(self.length)
+
+    @property
+    def tension(self) -> sympy.Expr:
+        """Its tension in [N], never negative, for use in requirements."""
+        s = self.stretch
+        taut = (1 + sympy.sign(s)) / 2
+        force = exact(self.stiffness) * s + exact(self.damping) * time_derivative(s)
+        return taut * sympy.Max(0, force, evaluate=False)
 
 
 @checked
@@ -160,4 +200,4 @@ class Wrench:
         sympify_fields(self, "force", "torque", "at")
 
 
-Effort: TypeAlias = Potential | Spring | Buoyancy | Viscous | Coulomb | Wrench
+Effort: TypeAlias = Potential | Spring | Rope | Buoyancy | Viscous | Coulomb | Wrench

@@ -298,6 +298,12 @@ def pose(frame: Frame) -> tuple[sympy.ImmutableMatrix, sympy.ImmutableMatrix]:
     return sympy.ImmutableMatrix(R), sympy.ImmutableMatrix(p)
 
 
+def distance(first: Frame, second: Frame) -> sympy.Expr:
+    """Return how far the origins of two frames are apart in [m]."""
+    path = pose(second)[1] - pose(first)[1]
+    return sympy.sqrt(path.dot(path))
+
+
 @lru_cache(maxsize=1024)
 def _velocity(motions: tuple[Motion, ...]) -> tuple[sympy.ImmutableMatrix, sympy.ImmutableMatrix]:
     if not motions:

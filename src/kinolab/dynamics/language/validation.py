@@ -15,6 +15,7 @@ from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import output_symbols, symbols_used
+from kinolab.dynamics.language.forces import Rope
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism_parts import (
     AnyCoordinate,
@@ -71,6 +72,9 @@ def mistakes_of(
             yield from _shape(system, body, shape)
     for cable in system.cables:
         yield from _cable(system, cable)
+    for effort in (*system.efforts, *(e for mode in system.modes for e in mode.efforts)):
+        if isinstance(effort, Rope):
+            yield from _rope(system, effort)
     for entry in system.inputs:
         try:
             bounds_of(entry)
@@ -345,6 +349,23 @@ def _cable(system: MechanismParts, cable: Cable) -> Iterator[Mistake]:
     if not radius > 0:
         remedy = "It must be positive; collides=False is for cables that are only drawn."
         yield Mistake(where, f"its radius is {radius:g} m.", remedy)
+
+
+def _rope(system: MechanismParts, rope: Rope) -> Iterator[Mistake]:
+    """Check that a rope's length depends on coordinates alone, and that it is no motor."""
+    length = exact(rope.length)
+    for symbol in sorted(length.free_symbols, key=str):
+        if not isinstance(symbol, Coordinate | Parameter):
+            what = f"its length depends on {symbol}."
+            yield Mistake("rope", what, "Take a coordinate, and a Drive on it for a winch.")
+    for name, value in (("stiffness", rope.stiffness), ("damping", rope.damping)):
+        if not all(isinstance(symbol, Parameter) for symbol in exact(value).free_symbols):
+            what = f"its {name} is {value}."
+            yield Mistake("rope", what, "Give a number, or an expression of parameters.")
+        elif not 0 <= system.number(value) < math.inf:
+            yield Mistake("rope", f"its {name} is {system.number(value):g}.", "Give 0 or more.")
+    if length.free_symbols <= set(system.parameters) and not system.number(length) > 0:
+        yield Mistake("rope", f"its length is {system.number(length):g} m.", "It must be positive.")
 
 
 def _body(system: MechanismParts, body: Body) -> Iterator[Mistake]:

@@ -28,6 +28,7 @@ OPERATIONS: dict[str, type] = {
     "atan": sympy.atan,
     "abs": sympy.Abs,
     "sign": sympy.sign,
+    "max": sympy.Max,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
 MAX_DEPTH = 200  # of nesting; Python's stack overflows at about five times that
