@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         small_time_controllability,
         vector_fields,
     )
+    from kinolab.dynamics.analysis.least_dissipation import LeastDissipation, least_dissipation
     from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
     from kinolab.dynamics.language.auxiliary_states import State, lag, state
     from kinolab.dynamics.language.bodies import Body, Cable
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         Coulomb,
         Gravity,
         Potential,
+        SlidingFriction,
         Spring,
         Viscous,
         Wrench,
@@ -111,6 +113,7 @@ __all__ = [
     "Frame",
     "Gravity",
     "InvolutiveClosure",
+    "LeastDissipation",
     "LinearControllability",
     "Mode",
     "Model",
@@ -124,6 +127,7 @@ __all__ = [
     "Regulator",
     "Requirement",
     "Shape",
+    "SlidingFriction",
     "SmallTime",
     "SmallTimeVerdict",
     "Sphere",
@@ -151,6 +155,7 @@ __all__ = [
     "in_mode",
     "involutive_closure",
     "lag",
+    "least_dissipation",
     "length",
     "lie_bracket",
     "linear_controllability",
@@ -197,6 +202,10 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "small_time_controllability",
             "vector_fields",
         ),
+        "kinolab.dynamics.analysis.least_dissipation": (
+            "LeastDissipation",
+            "least_dissipation",
+        ),
         "kinolab.dynamics.analysis.trim": (
             "StateFunctions",
             "Trim",
@@ -236,6 +245,7 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Coulomb",
             "Gravity",
             "Potential",
+            "SlidingFriction",
             "Spring",
             "Viscous",
             "Wrench",

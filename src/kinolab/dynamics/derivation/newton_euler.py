@@ -12,7 +12,15 @@ from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.forces import Buoyancy, Coulomb, Potential, Spring, Viscous, Wrench
+from kinolab.dynamics.language.forces import (
+    Buoyancy,
+    Coulomb,
+    Potential,
+    SlidingFriction,
+    Spring,
+    Viscous,
+    Wrench,
+)
 from kinolab.dynamics.language.frames import Frame
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Input, Pull, Rate, Torque
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -85,6 +93,11 @@ class NewtonEuler:
                     slip = sympy.tanh(effort.velocity / effort.smoothing)
                     strength = self.binding.lower(effort.strength * slip)
                     self._resist(total, effort.velocity, strength)
+                case SlidingFriction():
+                    size = sympy.sqrt(sum(v**2 for v in (*effort.slip, effort.smoothing)))
+                    for velocity in effort.slip:
+                        strength = self.binding.lower(effort.strength * velocity / size)
+                        self._resist(total, velocity, strength)
                 case Wrench():
                     self._wrench(total, effort)
         for entry in self.system.inputs:

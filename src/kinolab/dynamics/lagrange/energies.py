@@ -7,7 +7,15 @@ from collections.abc import Iterator
 import sympy
 
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.forces import Buoyancy, Coulomb, Potential, Spring, Viscous, Wrench
+from kinolab.dynamics.language.forces import (
+    Buoyancy,
+    Coulomb,
+    Potential,
+    SlidingFriction,
+    Spring,
+    Viscous,
+    Wrench,
+)
 from kinolab.dynamics.language.frames import (
     Axis,
     Frame,
@@ -54,11 +62,8 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     """
     for effort in system.efforts:
         match effort:
-            case Viscous():
-                yield -effort.coefficient * effort.velocity, effort.velocity
-            case Coulomb():
-                slip = sympy.tanh(effort.velocity / effort.smoothing)
-                yield -effort.strength * slip, effort.velocity
+            case Viscous() | Coulomb() | SlidingFriction():
+                yield from _friction(effort)
             case Wrench():
                 yield from _wrench(effort)
     for entry in system.inputs:
@@ -134,6 +139,21 @@ def _velocity_at(frame: Frame, place: sympy.Matrix) -> sympy.Matrix:
     R, p = pose(frame)
     V = velocity(frame)
     return R * V.linear + (R * V.angular).cross(place - p)
+
+
+def _friction(
+    effort: Viscous | Coulomb | SlidingFriction,
+) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    match effort:
+        case Viscous():
+            yield -effort.coefficient * effort.velocity, effort.velocity
+        case Coulomb():
+            slip = sympy.tanh(effort.velocity / effort.smoothing)
+            yield -effort.strength * slip, effort.velocity
+        case SlidingFriction():
+            size = sympy.sqrt(sum(v**2 for v in (*effort.slip, effort.smoothing)))
+            for velocity in effort.slip:
+                yield -effort.strength * velocity / size, velocity
 
 
 def _wrench(effort: Wrench) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:

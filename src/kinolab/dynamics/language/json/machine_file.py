@@ -25,6 +25,7 @@ from kinolab.dynamics.language.forces import (
     Coulomb,
     Gravity,
     Potential,
+    SlidingFriction,
     Spring,
     Viscous,
     Wrench,
@@ -67,7 +68,7 @@ RECORDS: dict[str, type] = {
     kind.__name__: kind
     for kind in (
         *(Axis, Frame, Orientation, Rotation, Translation),
-        *(Buoyancy, Coulomb, Gravity, Potential, Spring, Viscous, Wrench),
+        *(Buoyancy, Coulomb, Gravity, Potential, SlidingFriction, Spring, Viscous, Wrench),
         *(Control, Drive, Force, Pull, Rate, Torque),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
