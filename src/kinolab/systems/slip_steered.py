@@ -39,9 +39,10 @@ def slip_steered() -> System:
     J. Applied Mathematics and Computer Science 14(4), 2004; Alexander, Maddocks, On the kinematics
     of wheeled mobile robots, IJRR 8(5), 1989 (the friction).
     """
-    # m and I_z are those of the whole robot, I_z about its centre of mass; I_w is that of a wheel.
+    # m and I_z are those of the whole robot, I_z about its centre of mass; I_w is that of a wheel
+    # with its share of motor and gears.
     m, I_z = parameter("m", 50.0, "kg"), parameter("I_z", 3.0, "kg m^2")
-    I_w, c_w = parameter("I_w", 0.05, "kg m^2"), parameter("c_w", 4.0, "N m s/rad")
+    I_w, c_w = parameter("I_w", 0.1, "kg m^2"), parameter("c_w", 4.0, "N m s/rad")
     a, c = parameter("a", 0.25, "m"), parameter("c", 0.3, "m")  # half of wheelbase and track
     r, g = parameter("r", RADIUS, "m"), parameter("g", 9.81, "m/s^2")
     mu, eps = parameter("mu", 0.7), parameter("eps", 0.05, "m/s")  # friction, its smoothing
