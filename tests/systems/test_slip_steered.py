@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from kinolab import systems
+from kinolab.analyze.execute import Conditions, execute
 from kinolab.dynamics import LeastDissipation, least_dissipation
+from tests.conftest import Solver
 from tests.oracles import slip_steered as oracle
 from tests.oracles.slip_steered import SkidVehicle, sides
 
@@ -229,3 +231,16 @@ def test_a_light_vehicle_moves_as_it_dissipates_least(model: Any) -> None:
         errors.append(float(np.abs(run.y[3:6, -1] - wanted).max()))
     assert errors[1] < 1e-3  # [m/s], [rad/s]
     assert errors[1] < errors[0] / 5
+
+
+# The plan into the loading bay
+
+
+@pytest.mark.parametrize("share", [0.8, 1.2])
+def test_feedback_brings_it_into_its_bay_with_friction_that_is_a_fifth_off(
+    solved: Solver, share: float
+) -> None:
+    """With noise of 0.2 % of every state's scale, and of 2 % of the torques' range."""
+    found = solved("slip_steered_bay")
+    conditions = Conditions(noise=0.002, disturbance=0.02, built={"mu": share * 0.7})
+    assert execute(found.problem, found.trajectory, conditions, runs=20).reached >= 19

@@ -112,7 +112,7 @@ def _contacts(
     where = f"system {system.name!r}"
     rubbing = [(slip, strength.subs(place)) for slip, strength in _friction(system)]
     for _, strength in rubbing:
-        if strength.is_nonnegative is not True:
+        if not strength.is_number or strength < 0:
             what = f"the strength of a friction is {strength} there."
             remedy = "It must be a number, and not negative, where coordinates are known."
             raise InputError([Mistake(where, what, remedy)])
@@ -157,7 +157,8 @@ def _velocities(
     rows = np.vstack([constraints, np.eye(len(rates))[list(given)]])
     wanted = np.concatenate([np.zeros(len(constraints)), list(given.values())])
     known = np.linalg.lstsq(rows, wanted, rcond=None)[0]
-    if np.abs(rows @ known - wanted).max(initial=0.0) > CONSISTENCY * np.abs(wanted).max():
+    slack = CONSISTENCY * float(np.linalg.norm(wanted))
+    if not np.allclose(rows @ known, wanted, rtol=0, atol=slack):
         what = "its constraints forbid the given rates."
         raise InputError([Mistake(f"system {system.name!r}", what)])
     return known, scipy.linalg.null_space(rows)
