@@ -18,6 +18,7 @@ X, TH, R = kd.length("x"), kd.angle("th"), kd.rotation("R")
 FRAME = kd.move(X, 0, 0) @ kd.rot_z(TH)
 BODY = kd.Body("b", FRAME, mass=1, inertia=1)
 SYSTEM = kd.System("s", bodies=[BODY], inputs=[kd.Force("f", on=BODY, along=FRAME.x, limit=1.0)])
+RUBBED = SYSTEM.changed(efforts=[kd.SlidingFriction((kd.rate(X), kd.rate(TH)), 1.0)])
 MODEL = SYSTEM.model()
 FIELDS = kd.vector_fields(SYSTEM)
 FIELD = kd.VectorField((X, TH), (sp.cos(TH), 1))
@@ -88,6 +89,7 @@ VALID: dict[str, dict[str, Any]] = {
         "disguised": 0,
         "complete": True,
     },
+    "LeastDissipation": {"rates": {"x_dot": 1.0}, "power": 1.0, "bound": 1.0},
     "LinearControllability": {"rank": 1, "dimension": 1, "directions": (), "modes": ()},
     "Model": {"system": SYSTEM},
     "Parameter": {"name": "p", "default": 1.0, "unit": "m"},
@@ -118,6 +120,7 @@ VALID: dict[str, dict[str, Any]] = {
         "schedule": {"v": 1},
     },
     "Requirement": {"margin": X, "name": "r"},
+    "SlidingFriction": {"slip": (kd.rate(X), kd.rate(TH)), "strength": 1.0, "smoothing": 0.1},
     "SmallTime": {"value": kd.SmallTime.LINEAR.value},
     "SmallTimeVerdict": {"outcome": kd.SmallTime.LINEAR, "degree": 1, "obstacle": None},
     "Rope": {"between": (FRAME, kd.WORLD), "stiffness": 1.0, "length": 1.0, "damping": 0.1},
@@ -193,6 +196,7 @@ VALID: dict[str, dict[str, Any]] = {
     "involutive_closure": {"system": SYSTEM},
     "in_mode": {"system": SWITCHING, "mode": "m"},
     "lag": {"name": "l", "signal": HELD.symbol, "time_constant": 0.1, "unit": "N"},
+    "least_dissipation": {"system": RUBBED, "given": {"x_dot": 1.0}, "at": {"th": 0.1}},
     "length": {"name": "l", "lower": -1.0, "upper": 1.0, "speed": 1.0, "scale": 1.0},
     "lie_bracket": {"f": FIELD, "g": FIELD},
     "linear_controllability": {

@@ -42,7 +42,7 @@ COURSE = (
     *("pendulum", "rolling_disk", "crane", "two_cranes", "car", "diff_drive"),
     *("snakeboard", "biped", "submarine"),
     *("falling_disk", "unicycle", "motorcycle", "whipple"),
-    *("helicopter", "snakeboard", "submarine", "satellite", "satellite_two_wheels"),
+    *("helicopter", "snakeboard", "slip_steered", "submarine", "satellite", "satellite_two_wheels"),
 )
 
 SIZE = (400, 300)  # [pixel] of a film

@@ -24,6 +24,7 @@ from kinolab.dynamics import (
     Drive,
     Model,
     Rope,
+    SlidingFriction,
     System,
     Viscous,
     Wrench,
@@ -114,7 +115,8 @@ def constrained(machine: System) -> bool:
 
 def smooth_in_velocity(machine: System) -> bool:
     """Forces are polynomials of degree 2 in the velocities: no dry friction, nothing kinematic."""
-    return massive(machine) and not any(isinstance(e, Coulomb) for e in machine.efforts)
+    dry = Coulomb | SlidingFriction
+    return massive(machine) and not any(isinstance(e, dry) for e in machine.efforts)
 
 
 def smooth(machine: System) -> bool:
@@ -124,7 +126,7 @@ def smooth(machine: System) -> bool:
 
 def second_order(machine: System) -> bool:
     """No force depends on a velocity at all."""
-    resisting = (Viscous, Coulomb, Rope, Wrench)
+    resisting = (Viscous, Coulomb, Rope, SlidingFriction, Wrench)
     return massive(machine) and not any(isinstance(e, resisting) for e in machine.efforts)
 
 
@@ -602,7 +604,7 @@ def test_a_step_has_its_order_and_keeps_to_the_constraints(name: str, method: st
         return float(np.abs(at - exact).max())
 
     # Dry friction turns within 0.1 m/s / 20 m/s^2 = 5 ms, which several steps must see.
-    dry = any(isinstance(effort, Coulomb) for effort in system(name).efforts)
+    dry = any(isinstance(effort, Coulomb | SlidingFriction) for effort in system(name).efforts)
     count = STEPS[method] * (16 if dry else 1)
     coarse, fine = error(count), error(2 * count)
     if fine < 1e-12:

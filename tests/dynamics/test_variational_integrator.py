@@ -75,6 +75,7 @@ REFUSED = {
     "car": (InputError, "friction"),
     "crane": (InputError, "friction"),
     "diff_drive": (InputError, "friction"),
+    "slip_steered": (InputError, "friction"),
     "snakeboard": (InputError, "friction"),
     "submarine": (InputError, "a wrench"),
     "motorcycle": (InputError, "the drive 'steer'"),

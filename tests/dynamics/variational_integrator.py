@@ -58,7 +58,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.forces import Coulomb, Viscous, Wrench
+from kinolab.dynamics.language.forces import Coulomb, SlidingFriction, Viscous, Wrench
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -205,7 +205,8 @@ def _check(system: Mechanism) -> None:
         text = f"{system.name} is kinematic: it has no energy, so no action. Use Model.step."
         raise NoDynamicsError(text)
     remedy = "Leave it out, or use Model.step."
-    kinds = {Viscous: "friction", Coulomb: "friction", Wrench: "a wrench"}
+    kinds: dict[type, str] = dict.fromkeys((Viscous, Coulomb, SlidingFriction), "friction")
+    kinds[Wrench] = "a wrench"
     found = [kinds[type(effort)] for effort in system.efforts if type(effort) in kinds]
     found += [f"the drive {entry.name!r}" for entry in system.inputs if isinstance(entry, Drive)]
     found += [f"the rate {entry.name!r}" for entry in system.inputs if isinstance(entry, Rate)]

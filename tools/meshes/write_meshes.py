@@ -20,6 +20,7 @@ if str(HERE) not in sys.path:  # the scripts of this folder are no package
 import bracket  # noqa: E402
 import canyon  # noqa: E402
 import cave  # noqa: E402
+import dock  # noqa: E402
 import factory  # noqa: E402
 import maze  # noqa: E402
 import park  # noqa: E402
@@ -32,7 +33,7 @@ from solids import Solid  # noqa: E402
 
 __all__ = ["DISK_MAZE", "MESHES", "THICKNESS", "drawn", "main"]
 
-WORLDS = (bracket, canyon, cave, factory, maze, park, parking, slalom, truss, warehouse)
+WORLDS = (bracket, canyon, cave, dock, factory, maze, park, parking, slalom, truss, warehouse)
 MESHES: dict[str, Callable[[], Solid]] = {
     name: draw for world in WORLDS for name, draw in world.MESHES.items()
 }

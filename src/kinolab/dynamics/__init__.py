@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         small_time_controllability,
         vector_fields,
     )
+    from kinolab.dynamics.analysis.least_dissipation import LeastDissipation, least_dissipation
     from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
     from kinolab.dynamics.language.auxiliary_states import State, lag, state
     from kinolab.dynamics.language.bodies import Body, Cable
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
         Gravity,
         Potential,
         Rope,
+        SlidingFriction,
         Spring,
         Viscous,
         Wrench,
@@ -114,6 +116,7 @@ __all__ = [
     "Frame",
     "Gravity",
     "InvolutiveClosure",
+    "LeastDissipation",
     "LinearControllability",
     "Mode",
     "Model",
@@ -128,6 +131,7 @@ __all__ = [
     "Requirement",
     "Rope",
     "Shape",
+    "SlidingFriction",
     "SmallTime",
     "SmallTimeVerdict",
     "Sphere",
@@ -156,6 +160,7 @@ __all__ = [
     "in_mode",
     "involutive_closure",
     "lag",
+    "least_dissipation",
     "length",
     "lie_bracket",
     "linear_controllability",
@@ -203,6 +208,10 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "small_time_controllability",
             "vector_fields",
         ),
+        "kinolab.dynamics.analysis.least_dissipation": (
+            "LeastDissipation",
+            "least_dissipation",
+        ),
         "kinolab.dynamics.analysis.trim": (
             "StateFunctions",
             "Trim",
@@ -243,6 +252,7 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Gravity",
             "Potential",
             "Rope",
+            "SlidingFriction",
             "Spring",
             "Viscous",
             "Wrench",

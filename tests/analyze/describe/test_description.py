@@ -72,6 +72,7 @@ MODES = {  # internal or potential, many inputs, much freedom, feedback, several
     "unicycle2_v0": "000000",
     "diff_drive": "000000",
     "snakeboard": "101000",  # it rolls on; no input pushes that
+    "slip_steered": "101000",  # it skids; no input pushes that
     "helicopter": "111000",
     "satellite": "111000",
     "submarine": "111000",
@@ -98,7 +99,10 @@ def test_the_six_modes_are_those_of_the_source() -> None:
 
 @pytest.mark.parametrize(
     ("name", "dry", "places"),
-    [("satellite", {}, 0), ("satellite", {"tau_c": 0.01}, 3), ("sprung_cart", {}, 1)],
+    [
+        *(("satellite", {}, 0), ("satellite", {"tau_c": 0.01}, 3), ("sprung_cart", {}, 1)),
+        *(("slip_steered", {}, 4), ("slip_steered", {"mu": 0.0}, 0)),
+    ],
 )
 def test_dry_friction_is_told_where_it_has_a_strength(
     name: str, dry: dict[str, float], places: int

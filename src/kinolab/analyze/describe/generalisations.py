@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinolab.analyze.describe.topology import mechanisms
-from kinolab.dynamics import Coulomb, System
+from kinolab.dynamics import Coulomb, SlidingFriction, System
 from kinolab.dynamics.language.expressions import exact, is_zero
 
 SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
@@ -95,7 +95,8 @@ def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
     """Say whether other equations hold elsewhere; dry friction is regularised."""
     if switching:
         return Generalisation("state transitions", True, ", ".join(switching))
-    dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, Coulomb))
+    kinds = Coulomb | SlidingFriction
+    dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, kinds))
     why = "the same equations hold everywhere"
     if dry:
         why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "
@@ -103,7 +104,7 @@ def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
     return Generalisation("state transitions", False, why)
 
 
-def _rubs(system: System, friction: Coulomb) -> bool:
+def _rubs(system: System, friction: Coulomb | SlidingFriction) -> bool:
     """Whether a friction is nonzero at the parameters' values."""
     values = system.parameter_values
     strength = exact(friction.strength)

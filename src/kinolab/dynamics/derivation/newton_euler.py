@@ -18,6 +18,7 @@ from kinolab.dynamics.language.forces import (
     Coulomb,
     Potential,
     Rope,
+    SlidingFriction,
     Spring,
     Viscous,
     Wrench,
@@ -98,6 +99,11 @@ class NewtonEuler:
                     self._resist(total, effort.velocity, strength)
                 case Rope() if not is_zero(effort.damping):
                     self._tighten(total, effort, self._damped(effort))
+                case SlidingFriction():
+                    size = sympy.sqrt(sum(v**2 for v in (*effort.slip, effort.smoothing)))
+                    for velocity in effort.slip:
+                        strength = self.binding.lower(effort.strength * velocity / size)
+                        self._resist(total, velocity, strength)
                 case Wrench():
                     self._wrench(total, effort)
         for entry in self.system.inputs:

@@ -12,6 +12,7 @@ from kinolab.dynamics.language.forces import (
     Coulomb,
     Potential,
     Rope,
+    SlidingFriction,
     Spring,
     Viscous,
     Wrench,
@@ -65,11 +66,8 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     """
     for effort in system.efforts:
         match effort:
-            case Viscous():
-                yield -effort.coefficient * effort.velocity, effort.velocity
-            case Coulomb():
-                slip = sympy.tanh(effort.velocity / effort.smoothing)
-                yield -effort.strength * slip, effort.velocity
+            case Viscous() | Coulomb() | SlidingFriction():
+                yield from _friction(effort)
             case Rope():
                 yield -effort.tension, time_derivative(effort.stretch)
             case Wrench():
@@ -141,6 +139,21 @@ def _velocity_at(frame: Frame, place: sympy.Matrix) -> sympy.Matrix:
     R, p = pose(frame)
     V = velocity(frame)
     return R * V.linear + (R * V.angular).cross(place - p)
+
+
+def _friction(
+    effort: Viscous | Coulomb | SlidingFriction,
+) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    match effort:
+        case Viscous():
+            yield -effort.coefficient * effort.velocity, effort.velocity
+        case Coulomb():
+            slip = sympy.tanh(effort.velocity / effort.smoothing)
+            yield -effort.strength * slip, effort.velocity
+        case SlidingFriction():
+            size = sympy.sqrt(sum(v**2 for v in (*effort.slip, effort.smoothing)))
+            for velocity in effort.slip:
+                yield -effort.strength * velocity / size, velocity
 
 
 def _wrench(effort: Wrench) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:

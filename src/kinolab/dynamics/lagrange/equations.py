@@ -104,6 +104,7 @@ class _LagrangeDerivation:
         self.velocities = tangent_symbols(system)
         self.accelerations = [acceleration_of(v) for v in self.velocities]
         self.kinematics: tuple[sympy.Eq, ...] = ()
+        self.roots: dict[sympy.Expr, sympy.Symbol] = {}  # of velocities, each by a symbol
         self.multipliers = [
             sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(system.constraints))
         ]
@@ -126,7 +127,7 @@ class _LagrangeDerivation:
             []
             if kinematic
             else [
-                self.balance(k, left[k], forces[k] + held[k], drives)
+                self.balance(k, left[k], self.with_roots(forces[k] + held[k]), drives)
                 for k in range(len(self.velocities))
             ]
         )
@@ -176,10 +177,36 @@ class _LagrangeDerivation:
         along a chain of frames no longer shows its sums of angles.
         """
         total = [sympy.Integer(0)] * len(self.velocities)
-        for strength, velocity in (map(self.joined, load) for load in loads(self.system)):
+        for load in loads(self.system):
+            strength, velocity = (self.joined(self.with_roots_held(part)) for part in load)
             for k, v in enumerate(self.velocities):
                 total[k] += strength * sympy.diff(velocity, v)
         return total
+
+    def with_roots_held(self, expression: sympy.Expr) -> sympy.Expr:
+        """Return an expression with symbols for the roots in which velocities stand.
+
+        The length of a slip is short as it was written, and long where its squares are expanded.
+        """
+        for power in sorted(expression.atoms(sympy.Pow), key=str):
+            if not power.exp.is_Integer and power.has(*self.velocities):
+                self.roots.setdefault(power, sympy.Symbol(f"root_{len(self.roots)}", real=True))
+        return expression.xreplace(self.roots)
+
+    def with_roots(
+        self, force: sympy.Expr, known: Mapping[sympy.Symbol, sympy.Expr] | None = None
+    ) -> sympy.Expr:
+        """Return a force in groups, of which each root that was held has one, as it was written.
+
+        Args:
+            force: A force.
+            known: What velocities in the roots are.
+        """
+        written = {symbol: power.xreplace(known or {}) for power, symbol in self.roots.items()}
+        if not written:
+            return grouped(force)
+        shares = sympy.collect(force, list(written), evaluate=False).items()
+        return sympy.Add(*(grouped(share) * written.get(root, root) for root, share in shares))
 
     def balance(
         self, k: int, left: sympy.Expr, right: sympy.Expr, drives: dict[str, Drive]
@@ -189,7 +216,7 @@ class _LagrangeDerivation:
         drive = None if isinstance(v, TurnRate) else drives.get(v.coordinate.name)
         if drive is not None:
             return sympy.Eq(self.accelerations[k], drive.symbol, evaluate=False)
-        return sympy.Eq(grouped(left), grouped(right), evaluate=False)
+        return sympy.Eq(grouped(left), right, evaluate=False)
 
     def constraint_equations(self) -> Iterator[sympy.Eq]:
         """Yield the constraints as stated by the author."""
@@ -234,8 +261,9 @@ class _LagrangeDerivation:
                 self.tidy(sum(S[i, column] * part for i, part in enumerate(parts)).xreplace(known))
                 for parts in (left, forces)
             )
+            force = self.with_roots(force, known)
             equations.append(
-                sympy.Eq(grouped(side), grouped(force), evaluate=False)
+                sympy.Eq(grouped(side), force, evaluate=False)
                 if column < len(quasi)
                 else self.balance(self.velocities.index(state), side, force, drives)
             )

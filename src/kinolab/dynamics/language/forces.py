@@ -177,6 +177,30 @@ class Coulomb:
 
 @checked
 @dataclass(frozen=True)
+class SlidingFriction:
+    """Regularised Coulomb friction of a contact that slides in a plane, alike in every direction.
+
+    The force is -strength * slip / sqrt(|slip|^2 + smoothing^2), against the slip as a vector: what
+    a tyre needs across its tread is lost along it (the friction circle).
+
+    Attributes:
+        slip: Velocities along two perpendicular directions in the plane, linear in the rates, such
+            as ``(V.x - r * rate(phi), V.y)``, in [m/s].
+        strength: Friction coefficient times normal force, in [N]; may be an expression.
+        smoothing: Slip at 71 % of the full force, in [m/s]; smaller values are stiffer.
+    """
+
+    slip: tuple[Number, Number]
+    strength: Number
+    smoothing: Number = 0.01
+
+    def __post_init__(self) -> None:
+        """Convert numbers to expressions."""
+        sympify_fields(self, "slip", "strength", "smoothing")
+
+
+@checked
+@dataclass(frozen=True)
 class Wrench:
     """A force and torque on a body, as expressions in states, inputs and parameters.
 
@@ -200,4 +224,6 @@ class Wrench:
         sympify_fields(self, "force", "torque", "at")
 
 
-Effort: TypeAlias = Potential | Spring | Rope | Buoyancy | Viscous | Coulomb | Wrench
+Effort: TypeAlias = (
+    Potential | Spring | Rope | Buoyancy | Viscous | Coulomb | SlidingFriction | Wrench
+)

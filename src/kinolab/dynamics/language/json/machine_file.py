@@ -26,6 +26,7 @@ from kinolab.dynamics.language.forces import (
     Gravity,
     Potential,
     Rope,
+    SlidingFriction,
     Spring,
     Viscous,
     Wrench,
@@ -68,7 +69,7 @@ RECORDS: dict[str, type] = {
     kind.__name__: kind
     for kind in (
         *(Axis, Frame, Orientation, Rotation, Translation),
-        *(Buoyancy, Coulomb, Gravity, Potential, Rope, Spring, Viscous, Wrench),
+        *(Buoyancy, Coulomb, Gravity, Potential, Rope, SlidingFriction, Spring, Viscous, Wrench),
         *(Control, Drive, Force, Pull, Rate, Torque),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
