@@ -138,10 +138,10 @@ def stable(name: str, settings: IntegrationSection) -> bool:
     return found.holds
 
 
-STIFF = {"marionette", "slip_steered"}  # strings as stiff as real ones, and tyres that hold
+SHORT_STEPS = {"marionette", "slip_steered"}  # strings as stiff as real ones, and tyres that hold
 
 
-@pytest.mark.parametrize("name", [name for name in systems.names() if name not in STIFF])
+@pytest.mark.parametrize("name", [name for name in systems.names() if name not in SHORT_STEPS])
 def test_no_machine_of_ours_is_stiff_at_the_step_that_scenarios_have_by_default(name: str) -> None:
     assert stable(name, DEFAULT)
 

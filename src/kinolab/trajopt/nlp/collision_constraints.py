@@ -371,6 +371,8 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         node, worth = queue[left], limit if count > first else room
         if box_bound(shape, box, tree.boxes[node]) >= worth:
             continue
+        if box_behind(tree.boxes[node], first, count, found):
+            continue
         one, other = tree.child[node, 0], tree.child[node, 1]
         if one >= 0:
             if left + 2 <= queue.shape[0]:
@@ -382,6 +384,8 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         for t in range(tree.span[node, 0], tree.span[node, 1]):
             worth = limit if count > first else room
             if plane_bound(shape, tree.planes[t]) >= worth:
+                continue
+            if triangle_behind(tree.triangles[t], first, count, found):
                 continue
             if own_bound(shape, tree.triangles[t]) >= worth:
                 continue
