@@ -65,17 +65,6 @@ def marionette() -> System:
     }
     pushes = Drive("push_x", on=bar_x, limit=1.0), Drive("push_y", on=bar_y, limit=1.0)
     reels = {name: Drive(f"reel_{name}", on=lift, limit=2.0) for name, lift in lifts.items()}
-    speeds = Reference("go_x", limit=0.8, unit="m/s"), Reference("go_y", limit=0.8, unit="m/s")
-    hands = {f"hand_{side}": Reference(f"raise_{side}", limit=HAND, unit="m") for side, _ in SIDES}
-    torso = tuple(puppet.bodies[0].frame.motions[0].by)
-    walk = pi * bar_x / STRIDE
-    aims = {name: hand.symbol for name, hand in hands.items()}
-    bend = Reference("bend", limit=BEND, unit="m")
-    aims |= {f"knee_{side}": bend.symbol + sign * LIFT * sin(walk) for side, sign in SIDES}
-    law = {
-        push.symbol: _carry(push.on, place, speed.symbol, lead)
-        for push, place, speed, lead in zip(pushes, torso, speeds, (LEAD, 0.0), strict=False)
-    } | {reels[name].symbol: _servo(reels[name].on, aim, name) for name, aim in aims.items()}
     return System(
         "marionette",
         bodies=[
@@ -90,8 +79,28 @@ def marionette() -> System:
             Cable((spindle, puppet.hooks[name]), f"string {name}", radius=0.02)
             for name, spindle in spindles.items()
         ],
-        feedback=Feedback([*speeds, *hands.values(), bend], law),
+        feedback=_puppeteer(pushes, reels, puppet.place),
     )
+
+
+def _puppeteer(
+    pushes: tuple[Drive, Drive],
+    reels: dict[str, Drive],
+    torso: tuple[Coordinate, Coordinate, Coordinate],
+) -> Feedback:
+    """Return the law that carries the bar, rocks the knees and lifts the hands."""
+    speeds = Reference("go_x", limit=0.8, unit="m/s"), Reference("go_y", limit=0.8, unit="m/s")
+    hands = {f"hand_{side}": Reference(f"raise_{side}", limit=HAND, unit="m") for side, _ in SIDES}
+    bend = Reference("bend", limit=BEND, unit="m")
+    rocking = LIFT * sin(pi * pushes[0].on / STRIDE)
+    aims = {name: hand.symbol for name, hand in hands.items()}
+    aims |= {f"knee_{side}": bend.symbol + sign * rocking for side, sign in SIDES}
+    law: dict[str, Expr] = {
+        push.name: _carry(push.on, place, speed.symbol, lead)
+        for push, place, speed, lead in zip(pushes, torso[:2], speeds, (LEAD, 0.0), strict=True)
+    }
+    law |= {reels[name].name: _servo(reels[name].on, aim, name) for name, aim in aims.items()}
+    return Feedback([*speeds, *hands.values(), bend], law)
 
 
 def _carry(bar: Coordinate, torso: Coordinate, speed: Expr, lead: float) -> Expr:
