@@ -121,13 +121,13 @@ def evaluation_times(model: Model, repeat: int) -> tuple[float, float]:
     x = generator.uniform(-1, 1, (STATES, model.nx))
     u = generator.uniform(-1, 1, (STATES, model.nu))
     p, out = model.parameter_vector(), np.empty_like(x)
-    loop = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 4, ctypes.c_int64)(
-        model.address("f_batch")
+    loop = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 3)(
+        model.address("rows_under")
     )
     arguments = [array.ctypes.data for array in (x, u, p, out)]
 
     def compiled() -> None:
-        if loop(STATES, *arguments, 0) != -1:
+        if loop(model.address("f"), *arguments, STATES, model.nx, 0) != -1:
             raise ArithmeticError("a state has no solution")
 
     compiled()

@@ -297,10 +297,10 @@ def test_puppeteer_brings_a_swing_to_rest_that_lasts_without_one() -> None:
 
 
 def test_knees_are_lifted_in_turn_as_the_puppet_is_led_along() -> None:
-    """At most by what is asked for, never both, and the left one first."""
+    """Never both at once, the left one first, and once for each stride of the bar."""
     made = systems.get("marionette").model()
     start = state(own_poses()[K], np.zeros(22), np.zeros(6), np.zeros(6))
-    path = led(made, start, np.array([0.5, 0.0, 0.0, 0.0]), 15.0)
+    path = led(made, start, np.array([0.5, 0.0, 0.0, 0.0, 0.0]), 15.0)
     left, right = (path[:, made.state_names.index(f"lift_knee_{side}")] > LIFT / 2 for side in "lr")
     assert not (left & right).any()
     assert 0 < left.argmax() < right.argmax()

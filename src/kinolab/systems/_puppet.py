@@ -9,6 +9,7 @@ from kinolab.dynamics import (
     Body,
     Box,
     Capsule,
+    Coordinate,
     Cylinder,
     Frame,
     Sphere,
@@ -41,11 +42,13 @@ class PuppetBody:
     """What a machine with a puppet in it is made of.
 
     Attributes:
+        place: Coordinates of the torso along x, y and z.
         bodies: Torso, head, limbs, and what they wear.
         joints: Friction of every joint.
         hooks: Where strings are hooked in: ``shoulder_l``, ``hand_l``, ``knee_l``, and right ones.
     """
 
+    place: tuple[Coordinate, Coordinate, Coordinate]
     bodies: tuple[Body, ...]
     joints: tuple[Viscous, ...]
     hooks: dict[str, Frame]
@@ -82,7 +85,7 @@ def puppet_body() -> PuppetBody:
             ]
             place = lower @ move(0, 0, -ARM) if limb == "arm" else upper @ move(0, 0, -LEG)
             hooks[f"hand_{side}" if limb == "arm" else f"knee_{side}"] = place
-    return PuppetBody(tuple(bodies), tuple(joints), hooks)
+    return PuppetBody((x, y, z), tuple(bodies), tuple(joints), hooks)
 
 
 def _mirrored(place: Triple, sign: int) -> Triple:

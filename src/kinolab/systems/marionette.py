@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Max, pi, sin
+from sympy import Expr, pi, sin
 
 from kinolab.dynamics import (
     Body,
@@ -30,8 +30,8 @@ LENGTHS = {"shoulder": (13.4, 13.4), "hand": (15.4, 15.5), "knee": (18.6, 18.6)}
 LIFTS = {"hand": (-1.0, 5.0), "knee": (-0.6, 2.0)}  # [m] by which strings may be reeled in
 REELING = 1.0  # [m/s] at most
 LEAD = 0.388  # [m] by which the strings of hands and knees draw the torso ahead of the bar
-STRIDE, LIFT = 1.6, 0.6  # [m] of a step: along the stage, and by which its knee is lifted
-HAND = (0.0, 3.0)  # [m] by which a hand's string is reeled in
+STRIDE, LIFT = 1.6, 0.4  # [m] of a step: along the stage, and by which its knee is lifted
+HAND, BEND = (0.0, 3.0), (0.0, 1.0)  # [m] by which strings of hands and knees are reeled in
 REEL = 0.25  # [m] radius
 
 
@@ -43,7 +43,8 @@ def marionette() -> System:
     themselves. What the puppeteer does is driven: the bar's place, and by how much the strings of
     hands and knees are reeled in. Its controller is the puppeteer's skill: the bar goes at the
     speed that is asked for and yields to the torso, whose swing would not die out in minutes else;
-    the knees are lifted in turn as the bar goes along; the hands are lifted as far as one asks.
+    the knees are lifted in turn as the bar goes along, one up and the other one down as by the
+    rocking bar of a real control, and both as far as they shall bend; hands as far as one asks.
 
     Source: Johnson, Murphey, Dynamic modeling and motion planning for marionettes: rigid bodies
     articulated by massless strings, ICRA 2007. The strings there do not stretch; these give by
@@ -64,16 +65,6 @@ def marionette() -> System:
     }
     pushes = Drive("push_x", on=bar_x, limit=1.0), Drive("push_y", on=bar_y, limit=1.0)
     reels = {name: Drive(f"reel_{name}", on=lift, limit=2.0) for name, lift in lifts.items()}
-    speeds = Reference("go_x", limit=0.8, unit="m/s"), Reference("go_y", limit=0.8, unit="m/s")
-    hands = {f"hand_{side}": Reference(f"raise_{side}", limit=HAND, unit="m") for side, _ in SIDES}
-    torso = tuple(puppet.bodies[0].frame.motions[0].by)
-    walk = pi * bar_x / STRIDE
-    aims = {name: hand.symbol for name, hand in hands.items()}
-    aims |= {"knee_l": LIFT * Max(0, sin(walk)), "knee_r": LIFT * Max(0, -sin(walk))}
-    law = {
-        push.symbol: _carry(push.on, place, speed.symbol, lead)
-        for push, place, speed, lead in zip(pushes, torso, speeds, (LEAD, 0.0), strict=False)
-    } | {reels[name].symbol: _servo(reels[name].on, aim, name) for name, aim in aims.items()}
     return System(
         "marionette",
         bodies=[
@@ -88,8 +79,28 @@ def marionette() -> System:
             Cable((spindle, puppet.hooks[name]), f"string {name}", radius=0.02)
             for name, spindle in spindles.items()
         ],
-        feedback=Feedback([*speeds, *hands.values()], law),
+        feedback=_puppeteer(pushes, reels, puppet.place),
     )
+
+
+def _puppeteer(
+    pushes: tuple[Drive, Drive],
+    reels: dict[str, Drive],
+    torso: tuple[Coordinate, Coordinate, Coordinate],
+) -> Feedback:
+    """Return the law that carries the bar, rocks the knees and lifts the hands."""
+    speeds = Reference("go_x", limit=0.8, unit="m/s"), Reference("go_y", limit=0.8, unit="m/s")
+    hands = {f"hand_{side}": Reference(f"raise_{side}", limit=HAND, unit="m") for side, _ in SIDES}
+    bend = Reference("bend", limit=BEND, unit="m")
+    rocking = LIFT * sin(pi * pushes[0].on / STRIDE)
+    aims = {name: hand.symbol for name, hand in hands.items()}
+    aims |= {f"knee_{side}": bend.symbol + sign * rocking for side, sign in SIDES}
+    law: dict[str, Expr] = {
+        push.name: _carry(push.on, place, speed.symbol, lead)
+        for push, place, speed, lead in zip(pushes, torso[:2], speeds, (LEAD, 0.0), strict=True)
+    }
+    law |= {reels[name].name: _servo(reels[name].on, aim, name) for name, aim in aims.items()}
+    return Feedback([*speeds, *hands.values(), bend], law)
 
 
 def _carry(bar: Coordinate, torso: Coordinate, speed: Expr, lead: float) -> Expr:
@@ -106,7 +117,7 @@ def _carry(bar: Coordinate, torso: Coordinate, speed: Expr, lead: float) -> Expr
 
 def _servo(lift: Coordinate, aim: Expr, name: str) -> Expr:
     """Return the acceleration by which a string is reeled in; hands go gently, knees keep up."""
-    pace = 0.8 if name.startswith("hand") else 4.0  # [1/s]
+    pace = 0.8 if name.startswith("hand") else 2.5  # [1/s]
     return pace**2 * (aim - lift) - 2 * pace * rate(lift)
 
 

@@ -42,6 +42,7 @@ def described(name: str) -> Description:
         ("crane", "R^5", 5),
         ("submarine", "R^3 x SO(3)", 6),
         ("satellite", "S^1 x S^1 x S^1 x SO(3)", 6),
+        ("marionette", "R^9 x T^16 x SO(3)", 28),
         ("driven_crane", "R^3", 3),  # an angle with limits is an interval
     ],
 )

@@ -11,12 +11,14 @@ from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, atoms_of
 def space_of(system: System) -> str:
     """Return the configuration space: ``R^2 x S^1 x S^1``.
 
-    An angle with limits is an interval of the line.
+    An angle with limits is an interval of the line; more than three circles are a torus ``T^n``.
     """
     kinds = [kind_of(coordinate) for coordinate in system.coordinates]
     lines = kinds.count("R")
     factors = [f"R^{lines}" if lines > 1 else "R"] if lines else []
-    return " x ".join([*factors, *["S^1"] * kinds.count("S^1"), *["SO(3)"] * kinds.count("SO(3)")])
+    circles = kinds.count("S^1")
+    factors += [f"T^{circles}"] if circles > 3 else ["S^1"] * circles
+    return " x ".join([*factors, *["SO(3)"] * kinds.count("SO(3)")])
 
 
 def kind_of(coordinate: AnyCoordinate) -> str:

@@ -37,7 +37,7 @@ class Mechanism(MechanismParts):
         bodies: Everything with mass or shape.
         constraints: Enforced by forces: ``zero(velocity)``, ``closed(position)``.
         inputs: Control inputs, in this order.
-        efforts: Other forces: springs, friction, buoyancy, wrenches.
+        efforts: Other forces: springs, ropes, friction, buoyancy, wrenches.
         gravity: Uniform gravity, if any; it also defines up in renderings.
         states: Auxiliary states with differential equations of their own.
         requirements: Path constraints on plans: ``require(margin, name)``.

@@ -33,7 +33,7 @@ class Mode:
     Attributes:
         name: Its name in scenarios and reports.
         constraints: ``zero(velocity)`` and ``closed(position)`` of this mode.
-        efforts: Forces of this mode: springs, friction, wrenches.
+        efforts: Forces of this mode: springs, ropes, friction, wrenches.
         requirements: Path constraints on plans in this mode.
     """
 
