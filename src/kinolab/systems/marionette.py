@@ -108,7 +108,7 @@ def _carry(bar: Coordinate, torso: Coordinate, speed: Expr, lead: float) -> Expr
 
     With the torso's swing s about where it hangs, s_ddot = -w^2 s - bar_ddot and w near 0.85 /s,
     the characteristic polynomial is r^3 + (a + c) r^2 + (w^2 + b) r + a w^2: its roots are
-    -1.05 and -0.33 +- 0.49 i.
+    -1.06 and -0.32 +- 0.49 i.
     """
     a, b, c = 0.5, 0.3, 1.2  # [1/s], [1/s^2], [1/s]
     swinging = rate(torso) - rate(bar)
