@@ -5,6 +5,7 @@ Each law says in a predicate which machines it holds for; a new machine is teste
 
 from collections.abc import Callable, Sequence
 from functools import cache, partial
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -647,6 +648,20 @@ def test_rosenbrock_comes_to_rest_in_dry_friction_where_rk4_chatters(first: floa
     implicit = slid(made, "rosenbrock", first)
     assert np.abs(implicit[150:]).max() < 1e-12  # [m/s]; it stops after 1 m/s / 5 m/s^2 = 0.2 s
     assert np.abs(slid(made, "rk4", 1.0)[150:]).max() > 1e-3
+
+
+@pytest.mark.parametrize("course", [0.0, 0.3, pi / 4, 2.5])
+def test_a_puck_slides_straight_on_and_stops_after_v_squared_over_2_mu_g(course: float) -> None:
+    """In every direction alike: 1 m/s under 5 m/s^2 goes 0.1 m; smoothing adds v eps / (mu g)."""
+    x, y, eps = length("x"), length("y"), 1e-4
+    puck = Body("puck", move(x, y), mass=2.0)
+    rubbing = SlidingFriction((rate(x), rate(y)), 2.0 * 5.0, eps)
+    made = System("puck", bodies=[puck], efforts=[rubbing]).model()
+    ahead = np.array([np.cos(course), np.sin(course)])
+    start = np.concatenate([np.zeros(2), ahead])
+    run = solve_ivp(lambda _, s: made.f(s), (0, 0.25), start, "Radau", rtol=1e-9, atol=1e-12)
+    assert run.y[:2, -1] == pytest.approx(0.1 * ahead, abs=2 * eps / 5.0)
+    assert np.abs(run.y[2:, -1]).max() < 1e-9
 
 
 @pytest.mark.parametrize("method", ORDERS)

@@ -45,7 +45,7 @@ def slip_steered() -> System:
     I_w, c_w = parameter("I_w", 0.1, "kg m^2"), parameter("c_w", 4.0, "N m s/rad")
     a, c = parameter("a", 0.25, "m"), parameter("c", 0.3, "m")  # half of wheelbase and track
     r, g = parameter("r", RADIUS, "m"), parameter("g", 9.81, "m/s^2")
-    mu, eps = parameter("mu", 0.7), parameter("eps", 0.05, "m/s")  # friction, its smoothing
+    mu, eps = parameter("mu", 0.7), parameter("eps", 0.05, "m/s")  # tyres creep before they slide
     ahead, left = parameter("ahead", 0.0, "m"), parameter("left", 0.0, "m")  # centre of mass
     x, y = length("x", speed=1.0), length("y", speed=1.0)  # middle of the wheels
     psi = angle("psi", speed=2.0)  # heading
