@@ -32,9 +32,9 @@ from tests.dynamics.machines import compiled, compiled_random
 from tests.dynamics.reference import Reference
 from tests.support import long
 
-# Its equations have 200 000 operations each, which take SymPy two minutes.
-LONGEST = "marionette"
-PRINTED = [pytest.param(n, marks=long) if n == LONGEST else n for n in registered.NAMES]
+# Equations of 200 000 operations take SymPy two minutes; those of the bicycle half a one.
+LONGEST = ("marionette", "whipple")
+PRINTED = [pytest.param(n, marks=long) if n in LONGEST else n for n in registered.NAMES]
 
 PENDULUM = """\
 L = m g l cos(θ) + 1/2 m l² θ̇²
