@@ -46,15 +46,18 @@ def _fence() -> Iterator[Solid]:
     """Posts with two rails, along three sides of the yard and beside the dock."""
     runs = [(-0.1, -0.1, 0.0, 6.2), (-0.1, -0.1, 1.0, 4.3), (6.1, -0.1, 1.0, 4.3)]
     runs += [(-0.1, 4.2, 0.0, 1.05), (5.05, 4.2, 0.0, 1.05)]
+    posts = set[tuple[float, float]]()
     for x, y, along, far in runs:
         across = 1.0 - along
         count = max(2, round(far / 1.5) + 1)
         for k in range(count):
             s = far * k / (count - 1)
-            yield box((0.06, 0.06, 0.4), (x + across * s, y + along * s, 0))
+            posts.add((round(x + across * s, 6), round(y + along * s, 6)))  # one at a corner
         for height in (0.14, 0.3):
             size = (far if across else 0.03, far if along else 0.03, 0.06)
             yield box(size, (x + across * far / 2, y + along * far / 2, height))
+    for x, y in sorted(posts):
+        yield box((0.06, 0.06, 0.4), (x, y, 0))
 
 
 def pallet_load() -> Solid:

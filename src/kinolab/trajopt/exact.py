@@ -25,8 +25,9 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.options import END, SHORT
 from kinolab.trajopt.segments import Segments, is_long
+from kinolab.trajopt.single_shooting import end_by_single_shooting
 from kinolab.trajopt.sqp.restoration import make_knots_exact
 
 HELD_STEPS = 12  # that a machine has for its last way into the goal's centre, standing if need be
@@ -52,6 +53,8 @@ def make_exact(
         iterations: Maximum number of subproblems per clearance margin.
         held: Whether the step length is fixed.
     """
+    if problem.model.nx >= END.many_states:
+        return end_by_single_shooting(problem, trajectory, cancelled)
     if problem.machine.modes:
         return _after_last_transition(problem, trajectory, cancelled, iterations)
     return _smooth(problem, trajectory, cancelled, iterations, held=held)

@@ -225,7 +225,24 @@ class FieldOptions:
     steps_without_guess: int = setting(100, meaning="Steps that count for a search without.")
 
 
+@final
+@dataclass(frozen=True, kw_only=True)
+class EndOptions:
+    """Options of single shooting into the goal's centre, of machines with many states."""
+
+    many_states: int = setting(40, meaning="From so many on, nothing else is optimised.")
+    tail_steps: tuple[int, ...] = setting((100, 200), meaning="Last steps that change, in turn.")
+    blocks: int = setting(4, meaning="Of steps in which inputs change alike.")
+    newton_steps: int = setting(8, meaning="Gauss-Newton steps at most.")
+    least_share: float = setting(0.1, meaning="Of such a step, at which it is given up.")
+    fd_step: float = setting(1e-3, meaning="Finite difference of an input, of half its range.")
+    ridge: float = setting(1e-4, meaning="What a change costs, of the derivatives' norm.")
+    goal_tolerance: float = setting(1e-7, meaning="Goal residual that counts as none.")
+    cost_of_state: float = setting(6e-6, unit="s", meaning="Work per step and state.")
+
+
 FIELDS = FieldOptions()
+END = EndOptions()
 NLP, SQP, SHORT, GUESS = NlpOptions(), SqpOptions(), ShorteningOptions(), GuessOptions()
 TIGHT = StoppingTolerances()
 LOOSE = StoppingTolerances(min_radius=0.03, min_predicted=0.02, min_gain=0.03)
@@ -235,6 +252,7 @@ OPTIONS = {
     "shorten": SHORT,
     "guess": GUESS,
     "fields": FIELDS,
+    "end": END,
     "tight": TIGHT,
     "loose": LOOSE,
 }

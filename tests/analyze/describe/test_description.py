@@ -21,6 +21,7 @@ from kinolab.analyze.describe.topology import mechanisms, space_of
 from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
 from tests import registered
 from tests.machines import MACHINES
+from tests.support import long
 
 ALL = (*registered.NAMES, *MACHINES)
 
@@ -42,7 +43,7 @@ def described(name: str) -> Description:
         ("crane", "R^5", 5),
         ("submarine", "R^3 x SO(3)", 6),
         ("satellite", "S^1 x S^1 x S^1 x SO(3)", 6),
-        ("marionette", "R^9 x T^16 x SO(3)", 28),
+        pytest.param("marionette", "R^9 x T^16 x SO(3)", 28, marks=long),
         ("driven_crane", "R^3", 3),  # an angle with limits is an interval
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 import kinolab
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.scenario import builtin_scenarios
-from tests.support import OPEN, problem_of
+from tests.support import OPEN, long, problem_of
 
 LAME = """
 from kinolab.dynamics import System
@@ -37,7 +37,11 @@ def test_a_direction_of_several_velocities_is_written_as_their_sum() -> None:
     assert sentence == "No input ever changes +0.71 a_dot -0.71 b_dot."
 
 
-@pytest.mark.parametrize("name", builtin_scenarios())
+SLOW = "marionette_stage"  # 57 states
+SCENARIOS = [pytest.param(n, marks=long) if n == SLOW else n for n in builtin_scenarios()]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
 def test_every_machine_that_comes_with_a_scenario_can_change_all_its_velocities(name: str) -> None:
     """A crane's sway has no motor, but the trolley's pulls at it."""
     assert unreached_directions(kinolab.load(name)) == ()

@@ -206,7 +206,8 @@ class _LagrangeDerivation:
         if not written:
             return grouped(force)
         shares = sympy.collect(force, list(written), evaluate=False).items()
-        return sympy.Add(*(grouped(share) * written.get(root, root) for root, share in shares))
+        terms = (grouped(share) * written.get(root, root) for root, share in shares)
+        return sympy.Add(*terms).xreplace(written)  # of sums that were not collected, too
 
     def balance(
         self, k: int, left: sympy.Expr, right: sympy.Expr, drives: dict[str, Drive]

@@ -31,7 +31,7 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import SHORT, SQP
+from kinolab.trajopt.options import END, SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow, is_long, segment_problem
 from kinolab.trajopt.shortening.cycles import cycles_removed
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
@@ -74,6 +74,8 @@ def shortened(
         spent: Returns the fraction of the budget spent; called before each subproblem.
     """
 
+    if problem.model.nx >= END.many_states:
+        return  # a single subproblem would take a minute
     shorten_all = between_transitions if problem.machine.modes else shortened_smooth
     yield from shorten_all(problem, trajectory, spent)
 
