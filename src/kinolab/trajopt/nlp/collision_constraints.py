@@ -74,7 +74,7 @@ class GapBuffer(NamedTuple):
     room: Array  # (shapes,) [m] that no triangle was nearer, where triangles were looked for last
     seen_turns: Array  # (shapes, 3, 3) there
     seen_places: Array  # (shapes, 3)
-    radius: Array  # (shapes,) [m] of a ball around the shape's centre that holds it
+    radius: Array  # (shapes,) [m] of a ball around a centre that holds the core of the shape
 
 
 class CollisionConstraints:
@@ -336,8 +336,8 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
 def still_far(s, reach, found):  # type: ignore[no-untyped-def]
     """Say whether a shape has not yet moved near triangles since these were looked for.
 
-    No point of it has moved by more than its centre and the turn, in the Frobenius norm, times its
-    radius.
+    No point of its core has moved by more than its centre and the turn, in the Frobenius norm,
+    times its radius; what is round about the core, as a capsule's caps are, moves with that.
     """
     moved = turned = 0.0
     for i in range(3):

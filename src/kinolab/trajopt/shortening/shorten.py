@@ -73,9 +73,8 @@ def shortened(
         trajectory: Exact or not.
         spent: Returns the fraction of the budget spent; called before each subproblem.
     """
-
     if problem.model.nx >= END.many_states:
-        return  # a single subproblem would take a minute
+        return  # one subproblem takes 10 s and more
     shorten_all = between_transitions if problem.machine.modes else shortened_smooth
     yield from shorten_all(problem, trajectory, spent)
 
