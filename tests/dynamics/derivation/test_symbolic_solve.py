@@ -47,6 +47,32 @@ def test_definite_systems_are_solved_as_lapack_does(size: int, seed: int) -> Non
     assert (guards > 0).all()
 
 
+@pytest.mark.parametrize("size", [3, 9])  # differentiated through the factors, and as equations
+def test_solutions_of_definite_systems_have_the_derivative_of_their_equations(size: int) -> None:
+    rng = np.random.default_rng(size)
+    L, slope = rng.normal(size=(size, size)), rng.normal(size=(size, size))
+    M, b, b_dot = L @ L.T + np.eye(size), rng.normal(size=size), rng.normal(size=size)
+    slope += slope.T
+    slope[0, 1:] = slope[1:, 0] = 0.0
+    M[0, 1:] = M[1:, 0] = 0.0  # an unknown of its own
+    tape = ExpressionGraph()
+    t, dt = tape.variable("t"), tape.variable("dt")
+
+    def line(value: float, rate: float) -> int:
+        """M and b at t: value + rate t."""
+        return tape.add(tape.constant(value), tape.mul(tape.constant(rate), t))
+
+    nodes = [[line(M[i, j], slope[i, j]) for j in range(size)] for i in range(size)]
+    (x,) = solve_definite(tape, nodes, [[*map(line, b, b_dot)]], Guards())
+    twice = tape.mul(x[-1], x[0])  # what rests on a solution
+    tangents = tape.derivative([*x, twice], {t: dt})
+    found = tape.evaluate(tangents, {"t": 0.0, "dt": 0.5})
+    solution = np.linalg.solve(M, b)
+    expected = 0.5 * np.linalg.solve(M, b_dot - slope @ solution)
+    product = expected[-1] * solution[0] + solution[-1] * expected[0]
+    np.testing.assert_allclose(found, [*expected, product], rtol=1e-11)
+
+
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", ["full", "sparse", "zero leading", "permuted"])

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from functools import partial
+from typing import Protocol, TypeAlias
 
 Node: TypeAlias = int
 
@@ -41,6 +42,14 @@ class Operation:
     label: str = ""  # of a variable
 
 
+class Solution(Protocol):
+    """Nodes that solve equations, whose tangents solve the differentiated ones."""
+
+    def tangents(self, of: Callable[[Node], Node]) -> Sequence[tuple[Node, Node]]:
+        """Return each solved node with its tangent, given those of the equations' nodes."""
+        ...
+
+
 class ExpressionGraph:
     """The nodes of a set of expressions, in topological order."""
 
@@ -48,6 +57,7 @@ class ExpressionGraph:
         self.operations: list[Operation] = []
         self._known: dict[Operation, Node] = {}
         self._variables: dict[Node, frozenset[Node]] = {}
+        self._solved: dict[Node, Solution] = {}
         self.zero = self.constant(0.0)
         self.one = self.constant(1.0)
 
@@ -218,6 +228,10 @@ class ExpressionGraph:
         tangent: dict[Node, Node] = {}
         return [self._tangent(output, seeds, tangent) for output in outputs]
 
+    def solves(self, solution: Solution, nodes: Iterable[Node]) -> None:
+        """Let nodes be differentiated as the solution of equations, not as how they are found."""
+        self._solved |= dict.fromkeys(nodes, solution)
+
     def substitute(self, outputs: Sequence[Node], values: Mapping[Node, Node]) -> list[Node]:
         """Replace variables by nodes."""
         memo: dict[Node, Node] = dict(values)
@@ -300,8 +314,13 @@ class ExpressionGraph:
         moving = frozenset(seeds)
         for node in self.needed([output]):
             if node not in tangent:
-                still = not (self.depends_on(node) & moving)
-                tangent[node] = self.zero if still else self._rule(node, seeds, tangent)
+                if not self.depends_on(node) & moving:
+                    tangent[node] = self.zero
+                elif node in self._solved:
+                    inner = partial(self._tangent, seeds=seeds, tangent=tangent)
+                    tangent.update(self._solved[node].tangents(inner))
+                else:
+                    tangent[node] = self._rule(node, seeds, tangent)
         return tangent[output]
 
     def _rule(self, node: Node, seeds: Mapping[Node, Node], tangent: Mapping[Node, Node]) -> Node:

@@ -6,7 +6,7 @@ reports failure.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -16,6 +16,7 @@ Matrix: TypeAlias = Sequence[Sequence[Node]]
 
 PIVOT_FLOOR = 1e-12  # relative to the diagonal; a smaller pivot has lost all its digits
 MAX_COFACTOR_SIZE = 6  # up to which cofactors take fewer operations than elimination
+MIN_IMPLICIT_SIZE = 8  # from which a factorisation is too long to be differentiated itself
 SINGULAR_FLOOR = 1e-8  # relative to the rows' norms; a smaller determinant counts as singular
 
 
@@ -30,6 +31,29 @@ class Guards:
         value = tape.value(node)
         if value is None or not value > 0:
             self.nodes.append(node)
+
+
+@dataclass(frozen=True)
+class _Definite:
+    """The solution x of M x = b with M = L D L^T; M dx = db - dM x has the same factors."""
+
+    tape: ExpressionGraph
+    M: Matrix
+    b: Sequence[Node]
+    lower: Matrix
+    pivots: Sequence[Node]
+    x: Sequence[Node]
+
+    def tangents(self, of: Callable[[Node], Node]) -> list[tuple[Node, Node]]:
+        """Return each entry of x with its tangent, given those of M and b."""
+        tape, size = self.tape, len(self.M)
+        dM = [[of(self.M[max(i, j)][min(i, j)]) for j in range(size)] for i in range(size)]
+        right = [
+            tape.sub(of(value), tape.dot(row, self.x))
+            for value, row in zip(self.b, dM, strict=True)
+        ]
+        found = _substitute(tape, self.lower, self.pivots, right)
+        return list(zip(self.x, found, strict=True))
 
 
 def solve_definite(
@@ -47,7 +71,11 @@ def solve_definite(
     Source: Golub, Van Loan, Matrix Computations, 4th ed., 4.1.2.
     """
     lower, pivots = _factor(tape, M, guards)
-    return [_substitute(tape, lower, pivots, column) for column in columns]
+    solved = [_substitute(tape, lower, pivots, column) for column in columns]
+    if len(M) >= MIN_IMPLICIT_SIZE:
+        for column, x in zip(columns, solved, strict=True):
+            tape.solves(_Definite(tape, M, column, lower, pivots, x), x)
+    return solved
 
 
 def solve_square(
