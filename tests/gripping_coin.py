@@ -1,69 +1,16 @@
-"""The coin that rolls through the maze, with a limit on the friction that its rim can give."""
+"""The coin that rolls through the maze, with less friction than it has by itself."""
 
 from __future__ import annotations
-
-import shutil
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.dynamics import (
-    Body,
-    Disk,
-    PlaneCurves,
-    System,
-    Torque,
-    angle,
-    force_of,
-    length,
-    move,
-    parameter,
-    rate,
-    require,
-    rot_y,
-    rot_z,
-    velocity,
-    zero,
-)
-from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import PlanningTask
-from tests.support import ROOT
 
 Array = NDArray[np.float64]
 
 MASS, RADIUS, FRICTION, GRAVITY = 1.0, 0.25, 0.4, 9.81
-
-
-def gripping_coin() -> System:
-    """README's coin, whose constraint forces stay within the circle of friction."""
-    m, R = parameter("m", MASS, "kg"), parameter("R", RADIUS, "m")
-    x, y = length("x"), length("y")
-    psi, phi = angle("psi", speed=4.0), angle("phi", speed=12.0)
-    fork = move(x, y, R) @ rot_z(psi)
-    coin = Body(
-        "coin",
-        fork @ rot_y(phi),
-        mass=m,
-        touches_ground=True,
-        inertia=(m * R**2 / 4, m * R**2 / 2, m * R**2 / 4),
-        shape=Disk(R, thickness=0.05, axis="y"),
-    )
-    V = velocity(fork)
-    side, roll = zero(V.y, "no sideslip"), zero(V.x - R * rate(phi), "rolling")
-    grip = (FRICTION * m * GRAVITY) ** 2 - force_of(side) ** 2 - force_of(roll) ** 2
-    return System(
-        "gripping_coin",
-        bodies=[coin],
-        constraints=[side, roll],
-        inputs=[
-            Torque("drive", on=coin, about=fork.y, limit=1.0),
-            Torque("steer", on=coin, about=fork.z, limit=0.5),
-        ],
-        flat=PlaneCurves(x, y, psi),
-        requirements=[require(grip, "the rim grips")],
-    )
 
 
 def grip(x: Array, u: Array) -> Array:
@@ -80,12 +27,7 @@ def grip(x: Array, u: Array) -> Array:
     return np.asarray((FRICTION * MASS * GRAVITY) ** 2 - sideways**2 - along**2)
 
 
-def gripping_maze(folder: Path, *overrides: str) -> PlanningTask:
+def gripping_maze(*overrides: str) -> PlanningTask:
     """Return the maze of README with that coin."""
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copytree(ROOT / "scenarios" / "meshes", folder / "meshes", dirs_exist_ok=True)
-    (folder / "machine.json").write_text(machine_to_json(gripping_coin()), encoding="utf-8")
-    text = (ROOT / "scenarios" / "rolling_disk_maze.toml").read_text(encoding="utf-8")
-    text = text.replace('name = "rolling_disk"\n', 'file = "machine.json"\n')
-    (folder / "maze.toml").write_text(text, encoding="utf-8")
-    return kinolab.load(folder / "maze.toml", overrides=overrides)
+    friction = f"system.parameters.mu={FRICTION}"
+    return kinolab.load("rolling_disk_maze", overrides=[friction, *overrides])

@@ -18,9 +18,11 @@ from kinolab.dynamics import (
     move,
     orient,
     parameter,
+    require,
     rot_x,
     rotation,
     toward,
+    velocity,
 )
 
 MAST, BOOM, FIN = 0.235, 0.91, 0.08  # [m] of the shapes; the dynamics use h, l_t, h_t
@@ -58,6 +60,8 @@ def helicopter() -> System:
         Body("main rotor", hub, shape=Disk(MAIN, 0.02), color=DARK, whirl=-WHIRL),
         Body("tail rotor", tail, shape=Disk(TAIL, 0.015), color=DARK, whirl=1.5 * WHIRL),
     ]
+    V, beta, v_0 = velocity(airframe), parameter("beta", 0.4, "rad"), parameter("v_0", 2.0, "m/s")
+    room = (V.x + v_0) * sympy.tan(beta)  # to drift, while hovering by v_0 tan(beta)
     T = Control("thrust", limit=(20.0, 140.0), unit="N")
     T_t = Control("tail", limit=(0.0, 12.0), unit="N")
     a = Control("tilt_back", limit=0.15, unit="rad")
@@ -68,6 +72,10 @@ def helicopter() -> System:
         gravity=toward("-z", g),
         inputs=[T, T_t, a, b],
         efforts=[_main_rotor(fuselage, T, a, b), _tail_rotor(fuselage, T_t)],
+        requirements=[
+            require(room - V.y, "the nose leads to the left"),
+            require(room + V.y, "the nose leads to the right"),
+        ],
     )
 
 

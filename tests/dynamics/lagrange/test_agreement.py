@@ -15,7 +15,7 @@ TORQUE = InputSymbol("torque")
 
 DISK = systems.get("rolling_disk")
 X, Y, PSI, PHI = DISK.coordinates
-R, MASS = DISK.parameters
+R, _, MASS, _ = DISK.parameters
 DRIVE, STEER = InputSymbol("drive"), InputSymbol("steer")
 
 

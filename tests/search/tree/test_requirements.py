@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,8 +12,8 @@ ROUNDING = 1e-9  # [N^2]
 
 
 @pytest.mark.parametrize("name", COMPILED)
-def test_no_motion_of_a_tree_slips_where_it_begins(name: str, tmp_path: Path) -> None:
-    problem = gripping_maze(tmp_path)
+def test_no_motion_of_a_tree_slips_where_it_begins(name: str) -> None:
+    problem = gripping_maze()
     tree = grown(name, problem, 3000)
     nodes = np.arange(1, int(tree.size[0]))
     assert len(nodes) > 100
@@ -25,9 +23,9 @@ def test_no_motion_of_a_tree_slips_where_it_begins(name: str, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("name", COMPILED)
-def test_a_coin_with_little_friction_gets_through_the_maze(name: str, tmp_path: Path) -> None:
+def test_a_coin_with_little_friction_gets_through_the_maze(name: str) -> None:
     """Its motion is verified, which looks at every instant."""
-    problem = gripping_maze(tmp_path, "planner.improve=0")
+    problem = gripping_maze("planner.improve=0")
     most = {"max_iterations": 200_000, "time_limit": 600.0, "optimize": False}
     found = problem.solve(planner=name, seed=2, **most)
     assert found.status == "solved", found.message

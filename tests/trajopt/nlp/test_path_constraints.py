@@ -21,7 +21,8 @@ from tests.support import OPEN, problem_of
 
 Array = NDArray[np.float64]
 
-RADIUS, CONE = 0.25, 0.3  # [m] of the coin, [rad] of the cone
+RADIUS, CONE = 0.25, 0.3  # [m] of the coin of 1 kg, [rad] of the cone
+FRICTION = 0.6 * 9.81  # [N] of its rim at most
 LIMITED = f"""
 [bounds]
 x_dot = [-1.0, 2.0]
@@ -67,12 +68,14 @@ HOIST_DRAG = 2000.0  # [N s/m]
 EVERYTHING = 1e9  # reach of a change that may use up any margin
 
 
-def coin_margins(x: Array, u: Array) -> Array:  # noqa: ARG001
-    """Rates by half their range; the workspace; the axis."""
-    px, py, psi, _, _, phi_dot = x
+def coin_margins(x: Array, u: Array) -> Array:
+    """The rim's grip; rates by half their range; the workspace; the axis."""
+    px, py, psi, _, psi_dot, phi_dot = x
+    sideways, along = RADIUS * phi_dot * psi_dot, u[0] / (1.5 * RADIUS)
+    grip = FRICTION**2 - sideways**2 - along**2
     x_dot, y_dot = RADIUS * phi_dot * np.cos(psi), RADIUS * phi_dot * np.sin(psi)
     rates = [(x_dot + 1.0) / 1.5, (y_dot + 0.5) / 0.5, (2.0 - x_dot) / 1.5, (0.5 - y_dot) / 0.5]
-    return np.array([*rates, px + 5, 5 - px, py + 5, 5 - py, np.cos(CONE) - np.cos(psi)])
+    return np.array([grip, *rates, px + 5, 5 - px, py + 5, 5 - py, np.cos(CONE) - np.cos(psi)])
 
 
 def trailer_margins(x: Array, u: Array) -> Array:  # noqa: ARG001
@@ -157,6 +160,7 @@ def test_what_a_change_cannot_use_up_is_left_out(tmp_path: Path) -> None:
 
 def test_a_problem_without_demands_has_no_margins(tmp_path: Path) -> None:
     text = OPEN.replace("bounds = { x = [-5, 5], y = [-5, 5] }\n", "")
+    text = text.replace("rolling_disk", "diff_drive")
     problem = problem_of(
         tmp_path, text.replace("[start]", "[bounds]\nx = [0, 1]\ny = [0, 1]\n[start]")
     )
