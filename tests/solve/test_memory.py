@@ -9,17 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import ROOT, environment
+from tests.support import ROOT, environment, long
 
 SCRIPT = ROOT / "benchmarks" / "memory.py"
 MOST = 20.0  # [MB] that 1000 solves of a small problem may add
 
 
 # One of each kind; ``benchmarks/memory.py`` measures all.
-KINDS = ("auto", "kpiece", "potential_field", "prm", "prm_geometric", "shooting")
+KINDS = ("auto", "kpiece", "prm", "prm_geometric")
+LONGER = [pytest.param(name, marks=long) for name in ("potential_field", "shooting")]
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", [*KINDS, *LONGER])
 def test_a_thousand_solves_add_less_than_20_megabytes(name: str, tmp_path: Path) -> None:
     """Extrapolated from 20 solves: a leak shows in every quarter, an allocator's step in some."""
     subprocess.run(

@@ -210,7 +210,16 @@ def test_controllability_at_rest_is_what_is_known(name: str, outcomes: list[Smal
     assert found == outcomes
 
 
-@pytest.mark.parametrize("name", [*registered.NAMES, "four_bar_by_multipliers"])
+LONGEST = "marionette"  # a third of all
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=long) if name == LONGEST else name
+        for name in (*registered.NAMES, "four_bar_by_multipliers")
+    ],
+)
 def test_every_machine_is_described_in_words_and_in_data(name: str) -> None:
     """What is said of rest is so: the machine stays there."""
     found = described(name)

