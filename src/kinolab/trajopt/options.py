@@ -186,6 +186,7 @@ class GuessOptions:
     unlimited: float = setting(100.0, unit="s", meaning="Speeding up that tells of no limit.")
     perturbation: float = setting(0.01, meaning="Noise of the inputs, of their range.")
     headings: int = setting(360, meaning="Angles tried as the heading of a path's leg.")
+    attitudes: int = setting(24, meaning="The same of bodies that turn anyhow.")
     sideways: float = setting(0.1, meaning="Forbidden share of a leg that is turned.")
     slip: float = setting(0.02, meaning="The same that a heading may leave.")
     rank_tolerance: float = setting(1e-6, meaning="Singular values that are none, of the largest.")

@@ -1,13 +1,15 @@
-"""Paths turned so that a machine whose wheels do not slip may follow them: turn, drive, turn."""
+"""Paths turned so that a machine may follow them: wheels that do not slip, a nose that leads."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.quaternions import multiply
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
@@ -44,6 +46,61 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
     if not turned:
         return path  # with its whole turns
     return problem.space.continuous(np.stack([*made, path[-1]]))
+
+
+def led_by_the_nose(
+    problem: PlanningTask, path: Array, quickest: Callable[[Array], float]
+) -> Array:
+    """Return a path on whose legs an attitude is turned about the vertical as requirements wish.
+
+    For each leg that breaks a requirement at full speed, as many headings as there are in a circle
+    are tried; of those that break the least, the nearest to the one before is taken.
+
+    Args:
+        problem: The planning problem.
+        path: Shape (m, nx).
+        quickest: Returns the least time in [s] of a path.
+
+    Returns:
+        The same path where nothing is broken, or nothing can be turned.
+    """
+    attitudes = problem.space.quaternions
+    if not (problem.machine.requirements and len(attitudes) == 1) or problem.machine.modes:
+        return path
+    (own,) = attitudes
+    yaw = np.linspace(-np.pi, np.pi, GUESS.attitudes, endpoint=False)
+    turns = np.zeros((len(yaw), 4))
+    turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
+    made, before = [path[0]], path[0, own]
+    for begin, end in pairwise(path):
+        tried = np.repeat(((begin + end) / 2)[None], 1 + len(turns), axis=0)
+        tried[0, own] = before
+        tried[1:, own] = np.stack([multiply(turn, path[0, own]) for turn in turns])
+        broken = _broken(problem, tried, end - begin, quickest(np.stack([begin, end])), own)
+        if broken[0] > 0.0:
+            best = np.flatnonzero(broken <= broken.min() + 1e-9)
+            near = np.abs(tried[best][:, own] @ before)
+            before = tried[best[near.argmax()], own]
+        for x in (begin, end):
+            made.append(x.copy())
+            made[-1][own] = before
+    if np.array_equal(before, path[0, own]) and len(path) == 2:
+        return path
+    return problem.space.continuous(np.stack([*made, path[-1]]))
+
+
+def _broken(problem: PlanningTask, x: Array, along: Array, seconds: float, own: slice) -> Array:
+    """Return by how much requirements are broken on a leg at states (m, nx), shape (m,)."""
+    nq = problem.model.nq
+    matters = np.setdiff1d(np.arange(nq), np.arange(nq)[own])
+    wanted = along[matters] / max(seconds, 1e-9)
+    J = velocity_directions(problem, x, matters)
+    moving = x.copy()
+    moving[:, nq:] = np.linalg.pinv(J, rcond=GUESS.rank_tolerance) @ wanted
+    idle = np.clip(problem.model.control_bounds, -1e3, 1e3).mean(axis=1)
+    margins = problem.model.requirements(moving, np.tile(idle, (len(x), 1)))
+    missing: Array = np.maximum(-margins, 0.0).sum(axis=1)
+    return missing
 
 
 def _turned(
