@@ -73,13 +73,13 @@ def test_nothing_of_the_world_is_covered() -> None:
     assert (bare[outside] == image[outside]).all()
 
 
-def test_a_wall_hides_the_machine_in_the_enlarged_part_too() -> None:
+def test_the_machine_shows_through_a_wall_in_the_enlarged_part_too() -> None:
     wall = box_obstacle("wall", (2.0, 0.1, 2.0), (0.15, -0.6, 1.0))
     picture = Picture(bodies=PAIR, obstacles=[wall], ground=True, bounds=LONG, view="front")
     image, magnifier = filmed(picture, np.stack([pair_at(-4.0, 0.0), pair_at(0.0, 0.0)]))
     assert magnifier is not None
     left, top, right, bottom = magnifier.box
-    assert len(of_colour(image[top:bottom, left:right], 0)) == 0
+    assert len(of_colour(image[top:bottom, left:right], 0)) > 20
 
 
 def test_what_is_large_is_not_enlarged_and_neither_where_there_is_no_room() -> None:

@@ -172,13 +172,13 @@ def test_plots_tell_the_values_at_the_cursor(page: Any, rolled: Solved) -> None:
     page.evaluate("t => kinolab.seek(t)", float(trajectory.t[row]))
     shown = dict(
         page.eval_on_selector_all(
-            ".plot", "all => all.map(p => [p.querySelector('b').textContent, p.innerText])"
+            ".plot", "all => all.map(p => [p.dataset.name, p.querySelector('output').innerText])"
         )
     )
     values = dict(zip(trajectory.state_names, trajectory.x[row], strict=True))
     values |= dict(zip(trajectory.control_names, trajectory.u[row], strict=True))
     for name in ("x", "y", "psi", "drive", "steer"):
-        told = float(shown[name].split("]")[1].split()[0])
+        told = float(shown[name])
         assert told == pytest.approx(values[name], rel=1e-3, abs=2e-3)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import repeat
 from typing import TypeAlias
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.captions import Signs, signs
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
@@ -46,6 +48,11 @@ class Film:
         """The number of frames."""
         return len(self.poses)
 
+    @cached_property
+    def _signs(self) -> Signs:
+        height, width = self.stage.image.shape[:2]
+        return signs(self.stage.still, self.stage.pen.camera, (width, height))
+
     def frame(self, i: int) -> Bytes:
         """RGB pixels of frame ``i``, shape (h, w, 3)."""
         return next(self.shots(slice(i, i + 1)))[0]
@@ -62,10 +69,11 @@ class Film:
         """Draw some frames: RGB pixels, and the boxes in which they differ from the backdrop."""
         poses, lines = self.poses[run], None if self.lines is None else self.lines[run]
         views = repeat(None) if self.magnifier is None else self.magnifier.views(poses, lines)
+        words = self.stage.still.words
         shots = zip(self.playback.times[run], self.stage.shots(poses, lines), views, strict=False)
         for time, (image, box), view in shots:
-            boxes = [box]
+            boxes = [box, *self._signs.on(image)]
             if self.magnifier is not None and view is not None:
                 boxes.append(self.magnifier.put(view, image))
             stamp = time_stamp(float(time), self.playback.speed)
-            yield image, [*boxes, *letter(image, self.title, stamp)]
+            yield image, [*boxes, *letter(image, self.title, stamp, words)]

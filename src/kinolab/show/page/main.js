@@ -3,7 +3,9 @@
 import { buildAddress, timeIn } from "./address.js";
 import { axesOf } from "./axes.js";
 import { MOVING, onLayer } from "./backdrop.js";
+import { buildCaptions } from "./captions.js";
 import { buildClock } from "./clock.js";
+import { buildCompass } from "./compass.js";
 import { element } from "./dom.js";
 import { offeredDrive } from "./drive/drive.js";
 import { joinDrive } from "./drive/join.js";
@@ -19,6 +21,7 @@ import { unpacked } from "./pack.js";
 import { buildPlots } from "./plots.js";
 import { buildConstraints, buildHeading, buildReport } from "./report.js";
 import { buildShade } from "./shade.js";
+import { buildSky } from "./sky.js";
 import { buildSwitches } from "./switches.js";
 import { PAINT, themes } from "./theme.js";
 import { buildTrails } from "./trail.js";
@@ -74,7 +77,10 @@ function buildScene(data, array, moves, clock) {
   const cones = buildCones(data, array), { scene, camera } = viewer;
   const growing = data.live ? buildGrowing() : null;
   const shade = viewer.plain && data.floor ? buildShade(machine.bodies, viewer.from, data.floor) : null;
-  const parts = [shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
+  const sky = data.setting.name === "studio" ? null : buildSky(data.setting);
+  const captions = buildCaptions(data.captions, byId("stage"));
+  const compass = buildCompass(data, moves.last > moves.first, byId("stage"));
+  const parts = [sky?.sheet, shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
                  growing?.tree, growing?.path];
   parts.filter(Boolean).forEach((part) => scene.add(part));
   [machine.group, trails.behind, shade?.group].filter(Boolean).forEach((part) => onLayer(part, MOVING));
@@ -86,7 +92,8 @@ function buildScene(data, array, moves, clock) {
   orbit.depth = 4 * Math.max(size, machine.reach);
   orbit.nearest = machine.reach / 20; orbit.farthest = 20 * size;
   const followed = { middle: (t) => (driver?.active ? driver : machine).middle(t), reach: machine.reach };
-  const camera_views = views(orbit, camera, corners, axes, followed, changed);
+  const track = array(data.follow), planned = () => !driver?.active;
+  const camera_views = views(orbit, camera, { corners, axes, overview: data, track, planned }, followed, changed);
   const resize = () => {
     viewer.resize();
     if (camera_views.name && camera_views.name !== "follow") camera_views.choose(camera_views.name, clock.time, { jump: true });
@@ -97,6 +104,7 @@ function buildScene(data, array, moves, clock) {
     (driver?.active ? driver : machine).show(clock.time); trails.show(clock.time); shade?.show();
     camera_views.follow(clock.time);
     viewer.draw(orbit.target, orbit.distance);
+    captions.show(camera); compass.show(camera);
   };
   let before = null;
   const tick = (now) => {
@@ -121,17 +129,20 @@ function buildScene(data, array, moves, clock) {
   requestAnimationFrame(tick);
   const paint = (colors) => {
     [world, machine, trails, growing, shade, driver, viewer].forEach((part) => part?.paint(colors));
+    sky?.paint(colors.dark);
     changed();
   };
   const fps = () => (pictures.length < 2 ? 0
     : (1000 * (pictures.length - 1)) / (pictures[pictures.length - 1] - pictures[0]));
   const layers = [
-    { label: "Path of the first body", object: trails.path, on: true },
-    { label: "Paths of all other bodies", object: trails.others, on: false },
+    { label: "Way of the first body", object: trails.path, on: true },
+    { label: "Ways of all other bodies", object: trails.others, on: false },
     { label: "Search tree", object: growing?.tree ?? trails.tree, on: growing !== null },
     { label: "Start", object: ghosts.start, on: true }, { label: "Goal", object: ghosts.goal, on: true },
-    { label: "Cones of directions", object: cones, on: true },
+    { label: "Target and keep-out cones", object: cones, on: true },
     { label: "World", object: world.group, on: true },
+    { label: "Words in the scene", object: captions.object, on: true },
+    { label: "Legend and axes", object: compass.object, on: true },
   ];
   /** Let somebody else move the machine while `active`, with more to see. */
   const join = (another) => {

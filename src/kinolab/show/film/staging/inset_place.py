@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import SUPERSAMPLING, Inset
 from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.raster.rasterizer import Box, Bytes
+from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
 from kinolab.show.film.scene import PAPER, Scene
@@ -48,7 +49,7 @@ def build_inset(
     apparent = float(np.median(np.ptp(places, axis=1).max(axis=1)))
     if not 0.0 < apparent < SMALL_FRACTION * height:
         return None
-    box = next(_free_corners(stage.image, places.reshape(-1, 2)), None)
+    box = next(_free_corners(_taken(stage), places.reshape(-1, 2)), None)
     if box is None:
         return None
     times = min(FILL_FRACTION * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
@@ -56,26 +57,33 @@ def build_inset(
     pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
     pixel = nearest_pixel(camera, stage.machine.bodies, motion, large)
     machine = picture.machine(SUPERSAMPLING * pixel)
-    layers = backdrop(picture, machine, pen, stage.floor)
+    layers = backdrop(stage.still, machine, pen)
     return Inset(
         pen,
         Assembly(machine, picture.radii),
         Tiles(layers, PAPER),
         box,
         times,
-        stage.floor is not None,
+        stage.still,
     )
 
 
-def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
+def _taken(stage: Scene) -> NDArray[np.bool_]:
+    """The pixels of a picture at which there is more than sky, shape (h, w)."""
+    middle = stage.pen.scale // 2
+    return np.asarray(
+        stage.canvas.nearness[middle :: stage.pen.scale, middle :: stage.pen.scale] > 0.0
+    )
+
+
+def _free_corners(taken: NDArray[np.bool_], places: Array) -> Iterator[Box]:
     """Yield nearly empty corners of the picture, the largest and emptiest first.
 
     Args:
-        image: The backdrop, shape (h, w, 3).
+        taken: The pixels at which there is something, shape (h, w).
         places: Columns and rows that the machine will cover, shape (n, 2).
     """
-    height, width = image.shape[:2]
-    taken = (image != np.array(PAPER, dtype=np.uint8)).any(axis=-1)
+    height, width = taken.shape
     edge, under = round(EDGE_MARGIN * height), heading(height)
     for fraction in SIZES:
         tall = round(fraction * height)
