@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import repeat
 from typing import TypeAlias
 
@@ -12,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.captions import Signs, signs
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.staging.playback import Playback
 from kinolab.show.film.text import letter, time_stamp
+from kinolab.show.film.travelling import Travelling
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -29,7 +28,7 @@ class Film:
     """A motion ready to be rendered.
 
     Args:
-        stage: The scene and its camera.
+        stage: The scene and its camera, which may go with the machine.
         playback: Times of the frames; ``nf`` is their number.
         poses: Shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), or None.
@@ -37,7 +36,7 @@ class Film:
         magnifier: Inset that enlarges the machine in a corner, if any.
     """
 
-    stage: Scene
+    stage: Scene | Travelling
     playback: Playback
     poses: Array
     lines: Array | None
@@ -47,11 +46,6 @@ class Film:
     def __len__(self) -> int:
         """The number of frames."""
         return len(self.poses)
-
-    @cached_property
-    def _signs(self) -> Signs:
-        height, width = self.stage.image.shape[:2]
-        return signs(self.stage.still, self.stage.pen.camera, (width, height))
 
     def frame(self, i: int) -> Bytes:
         """RGB pixels of frame ``i``, shape (h, w, 3)."""
@@ -72,7 +66,7 @@ class Film:
         words = self.stage.still.words
         shots = zip(self.playback.times[run], self.stage.shots(poses, lines), views, strict=False)
         for time, (image, box), view in shots:
-            boxes = [box, *self._signs.on(image)]
+            boxes = [box, *self.stage.signs.on(image)]
             if self.magnifier is not None and view is not None:
                 boxes.append(self.magnifier.put(view, image))
             stamp = time_stamp(float(time), self.playback.speed)

@@ -35,6 +35,7 @@ class Inset:
         box: Position of the inset, in pixels of the picture.
         times: Magnification.
         still: What stands still.
+        framed: Whether it is a part of a picture, with a frame, and not a picture by itself.
     """
 
     pen: Pen
@@ -43,6 +44,7 @@ class Inset:
     box: Box
     times: float
     still: Still
+    framed: bool = True
 
     def views(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
         """Draw the insets of frames, with poses (nf, nb, 12) and cables (nf, nl, 2, 3)."""
@@ -66,6 +68,8 @@ class Inset:
         Shadows([corners - shift for corners in shadows]).on(canvas)
         put_machine(canvas, Facets(facets.corners - shift, facets.colors), self.still)
         seen = average(canvas.color, SUPERSAMPLING)
+        if not self.framed:
+            return seen
         label(seen, f"{self.times:.2g}x")
         seen[0], seen[-1], seen[:, 0], seen[:, -1] = FRAME, FRAME, FRAME, FRAME
         return seen

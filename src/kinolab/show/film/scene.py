@@ -27,6 +27,7 @@ from kinolab.show.film.raster.rasterizer import (
 )
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.staging.backdrop import Still
+from kinolab.show.film.staging.captions import Signs, signs
 
 PAPER, INK = (250, 250, 248), (38, 42, 50)  # PAPER is behind the sky
 SUPERSAMPLING = 3  # small pixels per pixel and axis
@@ -66,6 +67,12 @@ class Scene:
     def image(self) -> Bytes:
         """The backdrop in full pixels, shape (h, w, 3)."""
         return average(self.canvas.color, self.pen.scale)
+
+    @cached_property
+    def signs(self) -> Signs:
+        """Words in the picture."""
+        height, width = self.image.shape[:2]
+        return signs(self.still, self.pen.camera, (width, height))
 
     def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
         """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""

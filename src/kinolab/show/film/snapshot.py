@@ -37,5 +37,6 @@ def render_frame(
     segments = None if cables is None else np.asarray(cables, dtype=np.float64)
     scene = build_scene(picture, table[None], size)
     image = scene.shot(table, segments)
+    scene.signs.on(image)
     letter(image, title, time_stamp(time), scene.still.words)
     return image

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.captions import captions
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import grid_step, marked_areas, marked_lines
 from kinolab.show.film.models.surface_mesh import is_room, join
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.film.staging.backdrop import GOAL, START
+from kinolab.show.film.staging.captions import captions
 from kinolab.show.page.content import Content, Curve, Driving, Series
 from kinolab.show.page.extent import Extent, extent
 from kinolab.show.page.follow import follow_track

@@ -91,6 +91,9 @@ class Signs:
         return boxes
 
 
+NO_SIGNS = Signs((), ((0, 0, 0), (0, 0, 0)))
+
+
 def signs(still: Still, camera: Camera, size: tuple[int, int]) -> Signs:
     """Lay out the words of a picture of width and height in [pixel]; none covers another one."""
     words = []
