@@ -13,7 +13,7 @@ from kinolab.show.film.picture import Cone
 
 Color: TypeAlias = tuple[float, float, float]
 
-WANTED, FORBIDDEN = (0.10, 0.62, 0.38), (0.835, 0.369, 0.0)
+WANTED, FORBIDDEN = (0.0, 0.48, 0.25), (0.835, 0.369, 0.0)
 STRIPES = 4  # segments of a stripe of what is forbidden: it is told by more than its colour
 STRIPE = (0.99, 0.80, 0.55)
 MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would be invisible

@@ -23,7 +23,7 @@ from kinolab.show.film.staging.viewpoint import Outlook
 
 PATH = (58, 110, 165)
 WALL_EDGE = 0.62  # of the colour of an obstacle's faces: how bright its edges are
-START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
+START, GOAL = (0.55, 0.57, 0.60), (0.0, 0.48, 0.25)
 CONE_OPACITY, DARK_CONE_OPACITY = 0.3, 0.55  # of a cone, and of one before a dark sky
 GOAL_OPACITY = 0.35  # of a ball
 VEIL_OPACITY = 0.14  # of walls that hide the way
