@@ -90,10 +90,10 @@ def paints(theme: str) -> dict[str, Color]:
     return {name: rgb(value) for name, value in re.findall(r"(\w+): (0x[0-9a-f]{6})", block[1])}
 
 
-MEANINGS = {
+MEANINGS: dict[str, Color] = {
     "start": START,
     "goal": GOAL,
-    "path": tuple(channel / 255 for channel in PATH),
+    "path": (PATH[0] / 255, PATH[1] / 255, PATH[2] / 255),
     "keep out": FORBIDDEN,
 }
 

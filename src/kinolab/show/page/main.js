@@ -12,6 +12,7 @@ import { joinDrive } from "./drive/join.js";
 import { buildCones, buildGhosts } from "./ghosts.js";
 import { buildGrowing } from "./growing.js";
 import { radiusOf, vectorsOf } from "./framing.js";
+import { buildInset } from "./inset.js";
 import { buildKeyboard } from "./keyboard.js";
 import { followSearch } from "./live.js";
 import { buildMachine } from "./machine.js";
@@ -80,6 +81,7 @@ function buildScene(data, array, moves, clock) {
   const sky = data.setting.name === "studio" ? null : buildSky(data.setting);
   const captions = buildCaptions(data.captions, byId("stage"));
   const compass = buildCompass(data, moves.last > moves.first, byId("stage"));
+  const inset = buildInset(viewer, byId("stage"), world);
   const parts = [sky?.sheet, shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
                  growing?.tree, growing?.path];
   parts.filter(Boolean).forEach((part) => scene.add(part));
@@ -104,6 +106,7 @@ function buildScene(data, array, moves, clock) {
     (driver?.active ? driver : machine).show(clock.time); trails.show(clock.time); shade?.show();
     camera_views.follow(clock.time);
     viewer.draw(orbit.target, orbit.distance);
+    inset.show(followed, clock.time);
     captions.show(camera); compass.show(camera);
   };
   let before = null;
@@ -142,6 +145,7 @@ function buildScene(data, array, moves, clock) {
     { label: "Target and keep-out cones", object: cones, on: true },
     { label: "World", object: world.group, on: true },
     { label: "Words in the scene", object: captions.object, on: true },
+    { label: "Machine enlarged in a corner", object: inset, on: true },
     { label: "Legend and axes", object: compass.object, on: true },
   ];
   /** Let somebody else move the machine while `active`, with more to see. */
@@ -149,7 +153,7 @@ function buildScene(data, array, moves, clock) {
     driver = another;
     another.groups.forEach((group) => { scene.add(group); onLayer(group, MOVING); });
   };
-  return { layers, switched, changed, join, machine, growing, paint, resize, draw, fps, triangles: world.triangles,
+  return { layers, switched, changed, join, machine, world, viewName: () => camera_views.name, growing, paint, resize, draw, fps, triangles: world.triangles,
            choose: (name) => camera_views.choose(name, clock.time) };
 }
 

@@ -1,6 +1,6 @@
 // States and inputs over time, with a cursor; a click in a plot sets the time.
 
-import { element, number, section } from "./dom.js";
+import { element, number, section, unitText } from "./dom.js";
 import { gently } from "./gently.js";
 import { named } from "./names.js";
 import { rowAt } from "./motion.js";
@@ -18,7 +18,7 @@ export function buildPlots(data, array, clock, repainted) {
     const first = series.first.length ? series.first : firstShown(series, FIRST[states.indexOf(series)] ?? 0);
     if (series.names.length) chips.append(element("h3", {}, series.title));
     series.names.forEach((name, k) => {
-      const line = { name, unit: series.units[k], held: series.held, limits: series.limits[k] ?? null,
+      const line = { name, unit: unitText(series.units[k]), held: series.held, limits: series.limits[k] ?? null,
                      values: values.subarray(k * rows, (k + 1) * rows) };
       const plot = buildPlot(line, knots, clock, span), chip = element("button", { type: "button" }, named(name));
       const toggle = (on) => {
@@ -71,7 +71,7 @@ function buildPlot({ name, unit, held, limits, values }, knots, clock, span) {
   const times = [element("span"), element("span"), element("span")];
   const axis = element("div", { class: "times", "aria-hidden": "true" }, ...times);
   const frame = element("div", { class: "frame" }, ends, area, axis);
-  const told = within.map(({ value, whose }) => `limit ${whose}: ${number(value)}${unit && ` ${unit}`}`).join("; ");
+  const told = limitWords(within, unit);
   const figure = element("figure", { class: "plot", "data-name": name }, element("figcaption", {}, label, output), frame,
     ...(told ? [element("p", { class: "limit" }, told)] : []));
   const timeOf = (event) => {
@@ -102,6 +102,13 @@ function buildPlot({ name, unit, held, limits, values }, knots, clock, span) {
     if (mark.hidden) tell(t);
   };
   return { figure, follow, draw };
+}
+
+/** Say what limits a plot shows, and whose they are. */
+function limitWords(within, unit) {
+  if (!within.length) return "";
+  const values = within.map(({ value }) => number(value)).join(" and "), word = within.length > 1 ? "limits" : "limit";
+  return `${word} ${within[0].whose}: ${values} ${unit}`.trim();
 }
 
 /** The limits of a quantity that its plot reaches, or nearly: others would be outside of it. */

@@ -9,6 +9,7 @@ const VEIL = 0.16; // opacity of walls that hide the way
 export function buildWorld(data, array) {
   const group = new THREE.Group(), painted = []; // {material, rgb}: what a theme makes brighter or darker
   const kept = (material, rgb) => { painted.push({ material, rgb }); return material; };
+  const surfaces = [];
   let triangles = 0;
   for (const { mesh, room, veiled } of data.obstacles) {
     const side = room ? THREE.FrontSide : THREE.DoubleSide; // one looks into a room
@@ -21,6 +22,7 @@ export function buildWorld(data, array) {
     const edges = new THREE.LineSegments(edgesOf(mesh, array), ink);
     edges.visible = !room; // the far edges of a room would shine through its near walls
     group.add(surface, edges);
+    surfaces.push(surface);
     triangles += mesh.faces.count / 3;
   }
   const floor = data.floor && buildFloor(data, array, kept);
@@ -31,7 +33,7 @@ export function buildWorld(data, array) {
       floor.ground.color.set(colors.floor); floor.lines.color.set(colors.grid);
     }
   };
-  return { group, triangles, paint };
+  return { group, surfaces, triangles, paint };
 }
 
 const SET_BACK = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
