@@ -1,4 +1,4 @@
-"""What a driven machine touches: distances from a box in closed form, in the page's own JavaScript."""
+"""What a driven machine touches: closed forms of distances from a box, in the page's JavaScript."""
 
 from __future__ import annotations
 
@@ -49,9 +49,8 @@ def engine() -> Iterator[Any]:
     context = MiniRacer()
     mesh = {"vertices": BOX.vertices.ravel().tolist(), "faces": BOX.faces.ravel().tolist()}
     context.eval(bundle(sources, "contacts"))
-    context.eval(
-        f"const contacts = module_contacts.buildContacts([{{ mesh: {json.dumps(mesh)} }}], (a) => a)"
-    )
+    obstacles = json.dumps([{"mesh": mesh}])
+    context.eval(f"const contacts = module_contacts.buildContacts({obstacles}, (a) => a)")
     yield context
     context.close()
 
