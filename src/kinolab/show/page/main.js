@@ -23,8 +23,10 @@ import { buildPlots } from "./plots.js";
 import { buildConstraints, buildHeading, buildReport } from "./report.js";
 import { buildShade } from "./shade.js";
 import { buildSky } from "./sky.js";
+import { buildSnapshot } from "./snapshot.js";
 import { buildSwitches } from "./switches.js";
 import { PAINT, themes } from "./theme.js";
+import { playTogether } from "./together.js";
 import { buildTrails } from "./trail.js";
 import { buildTransport } from "./transport.js";
 import { buildViewer } from "./viewer.js";
@@ -50,11 +52,13 @@ async function start() {
     repainted.forEach((paint) => paint());
   });
   buildDrawer(scene.resize);
-  buildKeyboard(actionsOf(clock, transport, scene, theme, drive), byId("keys"), byId("keys-list"), byId("help"));
+  const save = buildSnapshot(byId("snapshot"), byId("view"), { draw: scene.draw, name: data.name, title: data.title, clock });
+  buildKeyboard(actionsOf(clock, transport, scene, theme, drive, save), byId("keys"), byId("keys-list"), byId("help"));
   const asked = timeIn(location.hash);
   if (data.live && scene.growing) followSearch(data.live, scene.growing, scene.switched, byId);
   clock.seek(asked ?? moves.first);
   buildAddress(clock);
+  playTogether(clock);
   scene.draw();
   if (asked === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
   return offered(data, moves, clock, scene, drive);
@@ -68,7 +72,7 @@ function buildScene(data, array, moves, clock) {
   try {
     viewer = buildViewer(canvas, axes, size);
   } catch (error) {
-    byId("note").textContent = `This browser shows no 3-D pictures here (${error.message}). The plots work.`;
+    byId("note").textContent = `This browser cannot show 3-D graphics here (${error.message}). The plots still work.`;
     byId("note").hidden = false;
     const nothing = () => {};
     return { layers: [], switched: nothing, paint: nothing, resize: nothing, draw: nothing, fps: () => 0, choose: nothing };
@@ -190,19 +194,20 @@ function buildDrawer(resize) {
   set(!narrow.matches);
 }
 
-function actionsOf(clock, transport, scene, theme, drive) {
+function actionsOf(clock, transport, scene, theme, drive, save) {
   const step = (count) => (event) => transport.step(event.shiftKey ? 10 * count : count);
   return [
     { keys: [" "], shown: ["space"], help: "Play or pause", run: clock.toggle },
-    { keys: ["ArrowLeft"], shown: ["←", "→"], help: "One step back or on (with shift: ten)", run: step(-1) },
+    { keys: ["ArrowLeft"], shown: ["←", "→"], help: "One step back or forward (with shift: ten)", run: step(-1) },
     { keys: ["ArrowRight"], run: step(1) },
-    { keys: ["Home"], shown: ["Home", "End"], help: "To the beginning or the end", run: () => clock.seek(clock.first) },
+    { keys: ["Home"], shown: ["Home", "End"], help: "Jump to the beginning or the end", run: () => clock.seek(clock.first) },
     { keys: ["End"], run: () => clock.seek(clock.last) },
     { keys: ["+", "="], shown: ["+", "−"], help: "Faster or slower", run: () => transport.faster(1) },
     { keys: ["-"], run: () => transport.faster(-1) },
     ...VIEWS.map(({ name, label, key }) => ({ keys: [key], shown: [key], help: `View: ${label}`, run: () => scene.choose(name) })),
-    ...(drive ? [{ keys: ["m"], shown: ["m"], help: "Drive the machine yourself, or leave", run: drive.toggle }] : []),
-    { keys: ["d"], shown: ["d"], help: "Dark or light", run: theme.toggle },
+    ...(drive ? [{ keys: ["m"], shown: ["m"], help: "Start or stop driving the machine yourself", run: drive.toggle }] : []),
+    { keys: ["d"], shown: ["d"], help: "Dark or light mode", run: theme.toggle },
+    { keys: ["s"], shown: ["s"], help: "Save a picture of the scene", run: save },
     { keys: ["p"], shown: ["p"], help: "Show or hide the panel", run: () => byId("drawer").click() },
   ];
 }
