@@ -117,14 +117,17 @@ def _section(mesh: SurfaceMesh, above: Array) -> Array:
 
 def _lid(ends: Array, heights: Heights, room: bool, color: Array) -> SurfaceMesh:
     """The surface at a cut: inside its outline, or around it in a rectangle."""
-    from scipy.spatial import Delaunay  # late: few pictures are cut
+    from scipy.spatial import Delaunay, cKDTree  # late: few pictures are cut
 
-    points = _divided(ends, float(np.max(np.ptp(ends, axis=(0, 1)))) / SPACING)
+    step = float(np.max(np.ptp(ends, axis=(0, 1)))) / SPACING
+    points = _divided(ends, step)
     if room:
         low, high = _rim(ends)
         steps = np.linspace(0.0, 1.0, SPACING)
         grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-        points = np.concatenate([points, low + grid * (high - low)])
+        places = low + grid * (high - low)
+        apart, _ = cKDTree(points).query(places)  # edges of triangles then follow the outline
+        points = np.concatenate([points, places[apart > step]])
     points = np.unique(points.round(6), axis=0)
     faces = Delaunay(points).simplices.astype(np.int64)
     inside = _inside(points[faces].mean(axis=1), ends)
