@@ -41,7 +41,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         "setting": _setting(picture),
         "captions": [
             {"text": each.text, "place": list(each.place)}
-            for each in captions(picture, float(np.ptp(seen.hull, axis=0).max()))
+            for each in captions(picture, seen.machine, float(np.ptp(seen.hull, axis=0).max()))
         ],
         "hull": pack.add(seen.hull, "f4"),
         "floor": _floor(seen.floor, picture, pack),

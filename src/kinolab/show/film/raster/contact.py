@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.raster.rasterizer import Canvas
 
-REACHES = (2, 5, 9)  # [pixel] of an 800 x 600 picture
+REACHES = (2, 7)  # [pixel] of an 800 x 600 picture
 DIRECTIONS = ((1, 0), (0, 1), (1, 1), (1, -1))
 STRENGTH = 0.42  # how much darker the deepest corner is
 HOLLOW = 6e-3  # of 1 / depth: what counts as the deepest corner

@@ -127,6 +127,8 @@ class Sky(Layer):
 
     def on(self, canvas: Canvas) -> None:
         """Fill the canvas; it is drawn before everything else."""
+        if (self.top == self.foot).all() and (canvas.color[0, 0] == self.top.round()).all():
+            return
         rows = self.row + np.arange(canvas.size[1])
         share = np.clip(np.round(SHADES * rows / self.height) / SHADES, 0.0, 1.0)[:, None]
         color = (1.0 - share) * self.top + share * self.foot

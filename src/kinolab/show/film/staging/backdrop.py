@@ -41,6 +41,7 @@ class Still:
         outlook: Where it is seen from, and what is translucent.
         floor: The ground, if there is any.
         size: Of all that is seen, in [m].
+        machine: The bodies in their finest detail.
     """
 
     picture: Picture
@@ -48,6 +49,7 @@ class Still:
     outlook: Outlook
     floor: Floor | None
     size: float
+    machine: Sequence[SurfaceMesh]
 
     @property
     def words(self) -> tuple[int, int, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from PIL import ImageDraw
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.cone import cone_mesh
+from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.picture import Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.camera import Camera
 from kinolab.show.film.raster.rasterizer import Box, Bytes
@@ -37,17 +38,18 @@ class Caption:
     place: tuple[float, float, float]
 
 
-def captions(picture: Picture, scene: float) -> Iterator[Caption]:
+def captions(picture: Picture, machine: Sequence[SurfaceMesh], scene: float) -> Iterator[Caption]:
     """Yield a word for each thing that one cannot know by its look.
 
     Args:
         picture: The picture.
+        machine: The bodies.
         scene: Its size in [m]: of a machine that is large in it only the first body has a word.
     """
     if picture.start is not None:
-        yield Caption(START_WORD, _top(picture, picture.start, scene))
+        yield Caption(START_WORD, _top(picture, machine, picture.start, scene))
     if isinstance(picture.goal, Ghost):
-        yield Caption(GOAL_WORD, _top(picture, picture.goal, scene))
+        yield Caption(GOAL_WORD, _top(picture, machine, picture.goal, scene))
     elif isinstance(picture.goal, GoalMarker):
         yield Caption(GOAL_WORD, picture.goal.position)
     for point in picture.points:
@@ -58,11 +60,13 @@ def captions(picture: Picture, scene: float) -> Iterator[Caption]:
         yield Caption(AVOID_WORD if cone.forbidden else TARGET_WORD, (x, y, z))
 
 
-def _top(picture: Picture, ghost: Ghost, scene: float) -> tuple[float, float, float]:
+def _top(
+    picture: Picture, machine: Sequence[SurfaceMesh], ghost: Ghost, scene: float
+) -> tuple[float, float, float]:
     """The middle of a machine's upper side, or of its first body's where it is large."""
     poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
-    meshes = [mesh.moved(pose) for mesh, pose in zip(picture.machine(), poses, strict=True)]
+    meshes = [mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)]
     points = np.concatenate([poses[:, 3::4], *(mesh.vertices for mesh in meshes)])
     if np.ptp(points, axis=0).max() > LARGE * scene and len(meshes[0].vertices):
         points = meshes[0].vertices
@@ -98,7 +102,7 @@ def signs(still: Still, camera: Camera, size: tuple[int, int]) -> Signs:
     """Lay out the words of a picture of width and height in [pixel]; none covers another one."""
     words = []
     taken: list[Box] = [(0, 0, size[0], round(0.85 * heading(size[1])))]
-    for each in captions(still.picture, still.size):
+    for each in captions(still.picture, still.machine, still.size):
         column, row, depth = camera.project(each.place, size)
         for shift in SHIFTS if depth > 0.0 else ():
             foot = float(row) + (shift - ABOVE) * size[1]

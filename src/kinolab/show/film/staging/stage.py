@@ -26,18 +26,16 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
         motion: Poses that the picture must contain, shape (nt, nb, 12).
         size: Width and height of the picture in [pixel].
     """
-    still, camera, machine = placed(picture, motion, size)
+    still, camera = placed(picture, motion, size)
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
     tool = pen(camera, size, up, SUPERSAMPLING)
-    machine = picture.machine(nearest_pixel(camera, machine, motion, size))
+    machine = picture.machine(nearest_pixel(camera, still.machine, motion, size))
     layers, body = backdrop(still, machine, tool), Assembly(machine, picture.radii)
     return Scene(tool, body, layers, still)
 
 
-def placed(
-    picture: Picture, motion: Array, size: tuple[int, int]
-) -> tuple[Still, Camera, tuple[SurfaceMesh, ...]]:
-    """What stands still, the camera that sees it, and the machine in its finest detail."""
+def placed(picture: Picture, motion: Array, size: tuple[int, int]) -> tuple[Still, Camera]:
+    """What stands still, and the camera that sees it."""
     machine = picture.machine()
     obstacles = picture.obstacle_meshes()
     cloud = seen_points(picture, obstacles, machine, motion)
@@ -47,7 +45,7 @@ def placed(
     look = outlook(picture, obstacles, cloud, motion)
     camera = frame_scene(cloud, picture.up, picture.view, size, angles=look.angles)
     largest = float(np.ptp(cloud, axis=0).max())
-    return Still(picture, obstacles, look, floor, largest), camera, machine
+    return Still(picture, obstacles, look, floor, largest, machine), camera
 
 
 def nearest_pixel(

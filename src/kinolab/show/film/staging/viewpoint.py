@@ -16,8 +16,8 @@ from kinolab.show.film.staging.sight import SEEN, Screens
 
 AZIMUTHS = np.radians([18, -55, 55, -110, 110, 162])  # besides the usual one
 STEEPER = np.radians([45.0, 72.0])  # elevations that are tried where walls stand close
-MOMENTS, BODIES = 16, 4  # of the way, and of a machine at each of them
-ENOUGH = 0.94  # fraction seen from the usual direction with which nothing else is tried
+MOMENTS, BODIES = 16, 3  # of the way, and of a machine at each of them
+ENOUGH = 0.9  # fraction seen from the usual direction with which nothing else is tried
 FILLING = 0.15  # what a picture that is filled is worth, in fractions of the way
 GAIN = 0.04  # fraction that another direction must show besides
 ALL = 0.995  # fraction that is seen where nothing hides the machine for long
