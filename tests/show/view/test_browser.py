@@ -237,7 +237,7 @@ def test_names_are_symbols_that_keep_their_name_in_files(page: Any) -> None:
 def test_start_and_goal_have_signs_where_they_are(page: Any) -> None:
     signs = page.locator("#captions .sign:visible")
     assert sorted(signs.all_inner_texts()) == ["goal", "start"]
-    assert {"start", "goal", "way so far", "way to come"} <= set(
+    assert {"start", "goal", "path so far", "path ahead"} <= set(
         page.locator("#legend li").all_inner_texts()
     )
 

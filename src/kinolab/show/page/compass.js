@@ -17,7 +17,7 @@ export function buildCompass(data, moves, stage) {
   });
   const rows = [
     data.start && ["start", "start"], (data.goal || data.points.length) && ["goal", "goal"],
-    moves && ["way", "way so far"], moves && ["ahead", "way to come"],
+    moves && ["way", "path so far"], moves && ["ahead", "path ahead"],
     data.cones.some(({ forbidden }) => !forbidden) && ["target", "target"],
     data.cones.some(({ forbidden }) => forbidden) && ["keep-out", "keep out"],
     data.obstacles.some(({ veiled }) => veiled) && ["veiled", "walls seen through"],

@@ -7,7 +7,7 @@ const OF_SLIDERS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "
 /** Connect keys with what they do; `actions` has {keys, shown, help, run} each. */
 export function buildKeyboard(actions, dialog, list, button) {
   const open = () => (dialog.open ? dialog.close() : dialog.showModal());
-  const all = [...actions, { keys: ["?"], shown: ["?"], help: "These keys", run: open }];
+  const all = [...actions, { keys: ["?"], shown: ["?"], help: "Keyboard shortcuts", run: open }];
   button.addEventListener("click", open);
   for (const { shown, help } of all.filter((action) => action.help)) {
     const term = element("dt");

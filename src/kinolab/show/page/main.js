@@ -142,14 +142,14 @@ function buildScene(data, array, moves, clock) {
   const fps = () => (pictures.length < 2 ? 0
     : (1000 * (pictures.length - 1)) / (pictures[pictures.length - 1] - pictures[0]));
   const layers = [
-    { label: "Way of the first body", object: trails.path, on: true },
-    { label: "Ways of all other bodies", object: trails.others, on: false },
+    { label: "Path of the first body", object: trails.path, on: true },
+    { label: "Paths of the other bodies", object: trails.others, on: false },
     { label: "Search tree", object: growing?.tree ?? trails.tree, on: growing !== null },
     { label: "Start", object: ghosts.start, on: true }, { label: "Goal", object: ghosts.goal, on: true },
     { label: "Target and keep-out cones", object: cones, on: true },
     { label: "World", object: world.group, on: true },
-    { label: "Words in the scene", object: captions.object, on: true },
-    { label: "Machine enlarged in a corner", object: inset, on: true },
+    { label: "Labels", object: captions.object, on: true },
+    { label: "Close-up of a small machine", object: inset, on: true },
     { label: "Legend and axes", object: compass.object, on: true },
   ];
   /** Let somebody else move the machine while `active`, with more to see. */
@@ -198,7 +198,7 @@ function actionsOf(clock, transport, scene, theme, drive, save) {
   const step = (count) => (event) => transport.step(event.shiftKey ? 10 * count : count);
   return [
     { keys: [" "], shown: ["space"], help: "Play or pause", run: clock.toggle },
-    { keys: ["ArrowLeft"], shown: ["←", "→"], help: "One step back or forward (with shift: ten)", run: step(-1) },
+    { keys: ["ArrowLeft"], shown: ["←", "→"], help: "Previous or next step (with shift: ten steps)", run: step(-1) },
     { keys: ["ArrowRight"], run: step(1) },
     { keys: ["Home"], shown: ["Home", "End"], help: "Jump to the beginning or the end", run: () => clock.seek(clock.first) },
     { keys: ["End"], run: () => clock.seek(clock.last) },

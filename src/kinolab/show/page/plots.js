@@ -34,7 +34,7 @@ export function buildPlots(data, array, clock, repainted) {
   });
   gently(clock, () => shown.forEach((plot) => { if (!plot.figure.hidden) plot.follow(clock.time); }));
   repainted.push(() => shown.forEach((plot) => plot.draw()));
-  return section("Plots", true, chips, plots, element("p", { class: "hint" }, "Click: go to that time. Scroll: zoom. Double click: all."));
+  return section("Plots", true, chips, plots, element("p", { class: "hint" }, "Click to jump to a time, scroll to zoom, double-click to reset."));
 }
 
 /** The first columns that have a unit: an entry of a quaternion tells nobody much. */

@@ -34,7 +34,7 @@ export function buildReport(data) {
                  Iterations: facts.iterations,
                  Duration: facts.duration == null ? null : `${number(facts.duration)} s`,
                  Cost: facts.cost === facts.duration ? null : number(facts.cost),
-                 "Off the goal's centre": offCentre(facts), "Smallest clearance": smallestClearance(facts.margin) };
+                 "Distance from goal centre": offCentre(facts), "Smallest clearance": smallestClearance(facts.margin) };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(rows))
     if (value !== null && value !== undefined) list.append(element("dt", {}, name), element("dd", {}, String(value)));
@@ -76,5 +76,5 @@ function checkList(checks, passed) {
 export function buildConstraints(data) {
   const list = element("ul", { class: "list" });
   data.constraints.forEach((name) => list.append(element("li", {}, name)));
-  return section("Constraints held throughout", false, list);
+  return section("Constraints (always satisfied)", false, list);
 }

@@ -45,7 +45,7 @@ def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     states, *others = plotted(problem.model, trajectory)
     ruled = set(problem.scenario.bounds) | set(problem.scenario.world.bounds)
     limits = tuple(
-        (float(low), float(high), "of the scenario" if name in ruled else "of the machine")
+        (float(low), float(high), "set by the scenario" if name in ruled else "set by the machine")
         for name, (low, high) in zip(states.names, problem.bounds, strict=True)
     )
     names = problem.model.state_names
@@ -66,7 +66,7 @@ def _limited(problem: PlanningTask, series: Series) -> Series:
         return series
     ruled = set(problem.scenario.bounds)
     pairs = zip(series.names, model.control_bounds, strict=True)
-    whose = ("of the machine", "of the scenario")
+    whose = ("set by the machine", "set by the scenario")
     return replace(
         series,
         limits=tuple((float(a), float(b), whose[name in ruled]) for name, (a, b) in pairs),
@@ -78,13 +78,13 @@ def _angles(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     poses = problem.model.frames(trajectory.x)
     names, columns, limits = [], [], []
     for target in problem.goal.directions:
-        names.append(f"{problem.bodies[target.body].name} to its target")
+        names.append(f"angle to target ({problem.bodies[target.body].name})")
         columns.append(angle_between(target.in_world(poses), np.asarray(target.target)))
-        limits.append((-math.inf, target.tolerance, "of the goal"))
+        limits.append((-math.inf, target.tolerance, "set by the goal"))
     for cone in problem.keep_outs:
-        names.append(f"{problem.bodies[cone.body].name} to what it keeps away from")
+        names.append(f"angle to keep-out direction ({problem.bodies[cone.body].name})")
         columns.append(cone.angle(poses))
-        limits.append((cone.half_angle, math.inf, "of the scenario"))
+        limits.append((cone.half_angle, math.inf, "set by the scenario"))
     if not names:
         return []
     values = np.degrees(np.stack(columns, axis=1))

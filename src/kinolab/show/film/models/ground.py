@@ -62,7 +62,7 @@ def boards(low: Array, high: Array) -> Array:
 
 
 def marked_areas(low: Array, high: Array, colors: SceneColors) -> Iterator[SurfaceMesh]:
-    """What is painted on a floor between two corners: the middle of a road, and its kerbs."""
+    """What is painted on a floor between two corners (2,): the middle of a road, its kerbs."""
     if colors.pattern != "lane":
         return
     along = int(np.argmax(high - low))

@@ -141,7 +141,7 @@ def _line_of_sight(
 
 
 def usual_elevation(cloud: Array, up: ArrayLike) -> float:
-    """Elevation in [rad]: steep over a flat scene, where walls hide the floor, low if tall."""
+    """Elevation in [rad] for points (n, 3): steep over a flat scene, where walls hide the floor."""
     upward = _unit(np.asarray(up, dtype=np.float64))
     extent = np.ptp(cloud @ np.stack([*horizontal_axes(upward), upward]).T, axis=0)
     slenderness = extent[2] / max(extent[0], extent[1], 1e-12)

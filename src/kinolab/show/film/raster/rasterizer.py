@@ -264,6 +264,12 @@ def _draw(
 def _reveal(
     color: Bytes, nearness: NDArray[np.float32], kind: Bytes, corners: Array, colors: Bytes
 ) -> None:
+    """Mix hidden triangles with what hides them.
+
+    Args:
+        color, nearness, kind: Of ``Canvas``, (h, w, 3), (h, w) and (h, w); the nearness is read.
+        corners, colors: Of ``Facets``, (m, 3, 3) and (m, 3).
+    """
     height, width = nearness.shape
     lines = np.empty((3, 4))
     for k in range(corners.shape[0]):

@@ -50,7 +50,10 @@ def build_inset(stage: Scene, motion: Array, size: tuple[int, int]) -> Inset | N
 def whole_window(stage: Scene, motion: Array, size: tuple[int, int]) -> Inset | None:
     """Return a window as large as the picture that goes with the machine; None if it is large.
 
-    Arguments are those of ``build_inset``.
+    Args:
+        stage: The scene of the picture.
+        motion: Poses of all frames, shape (nf, nb, 12).
+        size: Width and height of the picture in [pixel].
     """
     _, apparent = _apparent(stage, motion, size)
     times = min(FOLLOW_FRACTION * size[1] / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0

@@ -35,7 +35,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
 
 
 def placed(picture: Picture, motion: Array, size: tuple[int, int]) -> tuple[Still, Camera]:
-    """What stands still, and the camera that sees it."""
+    """What stands still, and the camera that sees it; the motion's poses are (nt, nb, 12)."""
     machine = picture.machine()
     obstacles = picture.obstacle_meshes()
     cloud = seen_points(picture, obstacles, machine, motion)

@@ -6,7 +6,7 @@ import { buildEnergies } from "./energies.js";
 import { buildLimits } from "./limits.js";
 import { buildSliders } from "./sliders.js";
 
-const NOTE = "Nothing stops the machine but its equations of motion: it passes through obstacles and the ground, and beyond its limits. What touches lights up.";
+const NOTE = "Only the equations of motion act here: obstacles, the ground and limits do not stop the machine. Whatever it touches lights up.";
 
 /**
  * Build the panel; `actions` has reset, rejoin, pause, close(on), strength(share), parameter(index,
@@ -51,7 +51,7 @@ function wordsOf({ time, failure }, outside, paused, touching) {
 }
 
 function switches(machine, { layers, close, strength }) {
-  const share = element("input", { type: "range", min: 0.05, max: 1, step: 0.05, value: 0.5, "aria-label": "How hard keys push" });
+  const share = element("input", { type: "range", min: 0.05, max: 1, step: 0.05, value: 0.5, "aria-label": "How hard the keys push" });
   share.addEventListener("input", () => strength(Number(share.value)));
   const all = [...(machine.plant !== machine ? [{ label: "Controller", on: true, set: close }] : []), ...layers];
   const boxes = all.map(({ label, on, set }) => {
@@ -64,7 +64,7 @@ function switches(machine, { layers, close, strength }) {
 }
 
 function buttons({ pause, reset, rejoin }) {
-  const made = [["Pause", "space", pause], ["To the start", "Home", reset], ["To the plan", "End", rejoin]];
+  const made = [["Pause", "space", pause], ["Back to the start", "Home", reset], ["Join the plan", "End", rejoin]];
   return element("div", { class: "buttons" }, ...made.filter(([, , run]) => run).map(([label, key, run]) => {
     const button = element("button", { type: "button", title: `${label} (${key})` }, label);
     button.addEventListener("click", run);

@@ -51,8 +51,8 @@ export function buildDrive(data, machine, plan, figure, changed, around) {
   drive.setParameter = (index, value) => { simulator.setParameter(index, value); cockpit.reset(); changed(); };
 
   const layer = (label, set) => ({ label, on: true, set: (on) => { set(on); changed(); } });
-  const layers = [...(planned ? [layer("The plan as a ghost", (on) => { shown = on; })] : []),
-                  ...(machine.constraints.length ? [layer("Forces of constraints", (on) => { driven.forces = on; })] : [])];
+  const layers = [...(planned ? [layer("Show the plan as a ghost", (on) => { shown = on; })] : []),
+                  ...(machine.constraints.length ? [layer("Constraint forces", (on) => { driven.forces = on; })] : [])];
   const cockpit = buildCockpit(machine, data.bounds, {
     reset: () => drive.reset(), rejoin: planned && drive.rejoin, pause: drive.pause, close: drive.close, layers,
     hold: hands.hold, strength: (share) => { hands.strength = share; }, parameter: drive.setParameter,

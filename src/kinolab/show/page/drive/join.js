@@ -18,7 +18,7 @@ export function joinDrive(data, array, plan, scene, byId) {
   const around = { names, surfaces: scene.world.surfaces, switched: scene.switched,
                    contacts: () => buildContacts(data.obstacles, array) };
   const drive = buildDrive(data.driving, driven_machine, stored, scene.machine, scene.changed, around);
-  const part = section("Drive it yourself", true, drive.panel);
+  const part = section("Drive the machine", true, drive.panel);
   const button = byId("drive-button");
   part.id = "drive";
   part.hidden = true;
