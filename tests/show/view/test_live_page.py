@@ -127,7 +127,11 @@ def test_the_page_shows_the_tree_and_then_the_finished_plan(
     live.phase("optimise")
     live.found(solved.trajectory)
     live.verdict("not_found", "It was only a trial.")
-    page.wait_for_function("document.getElementById('badge').textContent === 'No plan found'")
+    for _ in range(100):
+        if page.inner_text("#badge") == "No plan found":
+            break
+        page.wait_for_timeout(20)
+    assert page.inner_text("#badge") == "No plan found"
     assert page.inner_text(".phases [aria-current]") == "Optimising"
     assert f"{solved.trajectory.duration:.4g} s" in page.inner_text(".best")
     finished = kinolab.save_page(problem, solved, tmp_path / "scene.html").read_bytes()

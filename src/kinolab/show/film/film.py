@@ -70,4 +70,4 @@ class Film:
             if self.magnifier is not None and view is not None:
                 boxes.append(self.magnifier.put(view, image))
             stamp = time_stamp(float(time), self.playback.speed)
-            yield image, [*boxes, *letter(image, self.title, stamp, words)]
+            yield image, [*boxes, *letter(image, self.title, stamp, words, self.stage.around)]

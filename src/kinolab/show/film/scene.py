@@ -56,6 +56,11 @@ class Scene:
         """Ground for the machine's shadow, if there is any."""
         return self.still.floor
 
+    @property
+    def around(self) -> None:
+        """What surrounds the letters of title and time: nothing, there is only sky behind them."""
+        return
+
     @cached_property
     def canvas(self) -> Canvas:
         """The backdrop in small pixels, with depth."""

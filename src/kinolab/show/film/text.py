@@ -55,9 +55,20 @@ class Words:
 
 
 def letter(
-    image: Bytes, title: str, stamp: str, color: tuple[int, int, int] = TITLE
+    image: Bytes,
+    title: str,
+    stamp: str,
+    color: tuple[int, int, int] = TITLE,
+    around: tuple[int, int, int] | None = None,
 ) -> tuple[Box, Box]:
-    """Write a title at the upper left of an image (h, w, 3), and a time stamp at the right.
+    """Write a title at the upper left of an image, and a time stamp at the right.
+
+    Args:
+        image: RGB pixels, shape (h, w, 3).
+        title: One line of text.
+        stamp: The same.
+        color: Of the letters.
+        around: Of what surrounds them, where they stand before all kinds of things.
 
     Returns:
         Where they are.
@@ -68,7 +79,16 @@ def letter(
     room = int(width - 3 * edge - _length(stamp, PLAIN, size))
     words = _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page)
     time = _words(stamp, PLAIN, size, (width - edge, edge), "ra", page)
-    return words.on(image, color), time.on(image, STAMP if color == TITLE else color)
+    if around is None:
+        return words.on(image, color), time.on(image, STAMP if color == TITLE else color)
+    outer = (
+        _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page, HALO),
+        _words(stamp, PLAIN, size, (width - edge, edge), "ra", page, HALO),
+    )
+    boxes = outer[0].on(image, around), outer[1].on(image, around)
+    words.on(image, color)
+    time.on(image, color)
+    return boxes
 
 
 @lru_cache(maxsize=64)  # a longer stamp leaves less space
@@ -87,12 +107,23 @@ def _length(text: str, font: str, size: int) -> float:
 
 @lru_cache(maxsize=64)  # frames follow each other within a tenth of a second
 def _words(
-    text: str, font: str, size: int, place: tuple[int, int], anchor: str, page: tuple[int, int]
+    text: str,
+    font: str,
+    size: int,
+    place: tuple[int, int],
+    anchor: str,
+    page: tuple[int, int],
+    halo: int = 0,
 ) -> Words:
-    """Words in a font, anchored at a place of a page, width and height in [pixel]."""
+    """Words in a font, anchored at a place of a page, width and height in [pixel].
+
+    With a halo in [pixel] the letters are wider by so much on all sides.
+    """
     covered = Image.new("L", page)
     with _setting:
-        ImageDraw.Draw(covered).text(place, text, 255, _font(font, size), anchor=anchor)
+        ImageDraw.Draw(covered).text(
+            place, text, 255, _font(font, size), anchor=anchor, stroke_width=halo
+        )
     left, top, right, bottom = covered.getbbox() or (0, 0, 0, 0)
     return Words(covered.crop((left, top, right, bottom)), left, top)
 

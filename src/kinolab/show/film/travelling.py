@@ -14,6 +14,8 @@ from kinolab.show.film.raster.rasterizer import Box, Bytes
 from kinolab.show.film.staging.backdrop import Still
 from kinolab.show.film.staging.captions import NO_SIGNS, Signs
 
+BRIGHT, DARK = (255, 255, 255), (22, 24, 32)
+
 
 @dataclass(frozen=True, eq=False)
 class Travelling:
@@ -31,6 +33,11 @@ class Travelling:
     def still(self) -> Still:
         """What stands still."""
         return self.window.still
+
+    @property
+    def around(self) -> tuple[int, int, int]:
+        """What surrounds the letters of title and time: the window shows all kinds of things."""
+        return DARK if self.still.picture.colors.is_dark else BRIGHT
 
     @property
     def signs(self) -> Signs:
