@@ -13,10 +13,14 @@ export function buildBest() {
   const whole = section("Progress", true, element("ol", { class: "phases" }, ...steps.map(([, step]) => step)),
     element("div", { class: "best", hidden: "" }, element("p", {}, "Best motion so far: ", output), curve, axis));
 
-  const phase = (name) => steps.forEach(([own, step]) => {
-    if (own === name) step.setAttribute("aria-current", "step"); else step.removeAttribute("aria-current");
-    if (own === name) step.classList.add("begun");
-  });
+  /** Mark what is being done, and return what it is called. */
+  const phase = (name) => {
+    steps.forEach(([own, step]) => {
+      if (own === name) step.setAttribute("aria-current", "step"); else step.removeAttribute("aria-current");
+      if (own === name) step.classList.add("begun");
+    });
+    return PHASES.find(([own]) => own === name)[1];
+  };
   const best = (points) => {
     const last = points.at(-1);
     whole.querySelector(".best").hidden = false;

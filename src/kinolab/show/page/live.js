@@ -11,11 +11,12 @@ export function followSearch(address, growing, changed, byId) {
   const on = (kind, take) => source.addEventListener(kind, ({ data }) => take(data));
   const shown = (take) => (text) => { take(numbers(text)); changed(); };
   on("words", (words) => { byId("subtitle").textContent = words; });
-  on("phase", progress.phase);
+  on("phase", (name) => { byId("badge").textContent = progress.phase(name); });
   on("best", (points) => progress.best(JSON.parse(points)));
   on("verdict", (told) => {
     const { status, message } = JSON.parse(told);
     showStatus(byId, status);
+    byId("badge").dataset.verdict = status;
     byId("subtitle").textContent = message;
   });
   on("tree", shown(growing.grow));
@@ -32,7 +33,7 @@ export function followSearch(address, growing, changed, byId) {
 }
 
 function ended(byId) {
-  if (byId("badge").textContent === "Searching") byId("badge").textContent = "The search has ended";
+  if (!byId("badge").dataset.verdict) byId("badge").textContent = "The search has ended";
 }
 
 /** Read base64 of single precision. */
