@@ -18,6 +18,7 @@ AZIMUTHS = np.radians([18, -55, 55, -110, 110, 162])  # besides the usual one
 STEEPER = np.radians([45.0, 72.0])  # elevations that are tried where walls stand close
 MOMENTS, BODIES = 16, 3  # of the way, and of a machine at each of them
 ENOUGH = 0.9  # fraction seen from the usual direction with which nothing else is tried
+FEW, MOST = 5000, 0.97  # faces of a small world, where trying takes no time; what is enough there
 FILLING = 0.15  # what a picture that is filled is worth, in fractions of the way
 GAIN = 0.04  # fraction that another direction must show besides
 ALL = 0.995  # fraction that is seen where nothing hides the machine for long
@@ -68,7 +69,7 @@ def outlook(
     one_sided = np.concatenate([np.full(len(mesh.faces), is_room(mesh)) for mesh in meshes])
     sight = _Sight(picture, cloud, Screens(whole.vertices, whole.faces, one_sided), *watched)
     best, most = usual, sight.fraction(usual)
-    if picture.view == "perspective" and most < ENOUGH:
+    if picture.view == "perspective" and most < (MOST if count < FEW else ENOUGH):
         worth = most + FILLING * sight.filled(usual)
         for angles in _others(picture, usual):
             seen = sight.fraction(angles)
