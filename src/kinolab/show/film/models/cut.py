@@ -17,7 +17,7 @@ SHADE = 0.93  # of the first colour: how bright the cut is
 LIFT = 2e-3  # of a solid's size: how far its cut lies above the ground around a room
 SPACING = 48  # points along each side of the ground around a room
 CHUNK = 2000  # points of which one asks at once whether they are inside
-SMOOTHING = 4  # exponent of the weights by which a height follows the nearest part of a way
+NEAREST = 1e-4  # of the way's size squared: nearer parts of a way count alike
 
 Heights: TypeAlias = Callable[[Array], Array]  # of points (n, 2) on the map, in [m]
 
@@ -37,8 +37,9 @@ def along(way: Array) -> Heights:
         found = np.empty(len(points))
         for first in range(0, len(points), CHUNK):
             part = slice(first, first + CHUNK)
-            away = np.linalg.norm(points[part, None] - places[:, :2], axis=-1) / size
-            weight = (away + 0.01) ** -SMOOTHING
+            x, y = points[part, :1] - places[:, 0], points[part, 1:] - places[:, 1]
+            away = (x * x + y * y) / size**2 + NEAREST
+            weight = 1.0 / (away * away)
             found[part] = weight @ places[:, 2] / weight.sum(axis=1)
         return found
 

@@ -25,6 +25,7 @@ ALL = 0.995  # fraction that is seen where nothing hides the machine for long
 OPEN = 0.75  # fraction of the way that one wants to see; else what hides it is made translucent
 LARGE = 2e-3  # of all surface: smaller patches hide little, and are left alone
 PEELS = 8  # layers of walls that are made translucent at most
+DIRECTIONS = 100  # in which the scene's outermost points are looked for
 MANY = 400_000  # faces: in larger worlds the usual direction is taken
 SIZE = (800, 600)  # [pixel] of the picture in which directions are compared
 
@@ -67,9 +68,11 @@ def outlook(
         return Outlook(usual, 1.0, nothing)
     whole = join(meshes)
     one_sided = np.concatenate([np.full(len(mesh.faces), is_room(mesh)) for mesh in meshes])
-    sight = _Sight(picture, cloud, Screens(whole.vertices, whole.faces, one_sided), *watched)
+    screens = Screens(whole.vertices, whole.faces, one_sided)
+    sight = _Sight(picture, cloud, screens, *watched)
     best, most = usual, sight.fraction(usual)
     if picture.view == "perspective" and most < (MOST if count < FEW else ENOUGH):
+        sight = replace(sight, cloud=_outermost(cloud))
         worth = most + FILLING * sight.filled(usual)
         for angles in _others(picture, usual):
             seen = sight.fraction(angles)
@@ -79,6 +82,16 @@ def outlook(
         return Outlook(best, most, nothing)
     ends = np.cumsum([len(mesh.faces) for mesh in meshes])[:-1]
     return Outlook(best, most, tuple(np.split(_opened(sight, best, whole), ends)))
+
+
+def _outermost(cloud: Array) -> Array:
+    """The points of a cloud (n, 3) that reach farthest in many directions: enough for framing."""
+    k = np.arange(DIRECTIONS) + 0.5
+    z, turn = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k  # a spiral on the sphere
+    level = np.sqrt(1.0 - z * z)
+    directions = np.stack([level * np.cos(turn), level * np.sin(turn), z])
+    reach = directions.T.astype(np.float32) @ cloud.T.astype(np.float32)
+    return np.asarray(cloud[np.unique(np.argmax(reach, axis=1))])
 
 
 @dataclass(frozen=True, eq=False)
