@@ -29,8 +29,8 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios, dynobench
-from kinolab.show.film.staging.film_making import write_gif
-from kinolab.show.film.staging.motion_script import picture
+from kinolab.show.film.animation import film_of
+from kinolab.show.film.gif import gif_parts
 from kinolab.trajectory import Trajectory
 from kinolab.world import Obstacle
 
@@ -45,10 +45,9 @@ COURSE = (
     *("helicopter", "snakeboard", "slip_steered", "submarine", "satellite", "satellite_two_wheels"),
 )
 
-SIZE = (400, 300)  # [pixel] of a film
 FPS = 12.5  # frames per second of a film: 8/100 s each, which GIF can say
 FRAMES = (80, 60, 40)  # of a film; fewer where it would be too large
-LARGEST = 700_000  # [bytes] of a film
+LARGEST = 1_000_000  # [bytes] of a film
 READABLE = 200  # operations of an expression that SymPy tidies in a moment
 LONGEST = 700  # characters of a formula in a table
 
@@ -393,20 +392,11 @@ def draw(name: str, seed: int) -> bool:
 
 
 def film(path: Path, problem: PlanningTask, trajectory: Trajectory, frames: int) -> None:
-    """Write a motion as a small film of about that many frames.
-
-    It has no title, which would be too small to read; the page says what it shows.
-    """
-    poses = problem.model.frames(trajectory.x)
-    write_gif(
-        path,
-        picture(problem, poses, problem.model.cables(trajectory.x)),
-        trajectory.t,
-        poses,
-        size=SIZE,
-        fps=FPS,
-        speed=speed_for(trajectory.duration, frames),
-    )
+    """Write a motion as a film of about that many frames, as the scenario has its films."""
+    speed = speed_for(trajectory.duration, frames)
+    settings = problem.scenario.render.model_copy(update={"speed": speed})
+    made = film_of(problem, trajectory, settings, fps=FPS)
+    path.write_bytes(b"".join(gif_parts(made, settings.size)))
 
 
 def speed_for(duration: float, frames: int) -> float:

@@ -534,7 +534,8 @@ def test_a_written_scenario_has_every_default() -> None:
         '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\nreserve = 0.0\n\n'
         '[integration]\nmethod = "rk4"\nstep = 0.05\nsubsteps = 1\ntruth = "continuous"\n\n'
         '[planner]\nweights = { x = 2 }\nname = "auto"\ntime_limit = 30.0\nseed = 1\n'
-        'improve = 2.0\n\n[render]\nview = "perspective"\nspeed = 1.0\nsize = [800, 600]\n'
+        'improve = 2.0\n\n[render]\nview = "perspective"\nfollow = false\n'
+        'setting = "studio"\nspeed = 1.0\nsize = [800, 600]\n'
         "magnify = true\n"
     )
 

@@ -29,7 +29,7 @@ def live_page(
         return
     from kinolab.show.view.live_page import LivePage
 
-    page = LivePage(problem, f"{problem.name}: a plan is being searched.")
+    page = LivePage(problem, f"Searching for a plan: {problem.name}")
     with page.served(), progress.heard(page.say):
         progress(f"live on {page.address}", lasting=True)
         yield page, browser and webbrowser.open(page.address)

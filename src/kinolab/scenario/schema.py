@@ -30,11 +30,15 @@ from kinolab.scenario.values import (
     Axis,
     BodyName,
     BoxEdges,
+    ColorNames,
     Coordinate,
     Count,
+    CutHeight,
     CylinderSize,
     Direction,
     Effort,
+    Elevation,
+    Heading,
     Limits,
     Meaning,
     MeshPath,
@@ -59,6 +63,7 @@ from kinolab.scenario.values import (
     Wanted,
     WorldAxis,
     plain_setting,
+    rgb_of,
 )
 
 LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
@@ -100,7 +105,14 @@ class ObstacleEntry(Section):
     scale: Scale = 1.0  # of a mesh
     up: Literal["x", "y", "z"] = "z"  # the axis of a mesh file that points up
     solid: bool | None = None  # of a mesh; left out: judged by its volume
+    color: ColorNames | None = None  # in pictures; of several the mesh's pieces take one in turn
     name: Name = ""  # left out: the kind and the count, or the mesh file's stem
+
+    @property
+    def colors(self) -> tuple[tuple[float, float, float], ...]:
+        """The colours as red, green and blue in 0..1; none where the setting chooses."""
+        given = (self.color,) if isinstance(self.color, str) else self.color or ()
+        return tuple(rgb_of(text) for text in given)
 
     @property
     def kind(self) -> Literal["mesh", "box", "sphere", "cylinder"]:
@@ -272,7 +284,12 @@ class PlannerSection(Section):
 class RenderSection(Section):
     """``[render]``: how the moving picture looks."""
 
-    view: Literal["perspective", "top", "front", "side"] = "perspective"
+    view: Literal["perspective", "top", "front", "side", "follow"] = "perspective"
+    azimuth: Heading | None = None  # of the camera; left out: where one sees most of the way from
+    elevation: Elevation | None = None  # above the horizon; left out: by the shape of the world
+    follow: bool = False  # whether the picture goes with the machine
+    cut: CutHeight | None = None  # [m] above which obstacles are left out; or along the way
+    setting: Literal["studio", "hall", "yard", "road", "canyon", "water", "space"] = "studio"
     speed: Positive = 1.0  # seconds of motion per second of picture
     size: PictureSize = (800, 600)
     magnify: bool = True  # whether a machine that is tiny in it is shown enlarged in a corner

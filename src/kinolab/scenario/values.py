@@ -6,6 +6,7 @@ Types are strict: a whole number may stand where a number is meant, text and boo
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
@@ -130,6 +131,18 @@ def plain_setting(value: object, depth: int = 0) -> Any:
     return value
 
 
+def _color_name(text: str) -> str:
+    if COLOR.fullmatch(text) is None:
+        raise refusal("is not a colour")
+    return text
+
+
+def rgb_of(text: str) -> tuple[float, float, float]:
+    """Red, green and blue in 0..1 of a colour such as "#c8553d"."""
+    red, green, blue = (int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    return red, green, blue
+
+
 def _number_or_angle(value: object, number: ValidatorFunctionWrapHandler) -> object:
     """Read an angle that is text; whether what it is given to is one, its machine tells later."""
     if not isinstance(value, str):
@@ -140,6 +153,9 @@ def _number_or_angle(value: object, number: ValidatorFunctionWrapHandler) -> obj
     return angle
 
 
+COLOR = re.compile("#[0-9a-fA-F]{6}")
+
+
 # The branch of a union is chosen first, so that a mistake is told about that branch alone.
 def _number_or_list(value: object) -> str:
     return LIST_TAG if isinstance(value, list | tuple) else NUMBER_TAG
@@ -147,6 +163,10 @@ def _number_or_list(value: object) -> str:
 
 def _number_or_table(value: object) -> str:
     return TABLE_TAG if isinstance(value, dict) else NUMBER_TAG
+
+
+def _number_or_name(value: object) -> str:
+    return NAME_TAG if isinstance(value, str) else NUMBER_TAG
 
 
 def _name_or_list(value: object) -> str:
@@ -178,6 +198,7 @@ MeshPath = Annotated[
     Wanted(f'a relative path such as "meshes/maze.stl" ({", ".join(MESH_FORMATS)})'),
 ]
 
+ColorName = Annotated[str, AfterValidator(_color_name), Wanted('a colour such as "#c8553d"')]
 Number = Annotated[float, Wanted("a number")]
 NumberOrAngle = Annotated[
     float, WrapValidator(_number_or_angle), Wanted(f"a number, or an angle such as {EXAMPLES}")
@@ -189,6 +210,16 @@ Effort = Annotated[float, Field(ge=0), Wanted("a number that is not negative [s]
 Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
 Angle = Annotated[
     NumberOrAngle, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
+]
+Heading = Annotated[
+    NumberOrAngle,
+    Field(ge=-2 * math.pi, le=2 * math.pi),
+    Wanted("an angle from -6.28319 to 6.28319 [rad]"),
+]
+Elevation = Annotated[
+    NumberOrAngle,
+    Field(ge=-math.pi / 2, le=math.pi / 2),
+    Wanted("an angle from -1.5708 to 1.5708 [rad]"),
 ]
 Count = Annotated[int, Field(ge=1, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
 Substeps = Annotated[int, Field(ge=1, le=1000), Wanted("a whole number from 1 to 1000")]
@@ -260,6 +291,17 @@ Scale = Annotated[
     | Annotated[tuple[Positive, Positive, Positive], _List, Tag(LIST_TAG)],
     Discriminator(_number_or_list),
     Wanted("a positive number, or a list of three of them"),
+]
+ColorNames = Annotated[
+    Annotated[ColorName, Tag(NAME_TAG)]
+    | Annotated[tuple[ColorName, ...], _List, Field(min_length=1), Tag(LIST_TAG)],
+    Discriminator(_name_or_list),
+    Wanted('a colour such as "#c8553d", or a list of them'),
+]
+CutHeight = Annotated[
+    Annotated[float, Tag(NUMBER_TAG)] | Annotated[Literal["way"], Tag(NAME_TAG)],
+    Discriminator(_number_or_name),
+    Wanted('a height [m], or "way"'),
 ]
 WORLD_AXES = ("x", "y", "z")
 WorldAxis = Annotated[str, AfterValidator(_world_axis)]

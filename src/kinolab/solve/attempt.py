@@ -130,6 +130,8 @@ def _timed(
     patience: int = 0,
 ) -> T | None:
     """Run a stage and record its seconds in ``timings``; None if it is aborted."""
+    if budget.stage:
+        budget.stage(stage)
     begun = time.perf_counter()
     done = budget.breaking(work, patience=patience)
     timings[stage] = time.perf_counter() - begun

@@ -81,11 +81,40 @@ def test_the_shadow_is_darker_than_the_floor() -> None:
     assert (after < 0.9 * before).all()
 
 
-def test_a_wall_hides_what_stands_behind_it_and_not_what_stands_before_it() -> None:
+def redness(image: np.ndarray) -> int:
+    """How much redder than grey the reddest pixel is."""
+    pixels = image.astype(int)
+    return int((pixels[..., 0] - pixels[..., 1:].max(axis=-1)).max())
+
+
+def test_a_wall_before_the_whole_way_is_translucent() -> None:
     wall = box_obstacle("wall", (4.0, 0.1, 1.0), (0.0, 0.0, 0.5))
     picture = Picture(bodies=ball(0.2), obstacles=[wall], ground=True, bounds=BOUNDS, view="front")
-    assert not reddish(render_frame(picture, at(0.0, 1.0, 0.2), size=SIZE)).any()
-    assert reddish(render_frame(picture, at(0.0, -1.0, 0.2), size=SIZE)).any()
+    behind, before = (build_scene(picture, at(0.0, y, 0.2)[None], SIZE) for y in (1.0, -1.0))
+    assert reddish(behind.shot(at(0.0, 1.0, 0.2))).any()
+    column, row = before.pen.camera.project([1.0, -0.05, 0.5], SIZE)[:2].astype(int)
+    assert behind.image[row, column].mean() > before.image[row, column].mean() + 10
+
+
+def test_behind_a_wall_before_a_part_of_the_way_the_machine_shows_through_paler() -> None:
+    post = box_obstacle("post", (0.8, 0.1, 1.0), (1.6, 0.0, 0.5))
+    picture = Picture(bodies=ball(0.2), obstacles=[post], ground=True, bounds=BOUNDS, view="front")
+    way = np.stack([at(x, 1.0, 0.3) for x in np.linspace(-1.8, 1.6, 30)])
+    stage = build_scene(picture, way, SIZE)
+    assert not stage.still.outlook.veiled[0].any()
+    hidden, seen = redness(stage.shot(way[-1])), redness(stage.shot(way[0]))
+    assert redness(stage.image) + 30 < hidden < seen - 30
+
+
+def test_a_machine_that_nothing_hides_does_not_shine_through_the_edge_of_a_wall() -> None:
+    """Half of the ball is behind a low kerb: that is how one sees what is nearer."""
+    kerb = box_obstacle("kerb", (4.0, 0.1, 0.2), (0.0, -0.4, 0.1))
+    picture = Picture(bodies=ball(0.2), obstacles=[kerb], ground=True, bounds=BOUNDS, view="front")
+    stage = build_scene(picture, at(0.0, 0.0, 0.3)[None], SIZE)
+    column, row = stage.pen.camera.project([0.0, -0.45, 0.15], SIZE)[:2].astype(int)
+    image = stage.shot(at(0.0, 0.0, 0.3))
+    assert (image[row, column] == stage.image[row, column]).all()
+    assert reddish(image).any()
 
 
 def test_one_looks_into_a_room_through_its_near_walls() -> None:
@@ -93,8 +122,10 @@ def test_one_looks_into_a_room_through_its_near_walls() -> None:
     room = replace(wall, faces=wall.faces[:, ::-1].copy(), primitive=None)
     picture = Picture(bodies=ball(0.4), obstacles=[room])
     assert reddish(render_frame(picture, at(0.0, 0.0, 1.0), size=SIZE)).any()
-    solid = replace(picture, obstacles=[wall])
-    assert not reddish(render_frame(solid, at(0.0, 0.0, 1.0), size=SIZE)).any()
+    stage = build_scene(picture, at(0.0, 0.0, 1.0)[None], SIZE)
+    assert not stage.still.outlook.veiled[0].any()
+    solid = build_scene(replace(picture, obstacles=[wall]), at(0.0, 0.0, 1.0)[None], SIZE)
+    assert solid.still.outlook.veiled[0].any()
 
 
 def test_a_turning_disk_looks_different_at_every_eighth_turn() -> None:

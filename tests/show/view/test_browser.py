@@ -172,13 +172,13 @@ def test_plots_tell_the_values_at_the_cursor(page: Any, rolled: Solved) -> None:
     page.evaluate("t => kinolab.seek(t)", float(trajectory.t[row]))
     shown = dict(
         page.eval_on_selector_all(
-            ".plot", "all => all.map(p => [p.querySelector('b').textContent, p.innerText])"
+            ".plot", "all => all.map(p => [p.dataset.name, p.querySelector('output').innerText])"
         )
     )
     values = dict(zip(trajectory.state_names, trajectory.x[row], strict=True))
     values |= dict(zip(trajectory.control_names, trajectory.u[row], strict=True))
     for name in ("x", "y", "psi", "drive", "steer"):
-        told = float(shown[name].split("]")[1].split()[0])
+        told = float(shown[name])
         assert told == pytest.approx(values[name], rel=1e-3, abs=2e-3)
 
 
@@ -223,6 +223,59 @@ def test_the_pointer_turns_and_the_wheel_brings_nearer(page: Any) -> None:
     page.mouse.wheel(0, -400)
     page.wait_for_timeout(50)
     assert len(coin_pixels(picture(page))) > 1.2 * count
+
+
+def test_names_are_symbols_that_keep_their_name_in_files(page: Any) -> None:
+    shown = page.eval_on_selector_all(
+        ".chips .symbol", "all => Object.fromEntries(all.map(s => [s.title, s.textContent]))"
+    )
+    assert shown["psi"] == "ψ"
+    assert shown["psi_dot"] == "ψ\u0307"
+    assert shown["drive"] == "drive"
+
+
+def test_start_and_goal_have_signs_where_they_are(page: Any) -> None:
+    signs = page.locator("#captions .sign:visible")
+    assert sorted(signs.all_inner_texts()) == ["goal", "start"]
+    assert {"start", "goal", "path so far", "path ahead"} <= set(
+        page.locator("#legend li").all_inner_texts()
+    )
+
+
+def test_a_picture_of_the_scene_can_be_saved(page: Any) -> None:
+    with page.expect_download() as download:
+        page.keyboard.press("s")
+    assert download.value.suggested_filename.endswith("s.png")
+    image = np.asarray(Image.open(download.value.path()).convert("RGB"))
+    assert len(coin_pixels(image)) > 20
+
+
+def test_plots_are_zoomed_by_the_wheel_and_tell_what_is_under_the_pointer(
+    page: Any, rolled: Solved
+) -> None:
+    plot = page.locator(".plot:not([hidden])").first
+    area, last = plot.locator(".area"), rolled.trajectory.t[-1]
+    area.scroll_into_view_if_needed()
+    area.hover()
+    assert f"at {0.5 * last:.1f}" in plot.locator("output").inner_text()
+    page.mouse.wheel(0, -800)
+    page.wait_for_timeout(50)
+    first, _, end = plot.locator(".times span").all_inner_texts()
+    assert 0.0 < float(first) < 0.5 * last < float(end.split()[0]) < last
+    area.dblclick()
+    assert plot.locator(".times span").first.inner_text() == "0"
+
+
+def test_a_slider_keeps_its_keys(page: Any) -> None:
+    page.evaluate("() => { kinolab.pause(); kinolab.drive.start(); }")
+    slider = page.locator(".sliders input").first
+    slider.focus()
+    before, time = slider.input_value(), page.evaluate("kinolab.drive.time")
+    page.evaluate("kinolab.drive.pause()")
+    page.keyboard.press("ArrowRight")
+    assert float(slider.input_value()) == float(before) + 1
+    page.evaluate("() => kinolab.drive.stop()")
+    assert time >= 0
 
 
 def test_dark_and_light_follow_the_system_and_the_switch(opened: Opener) -> None:

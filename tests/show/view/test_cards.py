@@ -97,3 +97,24 @@ def test_cards_are_filtered_and_open_their_pages(
     assert inside.evaluate(refused) == "SecurityError"
     page.keyboard.press("Escape")
     page.wait_for_selector("#frame iframe", state="detached")
+
+
+@needs_chromium
+def test_two_runs_are_compared_side_by_side_and_play_together(
+    gallery: tuple[Path, int, str], browse: Opener
+) -> None:
+    page = browse(gallery[0] / "gallery.html")
+    for k in range(2):
+        page.locator(".pick input").nth(k).check()
+    page.click("#compare")
+    frames = [frame for frame in page.frames if frame != page.main_frame]
+    assert len(frames) == 2
+    for frame in frames:
+        frame.evaluate("async () => { await kinolab.ready; kinolab.pause(); }")
+    frames[0].evaluate("kinolab.seek(0.5 * kinolab.last)")
+    half = frames[0].evaluate("kinolab.time")
+    for _ in range(100):
+        if abs(frames[1].evaluate("kinolab.time") - half) < 1e-6:
+            break
+        page.wait_for_timeout(20)
+    assert frames[1].evaluate("kinolab.time") == pytest.approx(half)

@@ -18,7 +18,7 @@ from kinolab.problem import PlanningTask
 from kinolab.solve import PlanResult
 from tests.conftest import Solved
 from tests.show.view.browsing import Opener, needs_chromium
-from tests.support import OPEN, problem_of
+from tests.support import OPEN, WALL, problem_of
 
 Array = NDArray[np.float64]
 
@@ -191,3 +191,22 @@ def test_what_leaves_its_limits_is_named(driven: Any, short: Solved) -> None:
     driven.evaluate("x => { kinolab.drive.pause(); kinolab.drive.reset(x); }", far)
     driven.wait_for_timeout(300)
     assert "outside its limits: x" in driven.inner_text("#drive .status")
+
+
+def test_driving_is_followed_and_what_is_run_into_is_named(browse: Opener, tmp_path: Path) -> None:
+    """The wall's near side is at x = 2.95 m; the coin, seen along x, reaches 0.25 m ahead."""
+    problem = problem_of(tmp_path, OPEN + WALL)
+    page = browse(page_of(problem, None, tmp_path))
+    page.evaluate("kinolab.drive.start()")
+    assert page.inner_text("#views [aria-pressed=true]") == "Follow"
+    radius = problem.system.parameter_values["R"]
+    for x, touching in ((2.95 - 1.01 * radius, []), (2.95 - 0.99 * radius, [["coin", "wall"]])):
+        state = problem.start.tolist()
+        state[problem.model.state_names.index("x")] = x
+        page.evaluate("x => { kinolab.drive.reset(x); }", state)
+        assert page.evaluate("kinolab.drive.touching") == touching
+    page.evaluate("kinolab.drive.pause()")
+    page.wait_for_timeout(300)
+    assert "coin touches wall" in page.inner_text("#drive .status")
+    page.evaluate("kinolab.drive.stop()")
+    assert page.inner_text("#views [aria-pressed=true]") == "3-D"

@@ -93,6 +93,16 @@ def test_planners_show_trees_that_begin_at_the_start_and_grow(tmp_path: Path, pl
     assert len(seen[-1].x) >= len(seen[0].x)
 
 
+def test_stages_are_told_in_the_order_in_which_they_begin(tmp_path: Path) -> None:
+    told: list[str] = []
+
+    def watch(budget: Budget) -> None:
+        budget.stage = told.append
+
+    solve(problem_of(tmp_path, OPEN), "rrt_fast", 1, 20.0, max_iterations=6000, watch=watch)
+    assert told[:3] == ["search", "simulate", "verify"]
+
+
 @needs_chromium
 def test_the_page_shows_the_tree_and_then_the_finished_plan(
     live: LivePage, problem: PlanningTask, browse: Opener, tmp_path: Path
@@ -103,6 +113,7 @@ def test_the_page_shows_the_tree_and_then_the_finished_plan(
     assert page.inner_text("#badge") == "Searching"
     live.say("half of it is done")
     live.explored(cross(problem))
+    live.phase("search")
     for _ in range(100):
         if page.inner_text("#subtitle") == "half of it is done":
             break
@@ -110,8 +121,19 @@ def test_the_page_shows_the_tree_and_then_the_finished_plan(
     page.wait_for_timeout(300)
     assert page.inner_text("#subtitle") == "half of it is done"
     assert shown.screenshot() != before
+    assert page.inner_text(".phases [aria-current]") == "Searching"
     solved = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
     assert solved.trajectory is not None
+    live.phase("optimise")
+    live.found(solved.trajectory)
+    live.verdict("not_found", "It was only a trial.")
+    for _ in range(100):
+        if page.inner_text("#badge") == "No plan found":
+            break
+        page.wait_for_timeout(20)
+    assert page.inner_text("#badge") == "No plan found"
+    assert page.inner_text(".phases [aria-current]") == "Optimising"
+    assert f"{solved.trajectory.duration:.4g} s" in page.inner_text(".best")
     finished = kinolab.save_page(problem, solved, tmp_path / "scene.html").read_bytes()
     ending = threading.Thread(target=live.end, args=(finished,))
     ending.start()

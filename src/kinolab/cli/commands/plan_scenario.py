@@ -131,6 +131,7 @@ def command(
 
         def show() -> None:
             if page:
+                page.verdict(found.status, found.message)
                 finished = folder / PAGE
                 page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
             progress.close()
@@ -143,6 +144,8 @@ def command(
 
         if film and found.trajectory is not None and not INTERRUPTS.seen:
             progress("drawing the page")
+            if page:
+                page.phase("draw")
             write_pictures(problem, found, folder, report, film(), page_written)
         else:
             show()
@@ -246,7 +249,7 @@ def _search(
     def watch(budget: Budget) -> None:
         INTERRUPTS.ask(budget.end)
         if page:
-            budget.viewer = page.explored
+            budget.viewer, budget.stage = page.explored, page.phase
 
     def improved(found: PlanResult) -> None:
         if film:
@@ -255,6 +258,7 @@ def _search(
                 drawing.suggest(problem, found.trajectory)
         if page and found.trajectory is not None:
             page.found(found.trajectory)
+            page.phase("optimise" if optimising else "search")
         if anytime or optimising:
             write(found)
             progress(progress_text(found, anytime=anytime))

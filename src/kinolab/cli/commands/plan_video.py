@@ -12,7 +12,7 @@ from kinolab.cli.common import PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
-VIEWS = click.Choice(["perspective", "top", "front", "side"])
+VIEWS = click.Choice(["perspective", "top", "front", "side", "follow"])
 LEAST, MOST = 16, 4096  # [pixel] per side
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
@@ -27,7 +27,7 @@ def video(
     size: tuple[int, int] | None = None,
     fps: float = 30.0,
     speed: float | None = None,
-    view: View | None = None,
+    view: View | Literal["follow"] | None = None,
 ) -> bytes:
     """Return the trajectory as an MP4 video.
 
@@ -37,7 +37,7 @@ def video(
         size: Width and height in [pixel], even; the scenario's if left out, as are speed and view.
         fps: Frames per second.
         speed: Seconds of motion per second of film.
-        view: The camera's viewpoint.
+        view: The camera's viewpoint; ``follow`` goes with the machine.
 
     Raises:
         InputError: If PyAV is not installed, or the size is odd.

@@ -31,7 +31,7 @@ from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, drawn
 from kinolab.show.film.raster.light import LIGHT_SAMPLES
-from kinolab.show.film.raster.rasterizer import NO_FACETS, average, extent
+from kinolab.show.film.raster.rasterizer import NO_FACETS, average, blank, extent, reveal
 from kinolab.show.film.scene import PAPER
 from kinolab.show.film.staging.set_up import staged
 
@@ -110,6 +110,7 @@ def load() -> None:
     layers = [Solid(NO_FACETS), FloorPaint(NO_FACETS), Shadows([NO_FACETS.corners] * LIGHT_SAMPLES)]
     image = average(drawn(layers, (SMALL, SMALL), PAPER).color, 1)
     extent(NO_FACETS.corners, (SMALL, SMALL))
+    reveal(blank((SMALL, SMALL), PAPER), NO_FACETS)
     palette = shared_palette([image])
     shown = palette.indices(image)
     change(shown, shown, [])

@@ -16,6 +16,7 @@ from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.staging.playback import Playback
 from kinolab.show.film.text import letter, time_stamp
+from kinolab.show.film.travelling import Travelling
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -27,7 +28,7 @@ class Film:
     """A motion ready to be rendered.
 
     Args:
-        stage: The scene and its camera.
+        stage: The scene and its camera, which may go with the machine.
         playback: Times of the frames; ``nf`` is their number.
         poses: Shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), or None.
@@ -35,7 +36,7 @@ class Film:
         magnifier: Inset that enlarges the machine in a corner, if any.
     """
 
-    stage: Scene
+    stage: Scene | Travelling
     playback: Playback
     poses: Array
     lines: Array | None
@@ -62,10 +63,11 @@ class Film:
         """Draw some frames: RGB pixels, and the boxes in which they differ from the backdrop."""
         poses, lines = self.poses[run], None if self.lines is None else self.lines[run]
         views = repeat(None) if self.magnifier is None else self.magnifier.views(poses, lines)
+        words = self.stage.still.words
         shots = zip(self.playback.times[run], self.stage.shots(poses, lines), views, strict=False)
         for time, (image, box), view in shots:
-            boxes = [box]
+            boxes = [box, *self.stage.signs.on(image)]
             if self.magnifier is not None and view is not None:
                 boxes.append(self.magnifier.put(view, image))
             stamp = time_stamp(float(time), self.playback.speed)
-            yield image, [*boxes, *letter(image, self.title, stamp)]
+            yield image, [*boxes, *letter(image, self.title, stamp, words, self.stage.around)]

@@ -13,10 +13,11 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.raster.draw_list import Shadows
-from kinolab.show.film.raster.rasterizer import Box, Bytes, Facets, average, draw
+from kinolab.show.film.raster.rasterizer import Box, Bytes, Facets, average
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
-from kinolab.show.film.scene import machine_facets
+from kinolab.show.film.scene import machine_facets, put_machine
+from kinolab.show.film.staging.backdrop import Still
 from kinolab.show.film.text import label
 
 SUPERSAMPLING = 2  # small pixels per pixel and axis
@@ -33,7 +34,8 @@ class Inset:
         backdrop: The static backdrop, enlarged.
         box: Position of the inset, in pixels of the picture.
         times: Magnification.
-        shadows: Whether there is ground for the machine's shadow.
+        still: What stands still.
+        framed: Whether it is a part of a picture, with a frame, and not a picture by itself.
     """
 
     pen: Pen
@@ -41,14 +43,15 @@ class Inset:
     backdrop: Tiles
     box: Box
     times: float
-    shadows: bool
+    still: Still
+    framed: bool = True
 
     def views(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
         """Draw the insets of frames, with poses (nf, nb, 12) and cables (nf, nl, 2, 3)."""
         left, top, right, bottom = self.box
         size = ((right - left) * SUPERSAMPLING, (bottom - top) * SUPERSAMPLING)
         corners = (_middles(self.pen, poses) - np.array(size) / 2).round().astype(int).tolist()
-        machine = machine_facets(self.pen, self.machine, poses, lines, self.shadows)
+        machine = machine_facets(self.pen, self.machine, poses, lines, self.still.floor is not None)
         for corner, (facets, shadows) in zip(corners, machine, strict=True):
             yield self._view(corner, size, facets, shadows)
 
@@ -63,8 +66,10 @@ class Inset:
         canvas = self.backdrop.window((column, row, column + width, row + height))
         shift = np.array([column, row, 0.0])
         Shadows([corners - shift for corners in shadows]).on(canvas)
-        draw(canvas, Facets(facets.corners - shift, facets.colors))
+        put_machine(canvas, Facets(facets.corners - shift, facets.colors), self.still)
         seen = average(canvas.color, SUPERSAMPLING)
+        if not self.framed:
+            return seen
         label(seen, f"{self.times:.2g}x")
         seen[0], seen[-1], seen[:, 0], seen[:, -1] = FRAME, FRAME, FRAME, FRAME
         return seen

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.ball import Color
+from kinolab.show.film.models.cut import along, cut_open, level
+from kinolab.show.film.models.obstacles import own_colors, painted
 from kinolab.show.film.models.painted_body import PaintedBody
-from kinolab.show.film.models.surface_mesh import SurfaceMesh
+from kinolab.show.film.models.setting import SETTINGS, SceneColors, SettingName
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room
 from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
@@ -71,11 +75,15 @@ class Floor:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """An obstacle as it is drawn: points of shape (n, 3) in [m], three of them per face (m, 3)."""
+    """An obstacle as it is drawn: points of shape (n, 3) in [m], three of them per face (m, 3).
+
+    Its colours are RGB in 0..1; without any it takes one of the setting's.
+    """
 
     name: str
     vertices: Array
     faces: NDArray[np.signedinteger[Any]]
+    colors: tuple[Color, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,6 +97,13 @@ class Picture:
         bounds: Limits of the workspace in [m] by axis name; the picture contains them.
         up: Direction that points upward in the picture, shape (3,).
         view: The camera's viewpoint.
+        azimuth: Of the camera in [rad], from the front view counterclockwise; None: where one sees
+            most of the way from.
+        elevation: Of the camera above the horizon in [rad]; None: by the shape of the world.
+        follow: Whether the picture goes with the machine.
+        cut: Height in [m] above which obstacles are left out; "way": rooms are cut along the path;
+            None: nothing is.
+        setting: Where it seems to be.
         path: Path of the first body's origin, shape (n, 3), in [m].
         start: Poses at which the machine's ghost is drawn.
         goal: A region, or poses for a second ghost.
@@ -105,6 +120,11 @@ class Picture:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     up: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     view: View = "perspective"
+    azimuth: float | None = None
+    elevation: float | None = None
+    follow: bool = False
+    cut: float | Literal["way"] | None = None
+    setting: SettingName = "studio"
     path: Array | None = None
     start: Ghost | None = None
     goal: GoalMarker | Ghost | None = None
@@ -128,8 +148,28 @@ class Picture:
         return replace(self, bodies=self._painted(), obstacles=self.surfaces())
 
     def surfaces(self) -> list[Surface]:
-        """The obstacles as they are drawn."""
-        return [Surface(each.name, each.vertices, each.faces) for each in self.obstacles]
+        """The obstacles as they are drawn, with their colours."""
+        return [
+            Surface(each.name, each.vertices, each.faces, _colors(each)) for each in self.obstacles
+        ]
+
+    @property
+    def colors(self) -> SceneColors:
+        """The colours of the setting."""
+        return SETTINGS[self.setting]
+
+    def obstacle_meshes(self) -> list[SurfaceMesh]:
+        """The obstacles as coloured meshes, in their order; cut open where the picture says so."""
+        meshes = [
+            painted(each.vertices, each.faces, own_colors(k, each.colors, self.colors))
+            for k, each in enumerate(self.surfaces())
+        ]
+        if self.cut == "way":
+            if self.path is None:
+                return meshes
+            heights = along(np.asarray(self.path, dtype=np.float64))
+            return [cut_open(mesh, heights) if is_room(mesh) else mesh for mesh in meshes]
+        return meshes if self.cut is None else [cut_open(m, level(self.cut)) for m in meshes]
 
     def _painted(self) -> Sequence[PaintedBody]:
         done = [body for body in self.bodies if isinstance(body, PaintedBody)]
@@ -138,6 +178,10 @@ class Picture:
         from kinolab.show.film.models.paint import painted_bodies
 
         return painted_bodies([body for body in self.bodies if not isinstance(body, PaintedBody)])
+
+
+def _colors(obstacle: Obstacle | Surface) -> tuple[Color, ...]:
+    return obstacle.colors if isinstance(obstacle, Surface) else ()
 
 
 def pose_table(poses: ArrayLike) -> Array:

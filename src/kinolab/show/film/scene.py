@@ -13,11 +13,23 @@ from numpy.typing import ArrayLike
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.picture import Floor, pose_table
+from kinolab.show.film.raster.contact import darken_corners
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
-from kinolab.show.film.raster.rasterizer import Box, Bytes, Canvas, Facets, average, draw, extent
+from kinolab.show.film.raster.rasterizer import (
+    Box,
+    Bytes,
+    Canvas,
+    Facets,
+    average,
+    draw,
+    extent,
+    reveal,
+)
 from kinolab.show.film.raster.shading import Pen
+from kinolab.show.film.staging.backdrop import Still
+from kinolab.show.film.staging.captions import Signs, signs
 
-PAPER, INK = (250, 250, 248), (38, 42, 50)
+PAPER, INK = (250, 250, 248), (38, 42, 50)  # PAPER is behind the sky
 SUPERSAMPLING = 3  # small pixels per pixel and axis
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]
 AMBIENT = 0.80  # the machine is shaded less than the walls, as colours distinguish its bodies
@@ -31,23 +43,41 @@ class Scene:
         pen: Camera and light.
         machine: The bodies.
         layers: The backdrop, in drawing order.
-        floor: Ground for the machine's shadow, if there is any.
+        still: What stands still.
     """
 
     pen: Pen
     machine: Assembly
     layers: Sequence[Layer]
-    floor: Floor | None
+    still: Still
+
+    @property
+    def floor(self) -> Floor | None:
+        """Ground for the machine's shadow, if there is any."""
+        return self.still.floor
+
+    @property
+    def around(self) -> None:
+        """What surrounds the letters of title and time: nothing, there is only sky behind them."""
+        return
 
     @cached_property
     def canvas(self) -> Canvas:
         """The backdrop in small pixels, with depth."""
-        return drawn(self.layers, self.pen.size, PAPER)
+        canvas = drawn(self.layers, self.pen.size, PAPER)
+        darken_corners(canvas, self.pen.scale)
+        return canvas
 
     @cached_property
     def image(self) -> Bytes:
         """The backdrop in full pixels, shape (h, w, 3)."""
         return average(self.canvas.color, self.pen.scale)
+
+    @cached_property
+    def signs(self) -> Signs:
+        """Words in the picture."""
+        height, width = self.image.shape[:2]
+        return signs(self.still, self.pen.camera, (width, height))
 
     def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
         """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
@@ -69,11 +99,18 @@ class Scene:
         part = self.canvas.part(box)
         shift = np.array([box[0], box[1], 0.0])
         Shadows([corners - shift for corners in shadows]).on(part)
-        draw(part, Facets(facets.corners - shift, facets.colors))
+        put_machine(part, Facets(facets.corners - shift, facets.colors), self.still)
         left, top, right, bottom = (side // self.pen.scale for side in box)
         image = self.image.copy()
         image[top:bottom, left:right] = average(part.color, self.pen.scale)
         return image, (left, top, right, bottom)
+
+
+def put_machine(canvas: Canvas, facets: Facets, still: Still) -> None:
+    """Draw a machine, which shows through walls where one could not see it otherwise."""
+    if still.outlook.hides:
+        reveal(canvas, facets)
+    draw(canvas, facets)
 
 
 def machine_facets(

@@ -35,6 +35,8 @@ def render_frame(
     table = pose_table(poses)
     cables = picture.lines(time) if callable(picture.lines) else lines
     segments = None if cables is None else np.asarray(cables, dtype=np.float64)
-    image = build_scene(picture, table[None], size).shot(table, segments)
-    letter(image, title, time_stamp(time))
+    scene = build_scene(picture, table[None], size)
+    image = scene.shot(table, segments)
+    scene.signs.on(image)
+    letter(image, title, time_stamp(time), scene.still.words)
     return image

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -17,6 +18,7 @@ from kinolab.show.film.raster.rasterizer import Box
 Bytes: TypeAlias = NDArray[np.uint8]
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
+HALO = 2  # [pixel] around the letters of a word in the picture
 PLAIN, BOLD = "DejaVuSans.ttf", "DejaVuSans-Bold.ttf"
 FONTS = Path(__file__).parent / "fonts"  # DejaVu Sans, which has letters for most languages
 
@@ -37,6 +39,11 @@ class Words:
     left: int
     top: int
 
+    @property
+    def box(self) -> Box:
+        """Where they are."""
+        return self.left, self.top, self.left + self.mask.width, self.top + self.mask.height
+
     def on(self, image: Bytes, color: tuple[int, int, int]) -> Box:
         """Write them on an image, shape (h, w, 3), and return where they are."""
         wide, high = self.mask.size
@@ -47,8 +54,21 @@ class Words:
         return self.left, self.top, self.left + wide, self.top + high
 
 
-def letter(image: Bytes, title: str, stamp: str) -> tuple[Box, Box]:
-    """Write a title at the upper left of an image (h, w, 3), and a time stamp at the right.
+def letter(
+    image: Bytes,
+    title: str,
+    stamp: str,
+    color: tuple[int, int, int] = TITLE,
+    around: tuple[int, int, int] | None = None,
+) -> tuple[Box, Box]:
+    """Write a title at the upper left of an image, and a time stamp at the right.
+
+    Args:
+        image: RGB pixels, shape (h, w, 3).
+        title: One line of text.
+        stamp: The same.
+        color: Of the letters.
+        around: Of what surrounds them, where they stand before all kinds of things.
 
     Returns:
         Where they are.
@@ -59,7 +79,16 @@ def letter(image: Bytes, title: str, stamp: str) -> tuple[Box, Box]:
     room = int(width - 3 * edge - _length(stamp, PLAIN, size))
     words = _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page)
     time = _words(stamp, PLAIN, size, (width - edge, edge), "ra", page)
-    return words.on(image, TITLE), time.on(image, STAMP)
+    if around is None:
+        return words.on(image, color), time.on(image, STAMP if color == TITLE else color)
+    outer = (
+        _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page, HALO),
+        _words(stamp, PLAIN, size, (width - edge, edge), "ra", page, HALO),
+    )
+    boxes = outer[0].on(image, around), outer[1].on(image, around)
+    words.on(image, color)
+    time.on(image, color)
+    return boxes
 
 
 @lru_cache(maxsize=64)  # a longer stamp leaves less space
@@ -78,12 +107,23 @@ def _length(text: str, font: str, size: int) -> float:
 
 @lru_cache(maxsize=64)  # frames follow each other within a tenth of a second
 def _words(
-    text: str, font: str, size: int, place: tuple[int, int], anchor: str, page: tuple[int, int]
+    text: str,
+    font: str,
+    size: int,
+    place: tuple[int, int],
+    anchor: str,
+    page: tuple[int, int],
+    halo: int = 0,
 ) -> Words:
-    """Words in a font, anchored at a place of a page, width and height in [pixel]."""
+    """Words in a font, anchored at a place of a page, width and height in [pixel].
+
+    With a halo in [pixel] the letters are wider by so much on all sides.
+    """
     covered = Image.new("L", page)
     with _setting:
-        ImageDraw.Draw(covered).text(place, text, 255, _font(font, size), anchor=anchor)
+        ImageDraw.Draw(covered).text(
+            place, text, 255, _font(font, size), anchor=anchor, stroke_width=halo
+        )
     left, top, right, bottom = covered.getbbox() or (0, 0, 0, 0)
     return Words(covered.crop((left, top, right, bottom)), left, top)
 
@@ -98,6 +138,42 @@ def label(image: Bytes, text: str) -> None:
     height, width = image.shape[:2]
     size = max(9, round(height / 14))
     _words(text, PLAIN, size, (6, 5), "la", (width, height)).on(image, STAMP)
+
+
+def caption_size(height: int) -> int:
+    """Font size of a word in a picture of a height, in [pixel]."""
+    return max(9, round(height / 42))
+
+
+def caption(
+    text: str,
+    place: tuple[float, float],
+    page: tuple[int, int],
+    mark: Callable[[ImageDraw.ImageDraw, int], None] = lambda *_: None,
+) -> tuple[Words, Words] | None:
+    """A word whose foot is at a place of a page, and what surrounds its letters.
+
+    Args:
+        text: The word.
+        place: Column and row in [pixel].
+        page: Width and height in [pixel].
+        mark: Draws something with it, given how much wider than usual, in [pixel].
+
+    Returns:
+        The letters and their surroundings; None where they would leave the page.
+    """
+    font, parts = _font(BOLD, caption_size(page[1])), []
+    for width in (0, HALO):
+        covered = Image.new("L", page)
+        with _setting:
+            pen = ImageDraw.Draw(covered)
+            mark(pen, width)
+            pen.text(place, text, 255, font, anchor="ms", stroke_width=width)
+        box = covered.getbbox()
+        if box is None or min(box[0], box[1]) <= 0 or box[2] >= page[0] or box[3] >= page[1]:
+            return None
+        parts.append(Words(covered.crop(box), box[0], box[1]))
+    return parts[0], parts[1]
 
 
 def _sizes(height: int) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,11 +11,13 @@ from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import of_matrices
 from kinolab.show.film.models.cone import cone_mesh
+from kinolab.show.film.models.ground import marked_areas
+from kinolab.show.film.models.setting import SceneColors
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Floor, Ghost
 from kinolab.show.film.raster.camera import horizontal_axes
 from kinolab.show.film.scene import INK
-from kinolab.show.film.staging.backdrop import GOAL, PATH, START, WALL, goal_ball
+from kinolab.show.film.staging.backdrop import GOAL, PATH, START, goal_ball
 from kinolab.show.gltf.glb import Color, Glb
 from kinolab.show.page.content import Content, Curve
 from kinolab.show.page.curves import evaluated
@@ -22,7 +25,7 @@ from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import by_color
 from kinolab.world.geometry import triangles
 
-FLOOR: Color = (0.91, 0.91, 0.90)
+MARK_HEIGHT = 2e-4  # of the ground's longer side: how far marks lie above it
 GHOST_OPACITY = 0.4  # of start, goal and cones
 CABLE_RADIUS_FRACTION = 0.002  # least radius of a cable, relative to the scene's size
 ROTOR_KEY_ANGLE = 1.0  # [rad] between two keys of a rotor
@@ -39,10 +42,9 @@ def glb_scene(content: Content) -> bytes:
     root = glb.node(f"kinolab: {content.name}", rotation=_upright(picture.up))
     machine = picture.machine()
     _add_machine(glb, root, content, machine)  # first: its bodies keep their names
-    hull, floor = extent(content, machine)
-    _add_floor(glb, root, floor)
-    for obstacle in picture.obstacles:
-        mesh = weld(obstacle.vertices, obstacle.faces, WALL)
+    seen = extent(content)
+    _add_floor(glb, root, seen.floor, picture.colors)
+    for obstacle, mesh in zip(picture.obstacles, seen.obstacles, strict=True):
         _add_mesh(glb, root, obstacle.name, mesh)
     for k, cone in enumerate(picture.cones):
         _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), GHOST_OPACITY)
@@ -55,7 +57,7 @@ def glb_scene(content: Content) -> bytes:
         _add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
-        thinnest = CABLE_RADIUS_FRACTION * float(np.ptp(hull, axis=0).max())
+        thinnest = CABLE_RADIUS_FRACTION * float(np.ptp(seen.hull, axis=0).max())
         _add_cables(glb, root, content.keys.ends, np.fmax(picture.radii, thinnest))
     return glb.to_bytes()
 
@@ -80,12 +82,16 @@ def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: floa
     return glb.node(name, parent, mesh=glb.mesh(name, primitives))
 
 
-def _add_floor(glb: Glb, root: int, floor: Floor | None) -> None:
+def _add_floor(glb: Glb, root: int, floor: Floor | None, colors: SceneColors) -> None:
     if floor is None:
         return
     (a, b), (c, d) = floor.low, floor.high
     corners = [[a, b, 0.0], [c, b, 0.0], [c, d, 0.0], [a, d, 0.0]]
-    _add_mesh(glb, root, "floor", weld(corners, [[0, 1, 2], [0, 2, 3]], FLOOR))
+    _add_mesh(glb, root, "floor", weld(corners, [[0, 1, 2], [0, 2, 3]], colors.floor))
+    for k, area in enumerate(marked_areas(floor.low, floor.high, colors)):
+        height = MARK_HEIGHT * float(np.max(floor.high - floor.low))
+        lifted = area.vertices + np.array([0.0, 0.0, height])
+        _add_mesh(glb, root, f"mark {k + 1}", replace(area, vertices=lifted))
 
 
 def _add_ghost(

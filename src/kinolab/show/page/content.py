@@ -55,6 +55,9 @@ class Series:
         units: One per column; empty if dimensionless.
         values: At the knots, shape (N+1, n), or between them, shape (N, n).
         held: Whether values are held from knot to knot (zero-order hold).
+        limits: Of each column: the least, the largest, and whose limits these are; none are known
+            where it is empty.
+        first: Columns that are shown at first; those that have a unit where it is empty.
     """
 
     title: str
@@ -62,6 +65,8 @@ class Series:
     units: tuple[str, ...]
     values: Array
     held: bool = False
+    limits: tuple[tuple[float, float, str], ...] = ()
+    first: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,11 +9,14 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.surface_mesh import Indices, is_room, weld
-from kinolab.show.film.picture import Ghost, GoalMarker, Picture
-from kinolab.show.film.staging.backdrop import GOAL, START, WALL
+from kinolab.show.film.models.ground import grid_step, marked_areas, marked_lines
+from kinolab.show.film.models.surface_mesh import is_room, join
+from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
+from kinolab.show.film.staging.backdrop import GOAL, START
+from kinolab.show.film.staging.captions import captions
 from kinolab.show.page.content import Content, Curve, Driving, Series
-from kinolab.show.page.extent import extent
+from kinolab.show.page.extent import Extent, extent
+from kinolab.show.page.follow import follow_track
 from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
 
@@ -23,25 +26,32 @@ FORMAT = 1  # version of the data; the page's modules always match it
 def page_data(content: Content) -> tuple[dict[str, Any], str]:
     """Return the data of a page: an object for JSON, and the text of its pack."""
     pack, picture = Pack(), content.picture
-    machine = picture.machine()
-    hull, floor = extent(content, machine)
+    seen = extent(content)
     data = {
         "format": FORMAT,
         "title": content.title,
         "name": content.name,
         "machine": content.machine,
         "up": _numbers(np.asarray(picture.up) / np.linalg.norm(picture.up)),
-        "view": picture.view,
+        "view": "follow" if picture.follow else picture.view,
         "speed": content.speed,
-        "hull": pack.add(hull, "f4"),
-        "floor": None if floor is None else [_numbers(floor.low), _numbers(floor.high)],
+        "azimuth": seen.outlook.angles.azimuth,
+        "elevation": seen.outlook.angles.elevation,
+        "follow": pack.add(_follow(content, seen), "f4"),
+        "setting": _setting(picture),
+        "captions": [
+            {"text": each.text, "place": list(each.place)}
+            for each in captions(picture, seen.machine, float(np.ptp(seen.hull, axis=0).max()))
+        ],
+        "hull": pack.add(seen.hull, "f4"),
+        "floor": _floor(seen.floor, picture, pack),
         "bodies": [
             {"name": body.name, "whirl": body.whirl, "mesh": mesh_data(mesh, pack)}
-            for body, mesh in zip(picture.bodies, machine, strict=True)
+            for body, mesh in zip(picture.bodies, seen.machine, strict=True)
         ],
         "motion": _motion(content, pack),
         "radii": _numbers(picture.radii),
-        "obstacles": [_obstacle(o.name, o.vertices, o.faces, pack) for o in picture.obstacles],
+        "obstacles": _obstacles(picture, seen, pack),
         "cones": [
             {"forbidden": cone.forbidden, "mesh": mesh_data(cone_mesh(cone), pack)}
             for cone in picture.cones
@@ -78,9 +88,54 @@ def _curve(curve: Curve, pack: Pack) -> dict[str, Place]:
     }
 
 
-def _obstacle(name: str, vertices: Array, faces: Indices, pack: Pack) -> dict[str, Any]:
-    mesh = weld(vertices, faces, WALL)
-    return {"name": name, "room": is_room(mesh), "mesh": mesh_data(mesh, pack)}
+def _obstacles(picture: Picture, seen: Extent, pack: Pack) -> list[dict[str, Any]]:
+    """The obstacles; what hides the way is an entry of its own, which is translucent."""
+    names = [obstacle.name for obstacle in picture.obstacles]
+    found = []
+    for name, mesh, veiled in zip(names, seen.obstacles, seen.outlook.veiled, strict=True):
+        room = is_room(mesh)
+        parts = [(mesh, False)]
+        if veiled.any():
+            parts = [(mesh.only(~veiled), False), (mesh.only(veiled), True)]
+        found += [
+            {"name": name, "room": room, "veiled": veil, "mesh": mesh_data(part, pack)}
+            for part, veil in parts
+        ]
+    return found
+
+
+def _follow(content: Content, seen: Extent) -> Array:
+    """Where the camera is that goes with the machine: rows of time, azimuth, elevation."""
+    times = content.keys.places[0].times
+    rows = np.linspace(0, len(times) - 1, len(seen.motion)).astype(int)
+    return follow_track(content.picture, seen.obstacles, times[rows], seen.motion, seen.reach)
+
+
+def _setting(picture: Picture) -> dict[str, Any]:
+    """Colours of sky and ground; the studio's are those of the page's theme."""
+    colors = picture.colors
+    return {
+        "name": picture.setting,
+        "sky": [list(color) for color in colors.sky],
+        "floor": list(colors.floor),
+        "lines": list(colors.lines),
+        "dark": colors.is_dark,
+    }
+
+
+def _floor(floor: Floor | None, picture: Picture, pack: Pack) -> dict[str, Any] | None:
+    """The ground between two corners, with the lines and areas that are painted on it."""
+    if floor is None:
+        return None
+    low, high = floor.low, floor.high
+    areas = list(marked_areas(low, high, picture.colors))
+    return {
+        "low": _numbers(low),
+        "high": _numbers(high),
+        "step": grid_step(float(np.max(high - low))),
+        "lines": pack.add(marked_lines(low, high, picture.colors).reshape(-1), "f4"),
+        "areas": mesh_data(join(areas), pack) if areas else None,
+    }
 
 
 def _poses(
@@ -114,6 +169,8 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
         "names": list(series.names),
         "units": list(series.units),
         "held": series.held,
+        "limits": [[_finite(low), _finite(high), whose] for low, high, whose in series.limits],
+        "first": list(series.first),
         "values": pack.add(series.values.T, "f4"),
     }
 
@@ -121,6 +178,10 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
 def _driving(driving: Driving | None, pack: Pack) -> dict[str, Any] | None:
     """Return the data for the page's ``drive.js``; the machine's code is among the scripts."""
     return None if driving is None else {**driving.facts, "states": pack.add(driving.states, "f8")}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
 def _numbers(values: Any) -> list[float]:

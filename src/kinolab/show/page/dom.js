@@ -23,3 +23,10 @@ export function number(value) {
   if (size < 1e-3 || size >= 1e5) return value.toExponential(1).replace("e+", "e");
   return String(Number(value.toPrecision(4)));
 }
+
+const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴" };
+
+/** Write a unit with raised exponents: kg m^2 is kg m². */
+export function unitText(unit) {
+  return unit.replace(/\^(-?\d)/g, (_, power) => [...power].map((sign) => RAISED[sign] ?? sign).join(""));
+}

@@ -6,7 +6,7 @@ import { geometryOf } from "./meshes.js";
 /** Return a group with the machine in one colour at given poses. */
 function ghost({ poses, cables, rgb }, bodies) {
   const group = new THREE.Group(), paint = veil(rgb, 0.38, 2);
-  const line = new THREE.LineBasicMaterial({ color: paint.color, transparent: true, opacity: 0.9 });
+  const line = new THREE.LineBasicMaterial({ color: paint.color, transparent: true, opacity: 0.9, depthWrite: false });
   poses.forEach((p, k) => {
     const frame = new THREE.Group();
     frame.matrixAutoUpdate = false;
@@ -16,7 +16,7 @@ function ghost({ poses, cables, rgb }, bodies) {
     group.add(frame);
   });
   cables.forEach(({ ends, radius }) => {
-    const seen = { color: paint.color, transparent: true, opacity: 0.5 };
+    const seen = { color: paint.color, transparent: true, opacity: 0.5, depthWrite: false };
     for (const width of [{ linewidth: 2 * radius, worldUnits: true }, {}]) {
       const cable = cableOf({ ...seen, ...width });
       cable.geometry.setPositions(ends);

@@ -2,10 +2,12 @@
 
 import { element } from "./dom.js";
 
+const OF_SLIDERS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+
 /** Connect keys with what they do; `actions` has {keys, shown, help, run} each. */
 export function buildKeyboard(actions, dialog, list, button) {
   const open = () => (dialog.open ? dialog.close() : dialog.showModal());
-  const all = [...actions, { keys: ["?"], shown: ["?"], help: "These keys", run: open }];
+  const all = [...actions, { keys: ["?"], shown: ["?"], help: "Keyboard shortcuts", run: open }];
   button.addEventListener("click", open);
   for (const { shown, help } of all.filter((action) => action.help)) {
     const term = element("dt");
@@ -15,6 +17,7 @@ export function buildKeyboard(actions, dialog, list, button) {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || typing(event.target)) return;
     if (dialog.open && event.key !== "?") return;
+    if (event.target.matches?.("input[type=range]:not(#scrub)") && OF_SLIDERS.includes(event.key)) return;
     const pressed = event.target.closest("button, summary, [type=checkbox]");
     if (pressed && [" ", "Enter"].includes(event.key)) return; // it is what is pressed
     const action = all.find(({ keys }) => keys.includes(event.key));

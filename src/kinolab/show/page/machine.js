@@ -2,6 +2,7 @@
 
 import { edgesOf, geometryOf } from "./meshes.js";
 
+const HIDDEN = 0.28; // opacity of the machine behind a wall
 const LOOKS = 60; // moments at which the machine's reach is measured
 
 /** Build the machine; `show(t)` moves it, `middle(t)` and `reach` say where and how large it is. */
@@ -50,9 +51,21 @@ function buildBody({ name, whirl, mesh }, array, { ink, behind }) {
   surface.castShadow = true;
   const edges = new THREE.LineSegments(edgesOf(mesh, array), ink);
   const hidden = new THREE.LineSegments(edges.geometry, behind);
-  hidden.renderOrder = 1; surface.renderOrder = 2; // after the world, which is 0
-  spinning.add(surface, edges, hidden);
+  const veil = new THREE.Mesh(geometry, mesh.colors.map(({ rgb }) => seenThrough(rgb)));
+  veil.renderOrder = hidden.renderOrder = 1; surface.renderOrder = 2; // after the world, which is 0
+  spinning.add(surface, edges, hidden, veil);
   return { name, frame, spinning, whirl, geometry, mesh };
+}
+
+/**
+ * A paint for what something hides: it is mixed with that.
+ *
+ * What is transparent would be drawn last, and could not tell the machine itself from what hides it.
+ */
+function seenThrough(rgb) {
+  const [SOURCE_ALPHA, REST, CUSTOM] = [204, 205, 5]; // three.js's numbers for blending
+  return new THREE.MeshBasicMaterial({ color: new THREE.Color().setRGB(...rgb, "srgb"), opacity: HIDDEN,
+    depthFunc: THREE.GreaterDepth, depthWrite: false, blending: CUSTOM, blendSrc: SOURCE_ALPHA, blendDst: REST });
 }
 
 /** Return two lines per cable: one as wide as it is, and a thin one, which is seen from afar. */

@@ -3,13 +3,16 @@
 import { buildAddress, timeIn } from "./address.js";
 import { axesOf } from "./axes.js";
 import { MOVING, onLayer } from "./backdrop.js";
+import { buildCaptions } from "./captions.js";
 import { buildClock } from "./clock.js";
+import { buildCompass } from "./compass.js";
 import { element } from "./dom.js";
 import { offeredDrive } from "./drive/drive.js";
 import { joinDrive } from "./drive/join.js";
 import { buildCones, buildGhosts } from "./ghosts.js";
 import { buildGrowing } from "./growing.js";
 import { radiusOf, vectorsOf } from "./framing.js";
+import { buildInset } from "./inset.js";
 import { buildKeyboard } from "./keyboard.js";
 import { followSearch } from "./live.js";
 import { buildMachine } from "./machine.js";
@@ -19,8 +22,11 @@ import { unpacked } from "./pack.js";
 import { buildPlots } from "./plots.js";
 import { buildConstraints, buildHeading, buildReport } from "./report.js";
 import { buildShade } from "./shade.js";
+import { buildSky } from "./sky.js";
+import { buildSnapshot } from "./snapshot.js";
 import { buildSwitches } from "./switches.js";
 import { PAINT, themes } from "./theme.js";
+import { playTogether } from "./together.js";
 import { buildTrails } from "./trail.js";
 import { buildTransport } from "./transport.js";
 import { buildViewer } from "./viewer.js";
@@ -46,11 +52,13 @@ async function start() {
     repainted.forEach((paint) => paint());
   });
   buildDrawer(scene.resize);
-  buildKeyboard(actionsOf(clock, transport, scene, theme, drive), byId("keys"), byId("keys-list"), byId("help"));
+  const save = buildSnapshot(byId("snapshot"), byId("view"), { draw: scene.draw, name: data.name, title: data.title, clock });
+  buildKeyboard(actionsOf(clock, transport, scene, theme, drive, save), byId("keys"), byId("keys-list"), byId("help"));
   const asked = timeIn(location.hash);
   if (data.live && scene.growing) followSearch(data.live, scene.growing, scene.switched, byId);
   clock.seek(asked ?? moves.first);
   buildAddress(clock);
+  playTogether(clock);
   scene.draw();
   if (asked === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
   return offered(data, moves, clock, scene, drive);
@@ -64,7 +72,7 @@ function buildScene(data, array, moves, clock) {
   try {
     viewer = buildViewer(canvas, axes, size);
   } catch (error) {
-    byId("note").textContent = `This browser shows no 3-D pictures here (${error.message}). The plots work.`;
+    byId("note").textContent = `This browser cannot show 3-D graphics here (${error.message}). The plots still work.`;
     byId("note").hidden = false;
     const nothing = () => {};
     return { layers: [], switched: nothing, paint: nothing, resize: nothing, draw: nothing, fps: () => 0, choose: nothing };
@@ -74,7 +82,11 @@ function buildScene(data, array, moves, clock) {
   const cones = buildCones(data, array), { scene, camera } = viewer;
   const growing = data.live ? buildGrowing() : null;
   const shade = viewer.plain && data.floor ? buildShade(machine.bodies, viewer.from, data.floor) : null;
-  const parts = [shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
+  const sky = data.setting.name === "studio" ? null : buildSky(data.setting);
+  const captions = buildCaptions(data.captions, byId("stage"));
+  const compass = buildCompass(data, moves.last > moves.first, byId("stage"));
+  const inset = buildInset(viewer, byId("stage"), world);
+  const parts = [sky?.sheet, shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
                  growing?.tree, growing?.path];
   parts.filter(Boolean).forEach((part) => scene.add(part));
   [machine.group, trails.behind, shade?.group].filter(Boolean).forEach((part) => onLayer(part, MOVING));
@@ -86,7 +98,8 @@ function buildScene(data, array, moves, clock) {
   orbit.depth = 4 * Math.max(size, machine.reach);
   orbit.nearest = machine.reach / 20; orbit.farthest = 20 * size;
   const followed = { middle: (t) => (driver?.active ? driver : machine).middle(t), reach: machine.reach };
-  const camera_views = views(orbit, camera, corners, axes, followed, changed);
+  const track = array(data.follow), planned = () => !driver?.active;
+  const camera_views = views(orbit, camera, { corners, axes, overview: data, track, planned }, followed, changed);
   const resize = () => {
     viewer.resize();
     if (camera_views.name && camera_views.name !== "follow") camera_views.choose(camera_views.name, clock.time, { jump: true });
@@ -97,6 +110,8 @@ function buildScene(data, array, moves, clock) {
     (driver?.active ? driver : machine).show(clock.time); trails.show(clock.time); shade?.show();
     camera_views.follow(clock.time);
     viewer.draw(orbit.target, orbit.distance);
+    inset.show(followed, clock.time);
+    captions.show(camera); compass.show(camera);
   };
   let before = null;
   const tick = (now) => {
@@ -121,24 +136,28 @@ function buildScene(data, array, moves, clock) {
   requestAnimationFrame(tick);
   const paint = (colors) => {
     [world, machine, trails, growing, shade, driver, viewer].forEach((part) => part?.paint(colors));
+    sky?.paint(colors.dark);
     changed();
   };
   const fps = () => (pictures.length < 2 ? 0
     : (1000 * (pictures.length - 1)) / (pictures[pictures.length - 1] - pictures[0]));
   const layers = [
     { label: "Path of the first body", object: trails.path, on: true },
-    { label: "Paths of all other bodies", object: trails.others, on: false },
+    { label: "Paths of the other bodies", object: trails.others, on: false },
     { label: "Search tree", object: growing?.tree ?? trails.tree, on: growing !== null },
     { label: "Start", object: ghosts.start, on: true }, { label: "Goal", object: ghosts.goal, on: true },
-    { label: "Cones of directions", object: cones, on: true },
+    { label: "Target and keep-out cones", object: cones, on: true },
     { label: "World", object: world.group, on: true },
+    { label: "Labels", object: captions.object, on: true },
+    { label: "Close-up of a small machine", object: inset, on: true },
+    { label: "Legend and axes", object: compass.object, on: true },
   ];
   /** Let somebody else move the machine while `active`, with more to see. */
   const join = (another) => {
     driver = another;
     another.groups.forEach((group) => { scene.add(group); onLayer(group, MOVING); });
   };
-  return { layers, switched, changed, join, machine, growing, paint, resize, draw, fps, triangles: world.triangles,
+  return { layers, switched, changed, join, machine, world, viewName: () => camera_views.name, growing, paint, resize, draw, fps, triangles: world.triangles,
            choose: (name) => camera_views.choose(name, clock.time) };
 }
 
@@ -175,19 +194,20 @@ function buildDrawer(resize) {
   set(!narrow.matches);
 }
 
-function actionsOf(clock, transport, scene, theme, drive) {
+function actionsOf(clock, transport, scene, theme, drive, save) {
   const step = (count) => (event) => transport.step(event.shiftKey ? 10 * count : count);
   return [
     { keys: [" "], shown: ["space"], help: "Play or pause", run: clock.toggle },
-    { keys: ["ArrowLeft"], shown: ["←", "→"], help: "One step back or on (with shift: ten)", run: step(-1) },
+    { keys: ["ArrowLeft"], shown: ["←", "→"], help: "Previous or next step (with shift: ten steps)", run: step(-1) },
     { keys: ["ArrowRight"], run: step(1) },
-    { keys: ["Home"], shown: ["Home", "End"], help: "To the beginning or the end", run: () => clock.seek(clock.first) },
+    { keys: ["Home"], shown: ["Home", "End"], help: "Jump to the beginning or the end", run: () => clock.seek(clock.first) },
     { keys: ["End"], run: () => clock.seek(clock.last) },
     { keys: ["+", "="], shown: ["+", "−"], help: "Faster or slower", run: () => transport.faster(1) },
     { keys: ["-"], run: () => transport.faster(-1) },
     ...VIEWS.map(({ name, label, key }) => ({ keys: [key], shown: [key], help: `View: ${label}`, run: () => scene.choose(name) })),
-    ...(drive ? [{ keys: ["m"], shown: ["m"], help: "Drive the machine yourself, or leave", run: drive.toggle }] : []),
-    { keys: ["d"], shown: ["d"], help: "Dark or light", run: theme.toggle },
+    ...(drive ? [{ keys: ["m"], shown: ["m"], help: "Start or stop driving the machine yourself", run: drive.toggle }] : []),
+    { keys: ["d"], shown: ["d"], help: "Dark or light mode", run: theme.toggle },
+    { keys: ["s"], shown: ["s"], help: "Save a picture of the scene", run: save },
     { keys: ["p"], shown: ["p"], help: "Show or hide the panel", run: () => byId("drawer").click() },
   ];
 }

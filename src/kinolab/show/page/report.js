@@ -4,8 +4,8 @@ import { element, number, section } from "./dom.js";
 
 const WORDS = {
   solved: ["Solved and verified", "good"], simulated: ["Simulated", "fair"],
-  approximate: ["Approximate", "fair"], local_minimum: ["Local minimum", "fair"],
-  not_found: ["Not found", "bad"], verification_failed: ["Verification failed", "bad"],
+  approximate: ["Near the goal, not in it", "fair"], local_minimum: ["Stuck in a local minimum", "fair"],
+  not_found: ["No plan found", "bad"], verification_failed: ["Verification failed", "bad"],
   interrupted: ["Interrupted", "fair"], searching: ["Searching", "fair"],
   ready: ["Not planned yet", "fair"], impossible: ["Start or goal impossible", "bad"],
 };
@@ -17,7 +17,12 @@ export function buildHeading(data, byId) {
   const parts = [data.machine, facts.planner && `${facts.planner}, seed ${facts.seed}`,
                  facts.duration != null && `${facts.duration.toFixed(2)} s`];
   byId("subtitle").textContent = parts.filter(Boolean).join(" · ");
-  const [word, kind] = WORDS[facts.status] ?? ["Not planned yet", "fair"];
+  showStatus(byId, facts.status);
+}
+
+/** Write on the badge what became of a plan. */
+export function showStatus(byId, status) {
+  const [word, kind] = WORDS[status] ?? ["Not planned yet", "fair"];
   byId("badge").textContent = word;
   byId("badge").className = kind;
 }
@@ -29,7 +34,7 @@ export function buildReport(data) {
                  Iterations: facts.iterations,
                  Duration: facts.duration == null ? null : `${number(facts.duration)} s`,
                  Cost: facts.cost === facts.duration ? null : number(facts.cost),
-                 "Off the goal's centre": offCentre(facts), "Smallest clearance": smallestClearance(facts.margin) };
+                 "Distance from goal centre": offCentre(facts), "Smallest clearance": smallestClearance(facts.margin) };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(rows))
     if (value !== null && value !== undefined) list.append(element("dt", {}, name), element("dd", {}, String(value)));
@@ -71,5 +76,5 @@ function checkList(checks, passed) {
 export function buildConstraints(data) {
   const list = element("ul", { class: "list" });
   data.constraints.forEach((name) => list.append(element("li", {}, name)));
-  return section("Constraints held throughout", false, list);
+  return section("Constraints (always satisfied)", false, list);
 }

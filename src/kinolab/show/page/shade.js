@@ -1,7 +1,7 @@
 // The machine's shadow on the floor without a shadow map: its bodies pressed flat along the light.
 
 /** Build flat copies of bodies on the plane z = 0; `show()` lays them below the bodies. */
-export function buildShade(bodies, from, [low, high]) {
+export function buildShade(bodies, from, { low, high }) {
   const side = (x, y, constant) => new THREE.Plane(new THREE.Vector3(x, y, 0), constant);
   const clippingPlanes = [side(1, 0, -low[0]), side(-1, 0, high[0]), side(0, 1, -low[1]), side(0, -1, high[1])];
   const group = new THREE.Group(), paint = new THREE.MeshBasicMaterial({

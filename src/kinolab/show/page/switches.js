@@ -11,5 +11,5 @@ export function buildSwitches(layers, changed) {
     box.addEventListener("change", () => { object.visible = box.checked; changed(); });
     list.append(element("label", {}, box, label));
   }
-  return section("Shown in the scene", false, list);
+  return section("Show in the scene", false, list);
 }

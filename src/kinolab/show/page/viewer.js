@@ -46,12 +46,21 @@ export function buildViewer(canvas, axes, size) {
     camera.layers.enable(0); camera.layers.enable(MOVING);
     renderer.render(scene, camera);
   };
+  /** Draw the scene once more into a corner {x, y, width, height}, in [pixel] from the lower left. */
+  const corner = (eye, { x, y, width, height }) => {
+    eye.layers.enable(0); eye.layers.enable(MOVING);
+    renderer.setViewport(x, y, width, height); renderer.setScissor(x, y, width, height);
+    renderer.setScissorTest(true);
+    renderer.render(scene, eye);
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, Math.max(canvas.clientWidth, 1), Math.max(canvas.clientHeight, 1));
+  };
   const paint = (colors) => {
     scene.background = new THREE.Color(colors.paper);
     light.paint(colors);
     backdrop.forget();
   };
-  return { camera, scene, resize, spare, draw, paint, forget: backdrop.forget, plain, from: light.from };
+  return { camera, scene, resize, spare, draw, corner, paint, forget: backdrop.forget, plain, from: light.from };
 }
 
 /** Whether no graphics processor helps: then edges are not smoothed, and nothing casts shadows. */

@@ -2,9 +2,6 @@
 
 import { framed } from "./framing.js";
 
-const OVERVIEW = { azimuth: (18 * Math.PI) / 180 }; // off the front, so that two sides are seen
-const FLAT = (58 * Math.PI) / 180, TALL = (20 * Math.PI) / 180; // over a floor plan, beside a tower
-const NEAR = 0.62; // [rad] elevation of the view that follows
 const GLIDE = 350; // [ms] from one view to the next
 const ROOM = 3.6; // radii of the machine in the picture that follows it
 const MOST = 0.85; // times the distance from which all is seen, for machines as large as their world
@@ -17,8 +14,15 @@ export const VIEWS = [
   { name: "follow", label: "Follow", key: "4" },
 ];
 
-/** Steer an orbit by presets; returns {choose, follow, name}. */
-export function views(orbit, camera, corners, axes, machine, changed) {
+/**
+ * Steer an orbit by presets; returns {choose, follow, name}.
+ *
+ * `scene` has {corners, axes} of what is seen, `overview` {azimuth, elevation} from where most of the way
+ * is seen, and `track`, rows of time, azimuth and elevation from where no wall hides the machine while
+ * it is where it is `planned()` to be.
+ */
+export function views(orbit, camera, scene, machine, changed) {
+  const { corners, axes, overview, track } = scene;
   const quiet = matchMedia("(prefers-reduced-motion: reduce)");
   const views = { name: "perspective", listeners: [] };
   let glide = null;
@@ -26,7 +30,7 @@ export function views(orbit, camera, corners, axes, machine, changed) {
 
   /** Angles, target and distance of a preset in a picture of the present shape. */
   const aim = (name, t) => {
-    const angles = anglesOf(name);
+    const angles = anglesOf(name, t);
     orbit.azimuth = angles.azimuth; orbit.elevation = angles.elevation;
     const up = name === "top" ? axes.toward.clone().negate() : axes.up;
     const fov = (camera.fov * Math.PI) / 180;
@@ -35,12 +39,21 @@ export function views(orbit, camera, corners, axes, machine, changed) {
     const near = (ROOM * machine.reach) / (Math.tan(fov / 2) * Math.min(1, camera.aspect));
     return { ...angles, target: machine.middle(t), distance: Math.min(near, MOST * whole.distance) };
   };
-  const anglesOf = (name) => {
+  const anglesOf = (name, t) => {
     if (name === "top") return { azimuth: 0, elevation: Math.PI / 2 - 0.011 };
     if (name === "front") return { azimuth: 0, elevation: 0 };
     if (name === "side") return { azimuth: Math.PI / 2, elevation: 0 };
-    if (name === "follow") return { azimuth: (-32 * Math.PI) / 180, elevation: NEAR };
-    return { azimuth: -OVERVIEW.azimuth, elevation: steepness(corners, axes) };
+    if (name === "follow") return beside(track, t);
+    return { azimuth: overview.azimuth, elevation: overview.elevation };
+  };
+  /** Turn as the side changes on which no wall is, from wherever the reader has turned to. */
+  const goRound = (t) => {
+    const now = beside(track, t);
+    if (views.beside && scene.planned()) {
+      orbit.azimuth += now.azimuth - views.beside.azimuth;
+      orbit.elevation += now.elevation - views.beside.elevation;
+    }
+    views.beside = now;
   };
   const tell = (name) => {
     views.name = name;
@@ -53,6 +66,7 @@ export function views(orbit, camera, corners, axes, machine, changed) {
                    target: orbit.target.clone() };
     const to = aim(name, t);
     tell(name);
+    views.beside = null;
     glide = jump || quiet.matches ? null : { from, to, begun: performance.now() };
     if (!glide) set(to);
     else set(from);
@@ -66,9 +80,9 @@ export function views(orbit, camera, corners, axes, machine, changed) {
 
   /** Bring the camera to where it belongs at a time; says whether it is still on its way. */
   views.follow = (t) => {
-    if (views.name === "follow" && !glide) { orbit.target.copy(machine.middle(t)); orbit.place(); }
+    if (views.name === "follow" && !glide) { goRound(t); orbit.target.copy(machine.middle(t)); orbit.place(); }
     if (!glide) return false;
-    if (views.name === "follow") glide.to.target = machine.middle(t);
+    if (views.name === "follow") { glide.to.target = machine.middle(t); views.beside = null; }
     const share = Math.min((performance.now() - glide.begun) / GLIDE, 1), s = share * share * (3 - 2 * share);
     const mix = (a, b) => a + s * (b - a), { from, to } = glide;
     set({ azimuth: mix(from.azimuth, to.azimuth), elevation: mix(from.elevation, to.elevation),
@@ -80,13 +94,12 @@ export function views(orbit, camera, corners, axes, machine, changed) {
   return views;
 }
 
-/** The elevation of the overview: steep over what is flat, where walls hide the floor. */
-function steepness(corners, axes) {
-  const extent = (axis) => {
-    const along = corners.map((corner) => corner.dot(axis));
-    return Math.max(...along) - Math.min(...along);
-  };
-  const slender = extent(axes.up) / Math.max(extent(axes.across), extent(axes.toward), 1e-12);
-  const share = Math.min(Math.max((slender - 0.25) / (0.8 - 0.25), 0), 1);
-  return FLAT + share * (TALL - FLAT);
+/** Where the camera is that goes with the machine, between two rows of time, azimuth, elevation. */
+function beside(track, t) {
+  const rows = track.length / 3, row = (k) => track.subarray(3 * k, 3 * k + 3);
+  let k = 0;
+  while (k + 2 < rows && row(k + 1)[0] <= t) k++;
+  const a = row(k), b = row(Math.min(k + 1, rows - 1));
+  const part = Math.min(Math.max((t - a[0]) / Math.max(b[0] - a[0], 1e-9), 0), 1), s = part * part * (3 - 2 * part);
+  return { azimuth: a[1] + s * (b[1] - a[1]), elevation: a[2] + s * (b[2] - a[2]) };
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import threading
 import time
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ from kinolab.show.view.scenes import branches, content_of
 from kinolab.trajectory import Trajectory
 
 HOST = "127.0.0.1"
+PHASES = ("search", "verify", "optimise", "draw")  # in the order in which they come first
 EVENTS, PLAN = "/events", "/plan"
 # [s] without events, after which a comment line detects closed connections
 HEARTBEAT_SECONDS = 5.0
@@ -42,6 +44,7 @@ class LivePage:
 
     def __init__(self, problem: PlanningTask, words: str) -> None:
         self._problem, self._news = problem, _News()
+        self._begun, self._best = time.monotonic(), list[list[float]]()
         content = content_of(problem, None, {"status": "searching", "message": words}, drive=False)
         self._pages = {"/": utf_8(page_html(replace(content, live=EVENTS)))}
         self._server = _Server((HOST, 0), _Handler)
@@ -68,10 +71,21 @@ class LivePage:
         """Show the search graph so far."""
         self._news.tell("tree", _packed(branches(self._problem, graph)))
 
+    def phase(self, name: str) -> None:
+        """Show what is being done: one of ``PHASES``; what is none of them is not shown."""
+        if name in PHASES:
+            self._news.tell("phase", name)
+
     def found(self, trajectory: Trajectory) -> None:
-        """Show the path of the machine's first body along a motion."""
+        """Show the path of the machine's first body along a motion, and how long the motion is."""
         places = self._problem.model.frames(trajectory.x)[:, 0, 3::4]
         self._news.tell("path", _packed(places))
+        self._best.append([time.monotonic() - self._begun, trajectory.duration])
+        self._news.tell("best", json.dumps(self._best))
+
+    def verdict(self, status: str, message: str) -> None:
+        """Show what came of it."""
+        self._news.tell("verdict", json.dumps({"status": status, "message": message}))
 
     def end(self, page: bytes | None, *, expected: bool = False) -> None:
         """Redirect viewers to the finished page, and wait until all have fetched it.

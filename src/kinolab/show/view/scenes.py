@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,6 +15,7 @@ from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import EndpointError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal import angle_between
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search.graph import SearchGraph
@@ -24,6 +26,9 @@ from kinolab.show.view.keyframes import key_poses
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
+SHOWN = 3  # states that are plotted at first: those that the goal names, before others
+NOTHING = -1  # a column that is none: no plot of a series is shown at first
+
 
 def plotted(model: Model, trajectory: Trajectory) -> list[Series]:
     """Return the plotted series of a plan: its states, then its inputs and references."""
@@ -33,6 +38,59 @@ def plotted(model: Model, trajectory: Trajectory) -> list[Series]:
         if trajectory.reference_names:
             found.append(_held("References", model, trajectory.references))
     return found
+
+
+def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
+    """Return the plotted series of a plan, what the task is about first, with all limits."""
+    states, *others = plotted(problem.model, trajectory)
+    ruled = set(problem.scenario.bounds) | set(problem.scenario.world.bounds)
+    limits = tuple(
+        (float(low), float(high), "set by the scenario" if name in ruled else "set by the machine")
+        for name, (low, high) in zip(states.names, problem.bounds, strict=True)
+    )
+    names = problem.model.state_names
+    rates = set(np.asarray(problem.model.speeds).tolist())
+    wanted = [names[i] for i in sorted(problem.goal.indices) if i not in rates]
+    angles = _angles(problem, trajectory)
+    wanted += [name for i, name in enumerate(names) if i not in rates and name not in wanted]
+    first = () if angles else tuple(states.names.index(name) for name in wanted[:SHOWN])
+    states = replace(states, limits=limits, first=first or ((NOTHING,) if angles else ()))
+    return [*angles, states, *(_limited(problem, series) for series in others)]
+
+
+def _limited(problem: PlanningTask, series: Series) -> Series:
+    """Add the limits of inputs or references."""
+    models = (problem.model, problem.model.plant)
+    model = next((m for m in models if tuple(m.control_names) == tuple(series.names)), None)
+    if model is None:
+        return series
+    ruled = set(problem.scenario.bounds)
+    pairs = zip(series.names, model.control_bounds, strict=True)
+    whose = ("set by the machine", "set by the scenario")
+    return replace(
+        series,
+        limits=tuple((float(a), float(b), whose[name in ruled]) for name, (a, b) in pairs),
+    )
+
+
+def _angles(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
+    """Return the angles between axes and where they shall point, or must not."""
+    poses = problem.model.frames(trajectory.x)
+    names, columns, limits = [], [], []
+    for target in problem.goal.directions:
+        names.append(f"angle to target ({problem.bodies[target.body].name})")
+        columns.append(angle_between(target.in_world(poses), np.asarray(target.target)))
+        limits.append((-math.inf, target.tolerance, "set by the goal"))
+    for cone in problem.keep_outs:
+        names.append(f"angle to keep-out direction ({problem.bodies[cone.body].name})")
+        columns.append(cone.angle(poses))
+        limits.append((cone.half_angle, math.inf, "set by the scenario"))
+    if not names:
+        return []
+    values = np.degrees(np.stack(columns, axis=1))
+    degrees = tuple((math.degrees(a), math.degrees(b), whose) for a, b, whose in limits)
+    units, first = ("°",) * len(names), tuple(range(len(names)))
+    return [Series("Angles", tuple(names), units, values, limits=degrees, first=first)]
 
 
 def _held(title: str, model: Model, values: NDArray[np.float64]) -> Series:
@@ -66,7 +124,7 @@ def content_of(
         picture=scene if trajectory is not None else replace(scene, path=None, start=None),
         keys=key_poses(problem, shown),
         knots=shown.t,
-        series=plotted(model, shown),
+        series=told(problem, shown),
         constraints=[constraint.name for constraint in problem.machine.constraints],
         facts=facts,
         tree=None if graph is None else branches(problem, graph),

@@ -13,7 +13,9 @@ from kinolab.show.film.picture import Cone
 
 Color: TypeAlias = tuple[float, float, float]
 
-WANTED, FORBIDDEN = (0.10, 0.62, 0.38), (0.85, 0.20, 0.12)
+WANTED, FORBIDDEN = (0.0, 0.48, 0.25), (0.835, 0.369, 0.0)
+STRIPES = 4  # segments of a stripe of what is forbidden: it is told by more than its colour
+STRIPE = (0.99, 0.80, 0.55)
 MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would be invisible
 SEGMENTS = 48
 
@@ -28,7 +30,12 @@ def cone_mesh(cone: Cone) -> SurfaceMesh:
     cap = [np.sin(angle) * across + np.cos(angle) * ahead for angle in rings]
     points = np.concatenate([*cap, [ahead], [np.zeros(3)]])
     placed = np.asarray(cone.apex) + cone.length * points @ _frame(np.asarray(cone.direction)).T
-    return weld(placed, _faces(len(rings)), FORBIDDEN if cone.forbidden else WANTED)
+    faces = _faces(len(rings))
+    if not cone.forbidden:
+        return weld(placed, faces, WANTED)
+    segment = np.tile(np.arange(SEGMENTS), len(faces) // SEGMENTS)
+    striped = (segment // STRIPES) % 2 == 0
+    return weld(placed, faces, np.where(striped[:, None], FORBIDDEN, STRIPE))
 
 
 def _faces(rings: int) -> NDArray[np.int64]:

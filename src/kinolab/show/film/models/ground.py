@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.setting import SceneColors
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 
-FLOOR = (0.925, 0.925, 0.905)
-SIDE = (0.86, 0.86, 0.84)
 MAX_LINES = 30  # along the longer side; larger worlds take a coarser grid
+BOARDS, BOARD = 12, 1.4  # number side by side; length, in widths of the floor
+DASHES, KERBS = 41, 60  # along a road
+KERB = (0.78, 0.22, 0.18)  # every second block of a kerb
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 
 
-def slab(low: Array, high: Array, thickness: float) -> tuple[SurfaceMesh, SurfaceMesh]:
+def slab(
+    low: Array, high: Array, thickness: float, colors: SceneColors
+) -> tuple[SurfaceMesh, SurfaceMesh]:
     """The top of the floor between two corners, shape (2,), and the sides below it."""
     x = np.array([low[0], high[0], high[0], low[0]])
     y = np.array([low[1], low[1], high[1], high[1]])
@@ -23,7 +29,69 @@ def slab(low: Array, high: Array, thickness: float) -> tuple[SurfaceMesh, Surfac
     j = (i + 1) % 4
     sides = np.concatenate([np.stack([i, i + 4, j + 4], 1), np.stack([i, j + 4, j], 1)])
     both = np.concatenate([top, top - (0.0, 0.0, thickness)])
-    return weld(top, [[0, 1, 2], [0, 2, 3]], FLOOR), weld(both, sides, SIDE)
+    return weld(top, [[0, 1, 2], [0, 2, 3]], colors.floor), weld(both, sides, colors.side)
+
+
+def marked_lines(low: Array, high: Array, colors: SceneColors) -> Array:
+    """The thin lines on a floor between two corners, shape (n, 2, 3), on z = 0."""
+    if colors.pattern == "grid":
+        return grid(low, high)
+    if colors.pattern == "boards":
+        return boards(low, high)
+    return np.zeros((0, 2, 3))
+
+
+def boards(low: Array, high: Array) -> Array:
+    """The joints of floor boards along the longer side, shape (n, 2, 3), on z = 0."""
+    along = int(np.argmax(high - low))
+    across, size = 1 - along, high - low
+    places = low[across] + size[across] * np.arange(1, BOARDS) / BOARDS
+    lines = np.zeros((len(places), 2, 3))
+    lines[:, :, across] = places[:, None]
+    lines[:, 0, along], lines[:, 1, along] = low[along], high[along]
+    length = size[across] * BOARD
+    ends = np.arange(low[along] + 0.5 * length, high[along], length)
+    joints = np.zeros((len(ends) * BOARDS, 2, 3))
+    edges = low[across] + size[across] * np.arange(BOARDS + 1) / BOARDS
+    for k in range(BOARDS):  # boards side by side end at different places
+        rows = joints[k::BOARDS]
+        shift = length * ((k * 0.618) % 1.0)
+        rows[:, :, along] = np.clip(ends + shift, low[along], high[along])[:, None]
+        rows[:, :, across] = edges[k : k + 2]
+    return np.concatenate([lines, joints])
+
+
+def marked_areas(low: Array, high: Array, colors: SceneColors) -> Iterator[SurfaceMesh]:
+    """What is painted on a floor between two corners (2,): the middle of a road, its kerbs."""
+    if colors.pattern != "lane":
+        return
+    along = int(np.argmax(high - low))
+    length, width = high[along] - low[along], high[1 - along] - low[1 - along]
+    dash = length / DASHES
+    middle = 0.5 * (low + high)[1 - along]
+    for k in range(0, DASHES, 2):
+        first = low[along] + k * dash
+        yield _strip((first, first + dash), (middle, 0.012 * width), along, colors.lines)
+    block = length / KERBS
+    for side in (low, high):
+        inward = 1.0 if side is low else -1.0
+        place = side[1 - along] + inward * 0.02 * width
+        for k in range(KERBS):
+            first = low[along] + k * block
+            color = KERB if k % 2 else colors.lines
+            yield _strip((first, first + block), (place, 0.04 * width), along, color)
+
+
+def _strip(
+    ends: tuple[float, float], across: tuple[float, float], along: int, color: ArrayLike
+) -> SurfaceMesh:
+    """A rectangle on the ground between two places along an axis, by its middle and width."""
+    middle, width = across
+    sides = (middle - 0.5 * width, middle + 0.5 * width)
+    points = np.zeros((4, 3))
+    points[:, along] = [ends[0], ends[1], ends[1], ends[0]]
+    points[:, 1 - along] = [sides[0], sides[0], sides[1], sides[1]]
+    return weld(points, [[0, 1, 2], [0, 2, 3]], color)
 
 
 def grid(low: Array, high: Array) -> Array:

@@ -15,6 +15,7 @@ from kinolab.numerics.arrays import Array
 Indices: TypeAlias = NDArray[np.int64]
 
 CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and are not drawn
+FLAT = np.cos(np.radians(1.0))  # between faces of one level piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +53,30 @@ class SurfaceMesh:
         g = np.asarray(pose, dtype=np.float64).reshape(3, 4)
         return replace(self, vertices=self.vertices @ g[:, :3].T + g[:, 3])
 
+    def only(self, faces: NDArray[np.bool_]) -> SurfaceMesh:
+        """Some of the faces, and the edges that end at one of them."""
+        place = np.cumsum(faces) - 1
+        left, right = self.sides[:, 0], self.sides[:, 1]
+        kept = faces[left] | faces[right]
+        a = np.where(faces[left], left, right)[kept]
+        b = np.where(faces[right], right, left)[kept]
+        return replace(
+            self,
+            faces=self.faces[faces],
+            colors=self.colors[faces],
+            ends=self.ends[kept],
+            sides=np.stack([place[a], place[b]], axis=1),
+            creases=self.creases[kept] | (a == b),
+        )
+
     def painted(self, color: ArrayLike) -> SurfaceMesh:
         """The mesh in one colour, RGB in 0..1."""
         return replace(self, colors=np.broadcast_to(np.asarray(color, float), self.colors.shape))
+
+
+def replace_colors(mesh: SurfaceMesh, colors: Array) -> SurfaceMesh:
+    """The mesh with other colours, RGB in 0..1, shape (m, 3)."""
+    return replace(mesh, colors=colors)
 
 
 def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> SurfaceMesh:
@@ -91,6 +113,25 @@ def normals(vertices: Array, faces: Indices) -> Array:
     cross = np.cross(b - a, c - a)
     length = np.linalg.norm(cross, axis=-1, keepdims=True)
     return cross / np.where(length > 0.0, length, 1.0)
+
+
+def flat_patches(mesh: SurfaceMesh) -> tuple[Indices, Array]:
+    """Number the level pieces of a surface: one per face, shape (m,), and their areas in [m^2]."""
+    from scipy.sparse import coo_array  # late: few films need it
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = mesh.sides.T
+    level = np.sum(mesh.normals[a] * mesh.normals[b], axis=1) > FLAT
+    a, b, count = a[level], b[level], len(mesh.faces)
+    _, patch = connected_components(coo_array((np.ones(len(a)), (a, b)), (count, count)))
+    total = np.bincount(patch, areas(mesh)).astype(np.float64)
+    return patch.astype(np.int64), total
+
+
+def areas(mesh: SurfaceMesh) -> Array:
+    """The faces' areas in [m^2], shape (m,)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
 def is_room(mesh: SurfaceMesh) -> bool:

@@ -13,6 +13,21 @@ from kinolab.numerics.arrays import Array
 
 View: TypeAlias = Literal["perspective", "top", "front", "side"]
 
+
+@dataclass(frozen=True)
+class Angles:
+    """The direction from which one looks.
+
+    Args:
+        azimuth: From the front view counterclockwise about the vertical, in [rad]: pi / 2 looks
+            from the right.
+        elevation: Above the horizon, in [rad].
+    """
+
+    azimuth: float
+    elevation: float
+
+
 WIDE, NARROW = np.radians(30.0), np.radians(8.0)  # corner view; nearly parallel plans
 AZIMUTH = np.radians(18.0)  # off the front view, so that two sides of a box are visible
 FLAT, TALL = np.radians(58.0), np.radians(20.0)  # elevation over a flat scene, and for a tall one
@@ -78,6 +93,7 @@ def frame_scene(
     view: View = "perspective",
     size: tuple[int, int] = (800, 600),
     margin: tuple[float, float] = (0.04, 0.075),
+    angles: Angles | None = None,
 ) -> Camera:
     """Choose the nearest camera whose picture contains every point.
 
@@ -88,6 +104,7 @@ def frame_scene(
         size: Width and height of the picture in [pixel].
         margin: Empty margins at both sides, and above and below (for the title), as fractions of
             the picture.
+        angles: Of a perspective view; the usual ones when left out.
 
     Raises:
         ValueError: If there is no point, or a point is not finite.
@@ -96,7 +113,7 @@ def frame_scene(
     if len(cloud) == 0 or not np.isfinite(cloud).all():
         raise ValueError(f"a camera needs at least one point, all finite; got {len(cloud)} points")
     upward = _unit(np.asarray(up, dtype=np.float64))
-    toward, screen_up = _line_of_sight(cloud, upward, view)
+    toward, screen_up = _line_of_sight(cloud, upward, view, angles)
     fov = float(WIDE if view == "perspective" else NARROW)
     slopes = (1.0 - 2.0 * np.array(margin)) * np.tan(0.5 * fov) * np.array([size[0] / size[1], 1.0])
     axes = Camera(toward, np.zeros(3), screen_up, fov).axes()
@@ -105,7 +122,9 @@ def frame_scene(
     return Camera(position, position + distance * axes[2], screen_up, fov)
 
 
-def _line_of_sight(cloud: Array, up: Array, view: View) -> tuple[Array, Array]:
+def _line_of_sight(
+    cloud: Array, up: Array, view: View, angles: Angles | None
+) -> tuple[Array, Array]:
     """The unit vectors from the scene to the viewer, and upward in the picture."""
     across, toward = horizontal_axes(up)
     if view == "top":
@@ -114,14 +133,17 @@ def _line_of_sight(cloud: Array, up: Array, view: View) -> tuple[Array, Array]:
         return toward, up
     if view == "side":
         return across, up
-    extent = np.ptp(cloud @ np.stack([across, toward, up]).T, axis=0)
-    elevation = _elevation(extent)
-    level = np.cos(AZIMUTH) * toward - np.sin(AZIMUTH) * across
-    return np.cos(elevation) * level + np.sin(elevation) * up, up
+    azimuth = -AZIMUTH if angles is None else angles.azimuth
+    elevation = usual_elevation(cloud, up) if angles is None else angles.elevation
+    level = np.cos(azimuth) * toward + np.sin(azimuth) * across
+    straight_down = abs(np.cos(elevation)) < 1e-3
+    return np.cos(elevation) * level + np.sin(elevation) * up, -level if straight_down else up
 
 
-def _elevation(extent: Array) -> float:
-    """Elevation in [rad]: steep over a flat scene, where walls hide the floor, low if tall."""
+def usual_elevation(cloud: Array, up: ArrayLike) -> float:
+    """Elevation in [rad] for points (n, 3): steep over a flat scene, where walls hide the floor."""
+    upward = _unit(np.asarray(up, dtype=np.float64))
+    extent = np.ptp(cloud @ np.stack([*horizontal_axes(upward), upward]).T, axis=0)
     slenderness = extent[2] / max(extent[0], extent[1], 1e-12)
     return float(np.interp(slenderness, [0.25, 0.8], [FLAT, TALL]))
 

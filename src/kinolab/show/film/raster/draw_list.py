@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,8 @@ from kinolab.show.film.raster.rasterizer import (
     extent,
     paint_ground,
 )
+
+SHADES = 24  # of the sky: a film has 255 colours in all
 
 
 class Layer(ABC):
@@ -105,6 +107,36 @@ class Veil(_OfFacets):
     def within(self, box: Box) -> Layer:
         """Return the layer clipped to a box."""
         return Veil(self._cut(box), self.opacity)
+
+
+@dataclass(frozen=True, eq=False)
+class Sky(Layer):
+    """What is behind everything: a colour that changes from the top of the picture to its foot.
+
+    Args:
+        top: RGB in 0..255, shape (3,).
+        foot: The same at the lower edge.
+        height: Of the whole picture in [pixel].
+        row: Of the canvas's first row in it.
+    """
+
+    top: Array
+    foot: Array
+    height: int
+    row: int = 0
+
+    def on(self, canvas: Canvas) -> None:
+        """Fill the canvas; it is drawn before everything else."""
+        if (self.top == self.foot).all() and (canvas.color[0, 0] == self.top.round()).all():
+            return
+        rows = self.row + np.arange(canvas.size[1])
+        share = np.clip(np.round(SHADES * rows / self.height) / SHADES, 0.0, 1.0)[:, None]
+        color = (1.0 - share) * self.top + share * self.foot
+        canvas.color[:] = (color + 0.5).astype(np.uint8)[:, None]
+
+    def within(self, box: Box) -> Layer:
+        """Return the layer clipped to a box."""
+        return replace(self, row=self.row + box[1])
 
 
 @dataclass(frozen=True, eq=False)

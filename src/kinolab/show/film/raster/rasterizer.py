@@ -18,6 +18,7 @@ Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom in [pixel
 
 COUNTS = np.array([bin(byte).count("1") for byte in range(256)], dtype=np.uint8)  # of bits
 OTHER, GROUND = 0, 1  # kind of a pixel; bit 2 << k marks it as shadowed from lamp k
+REVEALED = 128  # bit of a pixel at which something hidden shows through
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +102,11 @@ def draw(canvas: Canvas, facets: Facets, kind: int = OTHER) -> None:
     overlap nor leave a gap. Triangles with a corner behind the camera are left out.
     """
     _draw(canvas.color, canvas.nearness, canvas.kind, facets.corners, facets.colors, kind)
+
+
+def reveal(canvas: Canvas, facets: Facets) -> None:
+    """Mix the colour of triangles with what hides them; at each pixel that of the first one."""
+    _reveal(canvas.color, canvas.nearness, canvas.kind, facets.corners, facets.colors)
 
 
 def paint_ground(canvas: Canvas, facets: Facets) -> None:
@@ -252,6 +258,32 @@ def _draw(
                     color[i, j, 0] = colors[k, 0]
                     color[i, j, 1] = colors[k, 1]
                     color[i, j, 2] = colors[k, 2]
+
+
+@allocating_kernel  # type: ignore[untyped-decorator]
+def _reveal(
+    color: Bytes, nearness: NDArray[np.float32], kind: Bytes, corners: Array, colors: Bytes
+) -> None:
+    """Mix hidden triangles with what hides them.
+
+    Args:
+        color, nearness, kind: Of ``Canvas``, (h, w, 3), (h, w) and (h, w); the nearness is read.
+        corners, colors: Of ``Facets``, (m, 3, 3) and (m, 3).
+    """
+    height, width = nearness.shape
+    lines = np.empty((3, 4))
+    for k in range(corners.shape[0]):
+        farthest = min(corners[k, 0, 2], corners[k, 1, 2], corners[k, 2, 2])
+        first, last = _rows(corners[k], height)
+        _lines(corners[k], lines)
+        for i in range(first, last):
+            low, high = _span(lines, i + 0.5)
+            left, right = _columns(low, high, width)
+            for j in range(left, right):
+                if nearness[i, j] > farthest and not kind[i, j] & REVEALED:
+                    kind[i, j] |= np.uint8(REVEALED)
+                    for c in range(3):
+                        color[i, j, c] = (color[i, j, c] + np.uint16(colors[k, c])) >> 1
 
 
 @allocating_kernel  # type: ignore[untyped-decorator]

@@ -63,8 +63,17 @@ class Pen:
         facets, front = self.faces(mesh), self._facing(mesh)[1]
         return Facets(facets.corners[front], facets.colors[front])
 
+    def silhouette(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> Facets:
+        """Where faces toward the viewer meet such that look away; width in [pixel]."""
+        front = self._facing(mesh)[1][mesh.sides]
+        outline = mesh.ends[front[:, 0] != front[:, 1]]
+        return strokes(self.at(mesh.vertices)[outline], width * self.scale, color, EDGE_LEAD)
+
     def edges(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> Facets:
-        """Visible creases, and the silhouette of curved surfaces; width in [pixel]."""
+        """Visible creases, and the silhouette of curved surfaces.
+
+        The width is in [pixel], the colour RGB in 0..255: one, or one per face.
+        """
         return self.edges_at_poses(_as_one_pose(mesh), width, color)[0]
 
     def edges_at_poses(self, mesh: SurfaceMesh, width: float, color: ArrayLike) -> list[Facets]:
@@ -74,7 +83,10 @@ class Pen:
         pose, edge = np.nonzero(inked)
         segments = self.at(mesh.vertices)[pose[:, None], mesh.ends[edge]]
         seen = np.isfinite(segments).all(axis=(1, 2))
-        drawn = strokes(segments[seen], width * self.scale, color, EDGE_LEAD)
+        colors = np.asarray(color)
+        if colors.ndim == 2:  # of faces: an edge takes that of one beside it
+            colors = np.repeat(colors[mesh.sides[edge[seen], 0]], 2, axis=0)
+        drawn = strokes(segments[seen], width * self.scale, colors, EDGE_LEAD)
         ends = 2 * np.cumsum(np.bincount(pose[seen], minlength=len(inked)))[:-1]  # triangles
         parts = zip(np.split(drawn.corners, ends), np.split(drawn.colors, ends), strict=True)
         return [Facets(*part) for part in parts]

@@ -16,7 +16,7 @@ def strokes(segments: Array, width: float | Array, color: ArrayLike, lead: float
         segments: End points as column, row and nearness, shape (n, 2, 3); each that is finite gives
             two triangles, which follow each other.
         width: In [pixel]; of each at both ends, shape (n, 2), or of all.
-        color: RGB in 0..255.
+        color: RGB in 0..255; one for all, or one per triangle of segments that are all finite.
         lead: Fraction by which the line is moved toward the viewer, so that an edge is in front of
             its own faces.
     """
@@ -36,7 +36,8 @@ def strokes(segments: Array, width: float | Array, color: ArrayLike, lead: float
     a, b = _lift(start + left, nearness[:, 0]), _lift(start - left, nearness[:, 0])
     c, d = _lift(end - right, nearness[:, 1]), _lift(end + right, nearness[:, 1])
     corners = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3)
-    return Facets(corners, np.tile(np.asarray(color, dtype=np.uint8), (len(corners), 1)))
+    colors = np.broadcast_to(np.asarray(color).astype(np.uint8), (len(corners), 3))
+    return Facets(corners, np.ascontiguousarray(colors))
 
 
 def thinned(line: Array, spacing: float) -> Array:

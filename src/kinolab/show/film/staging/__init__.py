@@ -1,1 +1,1 @@
-"""Setting up a film: the backdrop, the camera, the inset; all that is done before drawing."""
+"""SceneColors up a film: the backdrop, the camera, the inset; all that is done before drawing."""

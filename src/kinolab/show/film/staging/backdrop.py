@@ -3,48 +3,80 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color, ball
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.ground import annulus, grid, slab
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
+from kinolab.show.film.models.ground import annulus, marked_areas, marked_lines, slab
+from kinolab.show.film.models.setting import SceneColors
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
-from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid, Veil
+from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Sky, Solid, Veil
 from kinolab.show.film.raster.rasterizer import GROUND
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
+from kinolab.show.film.staging.viewpoint import Outlook
 
-GRID, PATH = (212, 212, 204), (58, 110, 165)
-WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
-START, GOAL = (0.55, 0.57, 0.60), (0.10, 0.62, 0.38)
-CONE_OPACITY = 0.3  # of a cone
+PATH = (58, 110, 165)
+WALL_EDGE = 0.62  # of the colour of an obstacle's faces: how bright its edges are
+START, GOAL = (0.55, 0.57, 0.60), (0.0, 0.48, 0.25)
+CONE_OPACITY, DARK_CONE_OPACITY = 0.3, 0.55  # of a cone, and of one before a dark sky
 GOAL_OPACITY = 0.35  # of a ball
+VEIL_OPACITY = 0.14  # of walls that hide the way
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH, CABLE = 0.7, 0.9, 2.2, 1.6  # [pixel]
+CUT_WIDTH = 1.6  # [pixel] of the outline of a room, into which one looks
 
 
-def backdrop(
-    picture: Picture, machine: Sequence[SurfaceMesh], pen: Pen, floor: Floor | None
-) -> list[Layer]:
+@dataclass(frozen=True, eq=False)
+class Still:
+    """What stands still in a picture, and how it is looked at.
+
+    Args:
+        picture: The picture.
+        obstacles: Its obstacles as meshes.
+        outlook: Where it is seen from, and what is translucent.
+        floor: The ground, if there is any.
+        size: Of all that is seen, in [m].
+        machine: The bodies in their finest detail.
+    """
+
+    picture: Picture
+    obstacles: Sequence[SurfaceMesh]
+    outlook: Outlook
+    floor: Floor | None
+    size: float
+    machine: Sequence[SurfaceMesh]
+
+    @property
+    def words(self) -> tuple[int, int, int]:
+        """The colour of title and labels, RGB in 0..255."""
+        red, green, blue = (round(255.0 * part) for part in self.picture.colors.words)
+        return red, green, blue
+
+
+def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Layer]:
     """Return the static layers, in drawing order."""
-    layers: list[Layer] = []
+    picture, floor = still.picture, still.floor
+    top, foot = (255.0 * np.array(color) for color in picture.colors.sky)
+    layers: list[Layer] = [Sky(top, foot, pen.size[1])]
     if floor is not None:
-        layers += _floor(floor, pen)
+        layers += _floor(floor, picture.colors, pen)
     if isinstance(picture.goal, GoalMarker):
         layers += _region(picture.goal, pen, floor)
     if picture.path is not None and len(picture.path) > 1:
         layers.append(_path(picture.path, pen, floor))
-    layers += _obstacles(picture, pen, floor)
+    layers += _obstacles(still, pen)
     if picture.start is not None:
         layers.append(_ghost(machine, picture.start, START, pen, picture.radii))
     if isinstance(picture.goal, Ghost):
         layers.append(_ghost(machine, picture.goal, GOAL, pen, picture.radii))
     layers += [_veil(goal_ball(point), GOAL_OPACITY, pen) for point in picture.points]
-    return layers + [_veil(cone_mesh(cone), CONE_OPACITY, pen) for cone in picture.cones]
+    opacity = DARK_CONE_OPACITY if picture.colors.is_dark else CONE_OPACITY
+    return layers + [_veil(cone_mesh(cone), opacity, pen) for cone in picture.cones]
 
 
 def goal_ball(goal: GoalMarker) -> SurfaceMesh:
@@ -52,11 +84,15 @@ def goal_ball(goal: GoalMarker) -> SurfaceMesh:
     return ball(np.array(goal.position), goal.radius, np.array(GOAL)).painted(GOAL)
 
 
-def _floor(floor: Floor, pen: Pen) -> Iterator[Layer]:
-    top, sides = slab(floor.low, floor.high, 0.015 * float(np.max(floor.high - floor.low)))
+def _floor(floor: Floor, colors: SceneColors, pen: Pen) -> Iterator[Layer]:
+    thickness = 0.015 * float(np.max(floor.high - floor.low))
+    top, sides = slab(floor.low, floor.high, thickness, colors)
     yield Solid(pen.faces(sides))
     yield Solid(pen.faces(top), GROUND)
-    yield FloorPaint(pen.line(grid(floor.low, floor.high), GRID_WIDTH, GRID))
+    yield from (FloorPaint(pen.faces(area)) for area in marked_areas(floor.low, floor.high, colors))
+    lines = marked_lines(floor.low, floor.high, colors)
+    if len(lines):
+        yield FloorPaint(pen.line(lines, GRID_WIDTH, 255.0 * np.array(colors.lines)))
 
 
 def _region(goal: GoalMarker, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
@@ -75,16 +111,23 @@ def _path(path: Array, pen: Pen, floor: Floor | None) -> Layer:
     return Solid(ribbon) if floor is None else FloorPaint(ribbon)
 
 
-def _obstacles(picture: Picture, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
-    meshes = [weld(body.vertices, body.faces, WALL) for body in picture.obstacles]
-    rooms = [mesh for mesh in meshes if is_room(mesh)]
-    solids = join([mesh for mesh in meshes if not is_room(mesh)])
-    for room in rooms:
-        yield Solid(pen.front_faces(room))
+def _obstacles(still: Still, pen: Pen) -> Iterator[Layer]:
+    parts = list(zip(still.obstacles, still.outlook.veiled, strict=True))
+    rooms = [(mesh, veiled) for mesh, veiled in parts if is_room(mesh)]
+    solids = join([_shown(mesh, veiled) for mesh, veiled in parts if not is_room(mesh)])
+    for mesh, veiled in rooms:
+        yield Solid(pen.front_faces(_shown(mesh, veiled)))
+        yield Solid(pen.silhouette(mesh, CUT_WIDTH, 255.0 * WALL_EDGE * mesh.colors[0]))
     yield Solid(pen.faces(solids))
-    yield Solid(pen.edges(solids, EDGE_WIDTH, WALL_EDGE))
-    if floor is not None:
+    yield Solid(pen.edges(solids, EDGE_WIDTH, 255.0 * WALL_EDGE * solids.colors))
+    if still.floor is not None:
         yield Shadows(pen.shadows(solids))
+    veils = [mesh.only(veiled) for mesh, veiled in parts if veiled.any()]
+    yield from (_veil(mesh, VEIL_OPACITY, pen) for mesh in veils)
+
+
+def _shown(mesh: SurfaceMesh, veiled: NDArray[np.bool_]) -> SurfaceMesh:
+    return mesh.only(~veiled) if veiled.any() else mesh
 
 
 def _ghost(

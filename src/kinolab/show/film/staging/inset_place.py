@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import SUPERSAMPLING, Inset
 from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.raster.rasterizer import Box, Bytes
+from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
 from kinolab.show.film.scene import PAPER, Scene
@@ -20,62 +21,87 @@ from kinolab.show.film.text import heading
 
 SMALL_FRACTION = 0.055  # of the picture's height: larger machines need no inset
 FILL_FRACTION = 0.45  # of the inset's height that the machine takes
-MAX_MAGNIFICATION = 12.0  # times
+FOLLOW_FRACTION = 0.3  # of a whole picture's height that the machine takes that it goes with
+LEAST_MAGNIFICATION, MAX_MAGNIFICATION = 1.2, 12.0  # times; of a picture by itself, of any
 SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that fits is taken
 ASPECT_RATIO = 4 / 3  # width for a height of one
 EDGE_MARGIN = 0.02  # of the picture's height: distance from the edge
 MAX_COVERED = 0.02  # fraction of a corner that may be occupied
 
 
-def build_inset(
-    picture: Picture, stage: Scene, motion: Array, size: tuple[int, int]
-) -> Inset | None:
+def build_inset(stage: Scene, motion: Array, size: tuple[int, int]) -> Inset | None:
     """Return the inset; None if the machine is large enough, or no corner is free.
 
     Args:
-        picture: The picture to draw.
         stage: The scene of the picture.
         motion: Poses of all frames, shape (nf, nb, 12).
         size: Width and height of the picture in [pixel].
     """
-    camera, height = stage.pen.camera, size[1]
-    paths = [
-        swept(mesh, motion[:, i]) for i, mesh in enumerate(stage.machine.bodies) if len(mesh.faces)
-    ]
-    if not paths:
+    places, apparent = _apparent(stage, motion, size)
+    if not 0.0 < apparent < SMALL_FRACTION * size[1]:
         return None
-    places = np.concatenate([camera.project(path, size)[..., :2] for path in paths], axis=1)
-    apparent = float(np.median(np.ptp(places, axis=1).max(axis=1)))
-    if not 0.0 < apparent < SMALL_FRACTION * height:
-        return None
-    box = next(_free_corners(stage.image, places.reshape(-1, 2)), None)
+    box = next(_free_corners(_taken(stage), places.reshape(-1, 2)), None)
     if box is None:
         return None
     times = min(FILL_FRACTION * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
-    large = (round(size[0] * times * SUPERSAMPLING), round(height * times * SUPERSAMPLING))
+    return _enlarged(stage, motion, size, box, times)
+
+
+def whole_window(stage: Scene, motion: Array, size: tuple[int, int]) -> Inset | None:
+    """Return a window as large as the picture that goes with the machine; None if it is large.
+
+    Args:
+        stage: The scene of the picture.
+        motion: Poses of all frames, shape (nf, nb, 12).
+        size: Width and height of the picture in [pixel].
+    """
+    _, apparent = _apparent(stage, motion, size)
+    times = min(FOLLOW_FRACTION * size[1] / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
+    if times <= LEAST_MAGNIFICATION:
+        return None
+    return replace(_enlarged(stage, motion, size, (0, 0, *size), times), framed=False)
+
+
+def _apparent(stage: Scene, motion: Array, size: tuple[int, int]) -> tuple[Array, float]:
+    """Where the corners of the bodies' boxes are in the picture, and the machine's usual size."""
+    bodies = stage.machine.bodies
+    paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(bodies) if len(mesh.faces)]
+    if not paths:
+        return np.zeros((0, 0, 2)), 0.0
+    places = np.concatenate(
+        [stage.pen.camera.project(path, size)[..., :2] for path in paths], axis=1
+    )
+    return places, float(np.median(np.ptp(places, axis=1).max(axis=1)))
+
+
+def _enlarged(stage: Scene, motion: Array, size: tuple[int, int], box: Box, times: float) -> Inset:
+    """The machine and what is around it, so many times as large."""
+    camera, picture = stage.pen.camera, stage.still.picture
+    large = (round(size[0] * times * SUPERSAMPLING), round(size[1] * times * SUPERSAMPLING))
     pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
     pixel = nearest_pixel(camera, stage.machine.bodies, motion, large)
     machine = picture.machine(SUPERSAMPLING * pixel)
-    layers = backdrop(picture, machine, pen, stage.floor)
-    return Inset(
-        pen,
-        Assembly(machine, picture.radii),
-        Tiles(layers, PAPER),
-        box,
-        times,
-        stage.floor is not None,
+    layers = backdrop(stage.still, machine, pen)
+    assembly = Assembly(machine, picture.radii)
+    return Inset(pen, assembly, Tiles(layers, PAPER), box, times, stage.still)
+
+
+def _taken(stage: Scene) -> NDArray[np.bool_]:
+    """The pixels of a picture at which there is more than sky, shape (h, w)."""
+    middle = stage.pen.scale // 2
+    return np.asarray(
+        stage.canvas.nearness[middle :: stage.pen.scale, middle :: stage.pen.scale] > 0.0
     )
 
 
-def _free_corners(image: Bytes, places: Array) -> Iterator[Box]:
+def _free_corners(taken: NDArray[np.bool_], places: Array) -> Iterator[Box]:
     """Yield nearly empty corners of the picture, the largest and emptiest first.
 
     Args:
-        image: The backdrop, shape (h, w, 3).
+        taken: The pixels at which there is something, shape (h, w).
         places: Columns and rows that the machine will cover, shape (n, 2).
     """
-    height, width = image.shape[:2]
-    taken = (image != np.array(PAPER, dtype=np.uint8)).any(axis=-1)
+    height, width = taken.shape
     edge, under = round(EDGE_MARGIN * height), heading(height)
     for fraction in SIZES:
         tall = round(fraction * height)

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
-from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
+from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture, Surface
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
@@ -30,7 +30,7 @@ def motion_script(
     poses = problem.model.frames(trajectory.x)
     shown = picture(problem, poses, problem.model.cables(trajectory.x))
     return write_script(
-        replace(shown, view=settings.view),
+        replace(shown, **_camera(settings)),
         trajectory.t,
         poses,
         size=settings.size,
@@ -39,6 +39,23 @@ def motion_script(
         magnify=settings.magnify,
         **options,
     )
+
+
+def _camera(settings: RenderSection) -> dict[str, Any]:
+    """How the settings have a picture looked at."""
+    follow = settings.follow or settings.view == "follow"
+    view = "perspective" if settings.view == "follow" else settings.view
+    angles = {"azimuth": settings.azimuth, "elevation": settings.elevation}
+    return {"view": view, "follow": follow, **angles}
+
+
+def _surfaces(problem: PlanningTask) -> list[Surface]:
+    """The obstacles with the colours that the scenario gives them."""
+    colors = {entry.name: entry.colors for entry in problem.scenario.world.obstacle}
+    return [
+        Surface(each.name, each.vertices, each.faces, colors.get(each.name, ()))
+        for each in problem.world.obstacles
+    ]
 
 
 def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Picture:
@@ -53,11 +70,13 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
     up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
     return Picture(
         bodies=problem.bodies,
-        obstacles=problem.world.obstacles,
+        obstacles=_surfaces(problem),
         ground=problem.world.ground,
         bounds=problem.world.bounds,
         up=up,
-        view=problem.scenario.render.view,
+        cut=problem.scenario.render.cut,
+        setting=problem.scenario.render.setting,
+        **_camera(problem.scenario.render),
         path=poses[:, 0, 3::4],
         start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,

@@ -14,7 +14,8 @@ from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture, pose_ta
 from kinolab.show.film.raster.camera import Camera, frame_scene
 from kinolab.show.film.raster.shading import pen
 from kinolab.show.film.scene import SUPERSAMPLING, Scene
-from kinolab.show.film.staging.backdrop import backdrop
+from kinolab.show.film.staging.backdrop import Still, backdrop
+from kinolab.show.film.staging.viewpoint import outlook
 
 
 def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene:
@@ -25,18 +26,26 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
         motion: Poses that the picture must contain, shape (nt, nb, 12).
         size: Width and height of the picture in [pixel].
     """
-    machine = picture.machine()
+    still, camera = placed(picture, motion, size)
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
-    cloud = seen_points(picture, machine, motion)
+    tool = pen(camera, size, up, SUPERSAMPLING)
+    machine = picture.machine(nearest_pixel(camera, still.machine, motion, size))
+    layers, body = backdrop(still, machine, tool), Assembly(machine, picture.radii)
+    return Scene(tool, body, layers, still)
+
+
+def placed(picture: Picture, motion: Array, size: tuple[int, int]) -> tuple[Still, Camera]:
+    """What stands still, and the camera that sees it; the motion's poses are (nt, nb, 12)."""
+    machine = picture.machine()
+    obstacles = picture.obstacle_meshes()
+    cloud = seen_points(picture, obstacles, machine, motion)
     floor = floor_under(cloud) if picture.stands_on_ground else None
     if floor is not None:
         cloud = np.concatenate([cloud, _corners(floor)])
-    camera = frame_scene(cloud, up, picture.view, size)
-    tool = pen(camera, size, up, SUPERSAMPLING)
-    machine = picture.machine(nearest_pixel(camera, machine, motion, size))
-    return Scene(
-        tool, Assembly(machine, picture.radii), backdrop(picture, machine, tool, floor), floor
-    )
+    look = outlook(picture, obstacles, cloud, motion)
+    camera = frame_scene(cloud, picture.up, picture.view, size, angles=look.angles)
+    largest = float(np.ptp(cloud, axis=0).max())
+    return Still(picture, obstacles, look, floor, largest, machine), camera
 
 
 def nearest_pixel(
@@ -50,9 +59,14 @@ def nearest_pixel(
     return float(2.0 * nearest * np.tan(0.5 * camera.fov) / size[1])
 
 
-def seen_points(picture: Picture, machine: tuple[SurfaceMesh, ...], motion: Array) -> Array:
+def seen_points(
+    picture: Picture,
+    obstacles: Sequence[SurfaceMesh],
+    machine: tuple[SurfaceMesh, ...],
+    motion: Array,
+) -> Array:
     """Points whose convex hull contains everything that is drawn, shape (n, 3)."""
-    parts = [np.asarray(body.vertices, dtype=np.float64) for body in picture.obstacles]
+    parts = [mesh.vertices for mesh in obstacles]
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
     tables = [motion, *(pose_table(ghost.poses)[None] for ghost in ghosts)]
     for table in tables:

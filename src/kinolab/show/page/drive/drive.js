@@ -4,6 +4,7 @@ import { rowAt } from "../motion.js";
 import { buildCockpit } from "./cockpit.js";
 import { buildCompanion } from "./companion.js";
 import { buildDriven } from "./driven.js";
+import { buildFlash } from "./flash.js";
 import { buildHands } from "./hands.js";
 import { buildSimulator } from "./simulator.js";
 
@@ -12,9 +13,9 @@ import { buildSimulator } from "./simulator.js";
  *
  * `machine` is simulated as `data` says: {start, step, method, substeps, bounds, plant, closed}. `plan` has
  * {clock, motion, knots, states}, `figure` is the page's picture of the machine; `changed` asks for
- * a new picture. The plan goes on beside the driven machine, as a ghost at the clock's time.
+ * a new picture; `around` has {names, surfaces, contacts, switched} of the obstacles. The plan goes on beside the driven machine, as a ghost at the clock's time.
  */
-export function buildDrive(data, machine, plan, figure, changed) {
+export function buildDrive(data, machine, plan, figure, changed, around) {
   const { clock } = plan, planned = clock.last > clock.first;
   const drive = { active: false, paused: false, listeners: [] };
   const keys = { " ": () => drive.pause(), Home: () => drive.reset(), End: () => drive.rejoin(), Escape: () => drive.set(false) };
@@ -22,6 +23,8 @@ export function buildDrive(data, machine, plan, figure, changed) {
   const simulator = buildSimulator(machine, { ...data, dt: data.step, inputsAt: hands.inputs });
   const driven = buildDriven(machine, figure), companion = planned && buildCompanion(figure.bodies, plan.motion);
   let origin = clock.first, shown = planned; // when the driven motion began in the plan; whether the ghost is seen
+  const flash = buildFlash(figure.bodies, around.surfaces);
+  let contacts = null; // read when somebody drives
   let { speed } = clock; // of the plan's film; one drives as fast as the machine moves
 
   const begin = (state, t) => {
@@ -48,8 +51,8 @@ export function buildDrive(data, machine, plan, figure, changed) {
   drive.setParameter = (index, value) => { simulator.setParameter(index, value); cockpit.reset(); changed(); };
 
   const layer = (label, set) => ({ label, on: true, set: (on) => { set(on); changed(); } });
-  const layers = [...(planned ? [layer("The plan as a ghost", (on) => { shown = on; })] : []),
-                  ...(machine.constraints.length ? [layer("Forces of constraints", (on) => { driven.forces = on; })] : [])];
+  const layers = [...(planned ? [layer("Show the plan as a ghost", (on) => { shown = on; })] : []),
+                  ...(machine.constraints.length ? [layer("Constraint forces", (on) => { driven.forces = on; })] : [])];
   const cockpit = buildCockpit(machine, data.bounds, {
     reset: () => drive.reset(), rejoin: planned && drive.rejoin, pause: drive.pause, close: drive.close, layers,
     hold: hands.hold, strength: (share) => { hands.strength = share; }, parameter: drive.setParameter,
@@ -58,7 +61,7 @@ export function buildDrive(data, machine, plan, figure, changed) {
   drive.set = (on) => {
     drive.active = on;
     drive.paused = false;
-    if (on) { clock.pause(); ({ speed } = clock); drive.reset(); } else { driven.hide(); hands.release(); }
+    if (on) { contacts ??= around.contacts(); clock.pause(); ({ speed } = clock); drive.reset(); } else { driven.hide(); hands.release(); light([]); }
     clock.setSpeed(on ? 1 : speed);
     if (companion) companion.group.visible = on && shown;
     drive.listeners.forEach((listener) => listener(on));
@@ -72,8 +75,17 @@ export function buildDrive(data, machine, plan, figure, changed) {
     clock.seek(origin + simulator.time);
     return true;
   };
+  /** Bodies and obstacles that touch light up. */
+  const light = (pairs) => { if (flash(pairs)) around.switched(); };
+  /** Pairs of names of what touches now. */
+  drive.touching = () => {
+    const { state, parameters } = simulator, poses = machine.frames(state, parameters);
+    const pairs = contacts ? contacts.touching(poses, machine.shapes(parameters)) : [];
+    light(pairs);
+    return pairs.map(([body, obstacle]) => [around.names.bodies[body], around.names.obstacles[obstacle]]);
+  };
   drive.show = () => {
-    const facts = driven.show(simulator);
+    const facts = { ...driven.show(simulator), touching: drive.touching() };
     if (companion) { companion.group.visible = shown; companion.show(clock.time); }
     cockpit.show({ ...facts, simulator, paused: drive.paused });
   };
@@ -93,6 +105,7 @@ export function offeredDrive(drive) {
     get begin() { return Array.from(simulator.begin); },
     get time() { return simulator.time; },
     get failure() { return simulator.failure; },
+    get touching() { return drive.touching(); },
     get log() { return simulator.log.map(({ parameters, ...entry }) => ({ ...entry, parameters: Array.from(parameters) })); },
     dt: simulator.dt,
     start: () => drive.set(true), stop: () => drive.set(false),

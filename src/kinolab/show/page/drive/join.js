@@ -2,6 +2,7 @@
 
 import { section } from "../dom.js";
 import { driven_machine } from "../driven_machine.js";
+import { buildContacts } from "./contacts.js";
 import { buildDrive } from "./drive.js";
 
 /**
@@ -13,15 +14,20 @@ import { buildDrive } from "./drive.js";
 export function joinDrive(data, array, plan, scene, byId) {
   if (!driven_machine || !data.driving || !scene.machine) return null;
   const stored = { ...plan, knots: array(data.knots), states: array(data.driving.states) };
-  const drive = buildDrive(data.driving, driven_machine, stored, scene.machine, scene.changed);
-  const part = section("Drive it yourself", true, drive.panel);
+  const names = { bodies: data.bodies.map(({ name }) => name), obstacles: data.obstacles.map(({ name }) => name) };
+  const around = { names, surfaces: scene.world.surfaces, switched: scene.switched,
+                   contacts: () => buildContacts(data.obstacles, array) };
+  const drive = buildDrive(data.driving, driven_machine, stored, scene.machine, scene.changed, around);
+  const part = section("Drive the machine", true, drive.panel);
   const button = byId("drive-button");
   part.id = "drive";
   part.hidden = true;
   button.hidden = false;
   button.addEventListener("click", () => { drive.toggle(); button.blur(); }); // the space bar pauses
   byId("panel").append(part);
+  let view = null; // that the reader had before driving
   drive.listeners.push((on) => {
+    if (on) { view = scene.viewName(); scene.choose("follow"); } else scene.choose(view ?? "perspective");
     part.hidden = !on;
     button.setAttribute("aria-pressed", on);
     document.body.classList.toggle("driving", on);

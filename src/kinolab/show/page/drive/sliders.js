@@ -1,6 +1,7 @@
 // Sliders for the machine's parameters: mass, length and gravity first.
 
-import { element, number } from "../dom.js";
+import { element, number, unitText } from "../dom.js";
+import { named } from "../names.js";
 
 const FIRST = ["kg", "m", "m/s^2"]; // units of what one wants to change
 const MOST = 6; // sliders that are shown at first
@@ -31,10 +32,10 @@ function buildSlider({ name, unit, value, lower, upper }, change) {
   const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${name} in ${unit || "1"}` });
   const output = element("output");
   const tell = (present) => {
-    output.textContent = `${number(present)} ${unit}`;
+    output.textContent = `${number(present)} ${unitText(unit)}`;
     row.classList.toggle("changed", present !== value);
   };
-  const row = element("label", { class: "slider" }, element("b", {}, name), slider, output);
+  const row = element("label", { class: "slider" }, named(name, "b"), slider, output);
   slider.addEventListener("input", () => {
     const middle = Number(slider.value) === Math.round(STEPS * toShare(value));
     const chosen = middle ? value : toValue(Number(slider.value) / STEPS);

@@ -17,12 +17,41 @@ function element(name, attributes, ...children) {
   return made;
 }
 
-/** Show the interactive page of a run. */
-function open(run) {
-  const page = element("iframe", { sandbox: "allow-scripts", title: run.title });
-  page.srcdoc = run.page.replace(MARK, () => shared);
-  frame.replaceChildren(page);
+/** Show the interactive pages of runs side by side; what one of them plays the others play too. */
+function open(...shown) {
+  const pages = shown.map((run) => {
+    const page = element("iframe", { sandbox: "allow-scripts", title: run.title });
+    page.srcdoc = run.page.replace(MARK, () => shared);
+    return page;
+  });
+  frame.replaceChildren(...pages.map((page, k) => (shown.length > 1 ? element("figure", {}, element("figcaption", {}, caption(shown[k])), page) : page)));
   viewer.showModal();
+}
+
+function caption({ name, facts }) {
+  return [name, ...facts.map(([label, value]) => `${label}: ${value}`)].join(" · ");
+}
+
+window.addEventListener("message", ({ source, data }) => {
+  if (data?.kinolab !== "clock") return;
+  const frames = [...frame.querySelectorAll("iframe")].map((page) => page.contentWindow);
+  if (frames.includes(source)) frames.filter((other) => other !== source).forEach((other) => other.postMessage({ ...data, kinolab: "follow" }, "*"));
+});
+
+const selected = new Set(); // runs to be compared
+const compare = document.getElementById("compare");
+compare.addEventListener("click", () => open(...selected));
+
+/** A box that selects a run for comparison; of more than two the first one is given up. */
+function selection(run) {
+  const box = element("input", { type: "checkbox", "aria-label": `Compare ${run.title} (${run.name})` });
+  box.addEventListener("change", () => {
+    if (box.checked) selected.add(run); else selected.delete(run);
+    if (selected.size > 2) selected.delete([...selected][0]);
+    cards.forEach((one) => { if (one.box) one.box.checked = selected.has(one.run); });
+    compare.hidden = selected.size !== 2;
+  });
+  return box;
 }
 
 function card(run) {
@@ -36,11 +65,13 @@ function card(run) {
       element("p", { class: run.verdict }, VERDICTS[run.verdict]), element("dl", {}, ...facts),
     ),
   );
-  if (run.page) made.addEventListener("click", () => open(run));
-  return made;
+  if (!run.page) return { shown: made };
+  made.addEventListener("click", () => open(run));
+  const box = selection(run);
+  return { shown: element("div", { class: "slot" }, made, element("label", { class: "pick" }, box, "compare")), box };
 }
 
-const cards = runs.map((run) => ({ run, shown: card(run), text: JSON.stringify([run.name, run.title, run.facts, VERDICTS[run.verdict]]).toLowerCase() }));
+const cards = runs.map((run) => ({ run, ...card(run), text: JSON.stringify([run.name, run.title, run.facts, VERDICTS[run.verdict]]).toLowerCase() }));
 document.getElementById("cards").append(...cards.map((one) => one.shown));
 
 /** Show the cards that contain all words of the filter, and say how many passed. */

@@ -1,0 +1,66 @@
+"""Obstacles as coloured surfaces: pieces in turn, a piece of rock in layers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinolab.numerics.arrays import Array
+from kinolab.show.film.models.ball import Color
+from kinolab.show.film.models.setting import SceneColors
+from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh, replace_colors, weld
+
+LAYERS = 2  # times that the colours of a single piece come, from its foot to its top
+WAVES = 0.35  # of a layer's thickness: how far its border goes up and down
+LEVEL = 0.72  # z of the normal of what is a floor and not a wall: it has the first colour
+
+
+def painted(vertices: Array, faces: ArrayLike, colors: Sequence[Color]) -> SurfaceMesh:
+    """An obstacle with its colours: one for all, or several.
+
+    Of several colours the pieces of an obstacle take one each, in turn; an obstacle in one piece
+    shows them as layers, one above the other.
+
+    Args:
+        vertices: Of the obstacle, shape (n, 3), in [m].
+        faces: Three vertices each, shape (m, 3).
+        colors: RGB in 0..1, at least one.
+    """
+    mesh = weld(vertices, faces, colors[0])
+    if len(colors) == 1 or not len(mesh.faces):
+        return mesh
+    pieces = _pieces(mesh)
+    if pieces.max() == 0:
+        return replace_colors(mesh, _layers(mesh, np.array(colors)))
+    return replace_colors(mesh, np.array(colors)[pieces % len(colors)])
+
+
+def own_colors(number: int, colors: Sequence[Color], setting: SceneColors) -> Sequence[Color]:
+    """The colours of an obstacle: its own, or the one of the setting whose turn it is."""
+    return colors or (setting.obstacles[number % len(setting.obstacles)],)
+
+
+def _pieces(mesh: SurfaceMesh) -> Indices:
+    """Number the connected pieces of a surface, one number per face."""
+    from scipy.sparse import coo_array  # late: most obstacles have one colour
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = mesh.sides.T
+    count = len(mesh.faces)
+    _, piece = connected_components(coo_array((np.ones(len(a)), (a, b)), (count, count)))
+    return np.asarray(piece, dtype=np.int64)
+
+
+def _layers(mesh: SurfaceMesh, colors: Array) -> Array:
+    """Colours of the faces by height, with wavy borders; of what is level the first one."""
+    corners = mesh.vertices[mesh.faces]
+    middle = 0.5 * (corners.min(axis=1) + corners.max(axis=1))  # the two halves of a quad agree
+    low, high = mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()
+    thickness = max(float(high - low), 1e-9) / (LAYERS * len(colors))
+    wave = np.sin(0.9 * middle[:, 0] / thickness) + np.sin(0.7 * middle[:, 1] / thickness + 1.0)
+    height = (middle[:, 2] - low) / thickness + 0.5 * WAVES * wave
+    layer = np.clip(np.floor(height), 0, None).astype(int) % len(colors)
+    layer[mesh.normals[:, 2] > LEVEL] = 0
+    return np.asarray(colors[layer])

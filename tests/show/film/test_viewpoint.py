@@ -1,0 +1,128 @@
+"""The camera sees the machine: directions, translucent walls, rooms that are cut open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kinolab.dynamics.language.shapes import Sphere
+from kinolab.show.film.models.cut import along, cut_open, level
+from kinolab.show.film.models.surface_mesh import areas, is_room, weld
+from kinolab.show.film.picture import Picture, Surface
+from kinolab.show.film.raster.camera import Angles, Camera, frame_scene
+from kinolab.show.film.staging.sight import SEEN, Screens
+from kinolab.show.film.staging.stage import build_scene
+from kinolab.show.page.follow import follow_track
+from kinolab.world.geometry import BodyGeometry
+from kinolab.world.obstacle import Obstacle, box_obstacle
+
+SIZE = (400, 300)
+BALL = [BodyGeometry("ball", (Sphere(0.1),))]
+BOUNDS = {"x": (-3.0, 3.0), "y": (-3.0, 3.0)}
+
+
+def way(*points: tuple[float, float, float]) -> np.ndarray:
+    """Poses of a ball at some points, shape (n, 1, 12)."""
+    eye = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    poses = np.concatenate([eye, np.array(points)[:, :, None]], axis=2)
+    return np.asarray(poses.reshape(-1, 1, 12))
+
+
+def room_of(box: Obstacle) -> Surface:
+    return Surface(box.name, box.vertices, box.faces[:, ::-1].copy())
+
+
+def test_a_face_hides_what_is_behind_it_and_only_that() -> None:
+    """A square of edge 2 at depth 5; rays to depth 10 meet it within 1 of the axis, so 2 behind."""
+    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    camera = Camera(np.array([0, 0, 5.0]), np.zeros(3), np.array([0, 1.0, 0]), 1.0)
+    points = np.array([[1.9, 0.3, -5], [2.1, 0.3, -5], [0, 0.3, 1.0], [-1.9, -1.9, -5]])
+    both = Screens(corners, faces, np.zeros(2, dtype=bool)).hiding(camera, points)
+    assert (both == SEEN).tolist() == [False, True, True, False]
+    behind = Screens(corners, faces[:, ::-1], np.ones(2, dtype=bool)).hiding(camera, points)
+    assert (behind == SEEN).all()  # seen from behind, a room's wall is not there
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_wall_is_looked_at_from_the_side_on_which_the_machine_goes(side: float) -> None:
+    """The wall is higher than wide is the space behind it, so that no elevation looks over it."""
+    wall = box_obstacle("wall", (6.0, 0.1, 4.0), (0.0, -0.5 * side, 2.0))
+    motion = way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9)))
+    picture = Picture(bodies=BALL, obstacles=[wall], ground=True, bounds=BOUNDS)
+    still = build_scene(picture, motion, SIZE).still
+    toward = np.cos(still.outlook.angles.azimuth)  # of the camera along -y
+    assert toward * side < 0.0 or side < 0.0
+    assert still.outlook.seen > 0.9
+    assert not still.outlook.veiled[0].any()
+
+
+def test_what_a_scenario_says_about_its_camera_is_kept() -> None:
+    picture = Picture(bodies=BALL, ground=True, bounds=BOUNDS, azimuth=0.5 * np.pi, elevation=0.3)
+    camera = build_scene(picture, way((0.0, 0.0, 0.1)), SIZE).pen.camera
+    look = camera.position - camera.target
+    look /= np.linalg.norm(look)
+    assert look == pytest.approx([np.cos(0.3), 0.0, np.sin(0.3)], abs=1e-9)
+
+
+def test_a_lid_over_everything_becomes_translucent_as_a_whole() -> None:
+    lid = box_obstacle("lid", (6.0, 6.0, 0.1), (0.0, 0.0, 1.0))
+    sides = [box_obstacle(f"{k}", (0.1, 6.0, 1.0), (x, 0.0, 0.5)) for k, x in enumerate((-3, 3))]
+    ends = [box_obstacle(f"{k}", (6.0, 0.1, 1.0), (0.0, y, 0.5)) for k, y in enumerate((-3, 3))]
+    picture = Picture(bodies=BALL, obstacles=[lid, *sides, *ends], ground=True, bounds=BOUNDS)
+    motion = way(*((x, 0.3 * x, 0.1) for x in np.linspace(-2, 2, 9)))
+    veiled = build_scene(picture, motion, SIZE).still.outlook.veiled[0]
+    mesh = picture.obstacle_meshes()[0]
+    upper = mesh.normals[:, 2] > 0.5
+    assert veiled[upper].all()
+
+
+def test_a_cut_leaves_what_is_below_and_closes_it() -> None:
+    """A cube of edge 2 on the ground, cut at 0.5 m: walls of 4 x 2 x 0.5 m^2, foot and lid of 4."""
+    box = box_obstacle("box", (2.0, 2.0, 2.0), (0.0, 0.0, 1.0))
+    mesh = cut_open(weld(box.vertices, box.faces, (1.0, 0.0, 0.0)), level(0.5))
+    assert mesh.vertices[:, 2].max() == pytest.approx(0.5, abs=5e-3)
+    assert areas(mesh).sum() == pytest.approx(4 * 2 * 0.5 + 4 + 4, rel=1e-3)
+
+
+def test_a_room_that_is_cut_lies_in_ground_with_a_hole_as_large_as_the_room() -> None:
+    """The room is 4 x 2 m; the ground reaches 6 % of 4 m beyond it on every side."""
+    room = room_of(box_obstacle("room", (4.0, 2.0, 2.0), (0.0, 0.0, 1.0)))
+    whole = weld(room.vertices, room.faces, (1.0, 0.0, 0.0))
+    assert is_room(whole)
+    mesh = cut_open(whole, level(1.0))
+    flat = np.abs(mesh.vertices[mesh.faces][..., 2] - 1.0).max(axis=1) < 1e-9
+    assert areas(mesh)[flat].sum() == pytest.approx(4.48 * 2.48 - 4 * 2, rel=1e-3)
+
+
+def test_a_cut_along_a_way_passes_through_it_and_stays_between_its_heights() -> None:
+    points = np.column_stack([np.linspace(0, 9, 40), np.zeros(40), np.linspace(1.0, 4.0, 40)])
+    heights = along(points)
+    assert heights(points[:, :2]) == pytest.approx(points[:, 2], abs=0.05)
+    somewhere = heights(np.random.default_rng(1).uniform(-5, 15, (200, 2)))
+    assert (somewhere >= 1.0).all() and (somewhere <= 4.0).all()  # noqa: PT018
+
+
+def test_the_camera_that_follows_goes_round_walls() -> None:
+    """In a street along x between high walls one sees the machine from along the street only."""
+    walls = [box_obstacle(f"{y}", (40.0, 0.1, 20.0), (0.0, y, 10.0)) for y in (-0.6, 0.6)]
+    picture = Picture(bodies=BALL, obstacles=walls, ground=True)
+    motion = way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9)))
+    meshes = picture.obstacle_meshes()
+    track = follow_track(picture, meshes, np.linspace(0.0, 4.0, 9), motion, 0.1)
+    assert track[[0, -1], 0] == pytest.approx([0.0, 4.0])
+    for _, azimuth, elevation in track:
+        across = np.cos(azimuth) * np.cos(elevation) * 3.6 * 0.1 / np.tan(np.radians(15.0))
+        assert abs(across) < 0.6
+    free = follow_track(replace(picture, obstacles=()), [], np.linspace(0.0, 4.0, 9), motion, 0.1)
+    assert np.ptp(free[:, 1]) == 0.0
+
+
+def test_angles_are_counted_from_the_front_counterclockwise() -> None:
+    cloud = np.random.default_rng(1).uniform(-1, 1, (20, 3))
+    for azimuth, wanted in ((0.0, [0, -1, 0]), (0.5 * np.pi, [1, 0, 0]), (np.pi, [0, 1, 0])):
+        camera = frame_scene(cloud, angles=Angles(azimuth, 0.0))
+        look = camera.position - camera.target
+        assert look / np.linalg.norm(look) == pytest.approx(wanted, abs=1e-9)
