@@ -31,6 +31,7 @@ class Budget:
         max_iterations: None for no limit.
         progress: Called about four times a second with the iterations and seconds so far.
         viewer: Called about twice a second with the search graph, by planners that provide it.
+        told: Called now and then with what is done after the search, in words.
         interrupted: Set from outside to end the search soon.
         improve: Seconds after its first motion for which a planner may search for shorter ones;
             None for the scenario's.
@@ -48,6 +49,7 @@ class Budget:
     max_iterations: int | None = None
     progress: Callable[[int, float], None] | None = None
     viewer: Callable[[SearchGraph], None] | None = None
+    told: Callable[[str], None] | None = None
     interrupted: bool = False
     improve: float | None = None
     below: float = math.inf

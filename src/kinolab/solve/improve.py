@@ -94,7 +94,9 @@ class Incumbent:
             charge(VERIFICATION_SECONDS * len(trajectory.t))
             with judging:  # may block for a while
                 if not self.cancelled():
-                    certificate = self.budget.breaking(lambda: verify(self.problem, trajectory))
+                    certificate = self.budget.breaking(
+                        lambda: verify(self.problem, trajectory, self.budget.told)
+                    )
         kept = certificate is not None and certificate.passed
         if kept:
             self._keep(replace(found, certificate=certificate), by)
