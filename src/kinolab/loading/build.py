@@ -18,6 +18,7 @@ from kinolab.loading.well_posed import (
     chosen_names,
     endpoint_issues,
     limit_issues,
+    mesh_issues,
     name_mistakes,
     planner_issues,
 )
@@ -135,7 +136,9 @@ def _parts(
 ) -> tuple[ScenarioMachine | None, list[Obstacle]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
     made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
-    obstacles = [obstacle for obstacle in made if obstacle is not None]
+    there = {k: obstacle for k, obstacle in enumerate(made) if obstacle is not None}
+    obstacles = list(there.values())
+    mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
     if scenario.system.name is None and scenario.system.file is None:
         return None, obstacles  # it is among the mistakes already
     machine = _collect(mistakes, partial(ScenarioMachine, scenario))

@@ -57,9 +57,7 @@ class Certificate:
         return "\n  ".join(lines if self.margin is None else [*lines, str(self.margin)])
 
 
-def verify(
-    problem: PlanningTask, trajectory: Trajectory, told: Told | None = None
-) -> Certificate:
+def verify(problem: PlanningTask, trajectory: Trajectory, told: Told | None = None) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.
 
     Args:

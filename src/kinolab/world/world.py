@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from kinolab.world.mesh import MAX_EXTENT
+import numpy as np
+
+from kinolab.world.mesh_hints import MAX_EXTENT, misfits
 from kinolab.world.obstacle import Obstacle
 
 
@@ -28,6 +30,9 @@ class World:
     def warnings(self) -> tuple[str, ...]:
         """Sentences about what is usable but suspicious."""
         found = [text for obstacle in self.obstacles for text in obstacle.warnings]
+        for obstacle in self.obstacles:
+            if obstacle.primitive is None:
+                found += misfits(obstacle.name, np.ptp(obstacle.vertices, axis=0), self.bounds)
         for axis, (low, high) in self.bounds.items():
             if high - low > MAX_EXTENT:
                 found.append(f"[world] bounds {axis}: {high - low:.4g} m wide. Millimetres?")

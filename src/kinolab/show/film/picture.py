@@ -71,11 +71,15 @@ class Floor:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """An obstacle as it is drawn: points of shape (n, 3) in [m], three of them per face (m, 3)."""
+    """An obstacle as it is drawn: points of shape (n, 3) in [m], three of them per face (m, 3).
+
+    Its colours, if it has its own, are red, green and blue in 0..1 per face, shape (m, 3).
+    """
 
     name: str
     vertices: Array
     faces: NDArray[np.signedinteger[Any]]
+    colors: Array | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -129,7 +133,7 @@ class Picture:
 
     def surfaces(self) -> list[Surface]:
         """The obstacles as they are drawn."""
-        return [Surface(each.name, each.vertices, each.faces) for each in self.obstacles]
+        return [Surface(o.name, o.vertices, o.faces, o.colors) for o in self.obstacles]
 
     def _painted(self) -> Sequence[PaintedBody]:
         done = [body for body in self.bodies if isinstance(body, PaintedBody)]

@@ -14,7 +14,7 @@ from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Floor, Ghost
 from kinolab.show.film.raster.camera import horizontal_axes
 from kinolab.show.film.scene import INK
-from kinolab.show.film.staging.backdrop import GOAL, PATH, START, WALL, goal_ball
+from kinolab.show.film.staging.backdrop import GOAL, PATH, START, goal_ball, obstacle_mesh
 from kinolab.show.gltf.glb import Color, Glb
 from kinolab.show.page.content import Content, Curve
 from kinolab.show.page.curves import evaluated
@@ -42,8 +42,7 @@ def glb_scene(content: Content) -> bytes:
     hull, floor = extent(content, machine)
     _add_floor(glb, root, floor)
     for obstacle in picture.obstacles:
-        mesh = weld(obstacle.vertices, obstacle.faces, WALL)
-        _add_mesh(glb, root, obstacle.name, mesh)
+        _add_mesh(glb, root, obstacle.name, obstacle_mesh(obstacle))
     for k, cone in enumerate(picture.cones):
         _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), GHOST_OPACITY)
     _add_ghost(glb, root, "start", picture.start, machine, START)

@@ -9,9 +9,9 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.surface_mesh import Indices, is_room, weld
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room
 from kinolab.show.film.picture import Ghost, GoalMarker, Picture
-from kinolab.show.film.staging.backdrop import GOAL, START, WALL
+from kinolab.show.film.staging.backdrop import GOAL, START, obstacle_mesh
 from kinolab.show.page.content import Content, Curve, Driving, Series
 from kinolab.show.page.extent import extent
 from kinolab.show.page.meshes import mesh_data
@@ -41,7 +41,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         ],
         "motion": _motion(content, pack),
         "radii": _numbers(picture.radii),
-        "obstacles": [_obstacle(o.name, o.vertices, o.faces, pack) for o in picture.obstacles],
+        "obstacles": [_obstacle(o.name, obstacle_mesh(o), pack) for o in picture.obstacles],
         "cones": [
             {"forbidden": cone.forbidden, "mesh": mesh_data(cone_mesh(cone), pack)}
             for cone in picture.cones
@@ -78,8 +78,7 @@ def _curve(curve: Curve, pack: Pack) -> dict[str, Place]:
     }
 
 
-def _obstacle(name: str, vertices: Array, faces: Indices, pack: Pack) -> dict[str, Any]:
-    mesh = weld(vertices, faces, WALL)
+def _obstacle(name: str, mesh: SurfaceMesh, pack: Pack) -> dict[str, Any]:
     return {"name": name, "room": is_room(mesh), "mesh": mesh_data(mesh, pack)}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +14,14 @@ from kinolab.show.film.models.ball import Color, ball
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, grid, slab
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
-from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
+from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture, Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Solid, Veil
 from kinolab.show.film.raster.rasterizer import GROUND
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
+
+if TYPE_CHECKING:
+    from kinolab.world.obstacle import Obstacle
 
 GRID, PATH = (212, 212, 204), (58, 110, 165)
 WALL, WALL_EDGE = (0.70, 0.755, 0.815), (104, 120, 140)
@@ -45,6 +49,12 @@ def backdrop(
         layers.append(_ghost(machine, picture.goal, GOAL, pen, picture.radii))
     layers += [_veil(goal_ball(point), GOAL_OPACITY, pen) for point in picture.points]
     return layers + [_veil(cone_mesh(cone), CONE_OPACITY, pen) for cone in picture.cones]
+
+
+def obstacle_mesh(obstacle: Obstacle | Surface) -> SurfaceMesh:
+    """Return an obstacle in its own colours, or in that of walls."""
+    colors = WALL if obstacle.colors is None else obstacle.colors
+    return weld(obstacle.vertices, obstacle.faces, colors)
 
 
 def goal_ball(goal: GoalMarker) -> SurfaceMesh:
@@ -76,7 +86,7 @@ def _path(path: Array, pen: Pen, floor: Floor | None) -> Layer:
 
 
 def _obstacles(picture: Picture, pen: Pen, floor: Floor | None) -> Iterator[Layer]:
-    meshes = [weld(body.vertices, body.faces, WALL) for body in picture.obstacles]
+    meshes = [obstacle_mesh(obstacle) for obstacle in picture.obstacles]
     rooms = [mesh for mesh in meshes if is_room(mesh)]
     solids = join([mesh for mesh in meshes if not is_room(mesh)])
     for room in rooms:
