@@ -33,6 +33,7 @@ from kinolab.world import (
     mesh_obstacle,
     sphere_obstacle,
 )
+from kinolab.world.floors import without_floor
 
 T = TypeVar("T")
 
@@ -115,13 +116,21 @@ def build_problem(
     if mistakes:
         raise InputError(mistakes)
     section = scenario.world
+    grounded = section.ground == "plane"
+    # The ground lets cables pass, which may meet what is below it.
+    floors = grounded and not any(cable.collides for cable in whole.machine.cables)
+    divided = [without_floor(o) if floors else (o, None) for o in obstacles]
     return PlanningTask(
         scenario=scenario,
         machine=whole.machine,
         model=model,
         whole=whole,
         world=World(
-            tuple(obstacles), section.ground == "plane", dict(section.bounds), section.clearance
+            tuple(rest for rest, _ in divided if rest is not None),
+            grounded,
+            dict(section.bounds),
+            section.clearance,
+            tuple(floor for _, floor in divided if floor is not None),
         ),
         start=start_of(scenario, model),
         goal=goal_of(scenario, model, arrays.circular),

@@ -53,7 +53,7 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
     up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
     return Picture(
         bodies=problem.bodies,
-        obstacles=problem.world.obstacles,
+        obstacles=(*problem.world.obstacles, *problem.world.floors),
         ground=problem.world.ground,
         bounds=problem.world.bounds,
         up=up,
