@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 import kinolab
 from kinolab.dynamics.language.json.machine_file import machine_to_json
@@ -220,6 +221,25 @@ def test_a_broken_mesh_is_refused_by_name(
     (tmp_path / "meshes" / name).write_text(content)
     found = mistakes(tmp_path, OPEN + MESH.format(name))
     assert words in " ".join(found)
+
+
+@pytest.mark.parametrize(
+    ("size", "remedy"),
+    [
+        (20_000.0, "Write scale = 0.001 if the file is in millimetres, or change [world] bounds."),
+        (0.02, "Write scale = 1000, or change [world] bounds."),
+    ],
+)
+def test_a_mesh_in_another_unit_than_its_world_is_refused_with_the_likely_scale(
+    size: float, remedy: str, tmp_path: Path
+) -> None:
+    (tmp_path / "meshes").mkdir()
+    trimesh.creation.box((size, size, size)).export(tmp_path / "meshes" / "hall.stl")
+    world = "\n[world]\nbounds = { x = [-10, 10], y = [-10, 10] }\n" + MESH.format("hall.stl")
+    (mistake,) = mistakes(tmp_path, PENDULUM + world)
+    assert remedy in mistake
+    meant = problem_of(tmp_path, PENDULUM + world + f"scale = {20.0 / size}\n")
+    assert np.ptp(meant.world.obstacles[0].vertices) == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("path", ["../outside.off", "/etc/outside.off", "meshes/../../outside.off"])

@@ -153,8 +153,8 @@ def test_a_scenario_with_four_mistakes_reports_all_four() -> None:
     )
     assert mistakes(body) == [
         'crane.toml [[world.obstacle]] 2 mesh: "../maze.stl" does not lead to a file below the '
-        'scenario\'s folder. Give a relative path such as "meshes/maze.stl" (.glb, .obj, .off, '
-        ".ply, .stl).",
+        'scenario\'s folder. Give a relative path such as "meshes/maze.stl" (.dae, .glb, .obj, '
+        ".off, .ply, .stl).",
         "crane.toml [start] x: nan is not finite. "
         'Give a number, an angle such as "pi/2" or "90 deg", or four numbers x, y, z, w for a '
         "rotation.",

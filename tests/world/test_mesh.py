@@ -5,6 +5,7 @@ import struct
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -26,26 +27,31 @@ def refused(path: str, root: Path) -> str:
     return str(mistake)
 
 
-@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", "STL"])
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", "dae", "STL"])
 def test_every_format_gives_the_same_box(suffix: str, tmp_path: Path) -> None:
     file = tmp_path / f"box.{suffix}"
     file.write_bytes(_bytes(trimesh.creation.box((1, 2, 4)), suffix.lower()))
     loaded = load_mesh(file.name, root=tmp_path)
     assert loaded.vertices.shape == (8, 3)
     assert loaded.faces.shape == (12, 3)
-    assert mesh_obstacle("box", file.name, tmp_path).warnings == ()
+    up: Literal["y", "z"] = (
+        "y" if suffix == "dae" else "z"
+    )  # which such files say, and are believed
+    assert mesh_obstacle("box", file.name, tmp_path, up=up).warnings == ()
     np.testing.assert_array_equal(np.ptp(loaded.vertices, axis=0), [1, 2, 4])
 
 
 def _bytes(box: trimesh.Trimesh, kind: str) -> bytes:
+    if kind == "dae":
+        return bytes(trimesh.exchange.dae.export_collada(box))
     content = box.export(file_type=kind)
     return content.encode() if isinstance(content, str) else content
 
 
-@pytest.mark.parametrize("path", ["mesh.zip", "mesh.dae", "mesh", "mesh.stl.gz", "box.3mf"])
+@pytest.mark.parametrize("path", ["mesh.zip", "mesh.fbx", "mesh", "mesh.stl.gz", "box.3mf"])
 def test_other_formats_are_refused_by_name(path: str, tmp_path: Path) -> None:
     (tmp_path / path).write_bytes(b"")
-    assert "STL, OBJ, PLY, GLB, OFF" in refused(path, tmp_path)
+    assert "STL, OBJ, PLY, GLB, OFF, DAE" in refused(path, tmp_path)
 
 
 def test_a_mesh_stays_below_its_scenario(tmp_path: Path) -> None:
@@ -66,14 +72,14 @@ def test_a_link_loop_is_a_mistake(tmp_path: Path) -> None:
     refused("loop.stl", tmp_path)
 
 
-@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off"])
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", "dae"])
 @pytest.mark.parametrize("content", [b"", b"\0" * 100, b"garbage\n" * 30, bytes(range(256)) * 4])
 def test_garbage_is_a_mistake(suffix: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / f"bad.{suffix}").write_bytes(content)
     refused(f"bad.{suffix}", tmp_path)
 
 
-@pytest.mark.parametrize("suffix", ["stl", "ply", "glb", "off", "obj"])
+@pytest.mark.parametrize("suffix", ["stl", "ply", "glb", "off", "obj", "dae"])
 def test_a_file_cut_short_never_ends_in_a_traceback(suffix: str, tmp_path: Path) -> None:
     whole = _bytes(trimesh.creation.icosphere(subdivisions=1), suffix)
     for length in range(0, len(whole), max(1, len(whole) // 40)):
@@ -187,10 +193,11 @@ def test_an_open_mesh_and_millimetres_are_warned_about(tmp_path: Path) -> None:
 
 def test_duplicate_vertices_are_merged_and_minus_zero_is_zero() -> None:
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-0.0, 0, 0], [1, 0, 0], [0, 0, 1]])
-    vertices, faces = mesh.merge_duplicates(corners, np.array([[0, 1, 2], [3, 4, 5], [0, 3, 1]]))
+    given = np.array([[0, 1, 2], [3, 4, 5], [0, 3, 1]])
+    vertices, faces, rows = mesh.merge_duplicates(corners, given)
     assert len(vertices) == 4
     np.testing.assert_array_equal(vertices[faces[1]], corners[[3, 4, 5]])
-    assert len(faces) == 2  # the third one has no area
+    assert rows.tolist() == [0, 1]  # the third one has no area
 
 
 def test_vertices_that_no_face_uses_are_dropped(tmp_path: Path) -> None:

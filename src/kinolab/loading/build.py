@@ -18,6 +18,7 @@ from kinolab.loading.well_posed import (
     chosen_names,
     endpoint_issues,
     limit_issues,
+    mesh_issues,
     name_mistakes,
     planner_issues,
 )
@@ -32,6 +33,7 @@ from kinolab.world import (
     mesh_obstacle,
     sphere_obstacle,
 )
+from kinolab.world.floors import without_floor
 
 T = TypeVar("T")
 
@@ -114,13 +116,21 @@ def build_problem(
     if mistakes:
         raise InputError(mistakes)
     section = scenario.world
+    grounded = section.ground == "plane"
+    # The ground lets cables pass, which may meet what is below it.
+    floors = grounded and not any(cable.collides for cable in whole.machine.cables)
+    divided = [without_floor(o) if floors else (o, None) for o in obstacles]
     return PlanningTask(
         scenario=scenario,
         machine=whole.machine,
         model=model,
         whole=whole,
         world=World(
-            tuple(obstacles), section.ground == "plane", dict(section.bounds), section.clearance
+            tuple(rest for rest, _ in divided if rest is not None),
+            grounded,
+            dict(section.bounds),
+            section.clearance,
+            tuple(floor for _, floor in divided if floor is not None),
         ),
         start=start_of(scenario, model),
         goal=goal_of(scenario, model, arrays.circular),
@@ -135,7 +145,9 @@ def _parts(
 ) -> tuple[ScenarioMachine | None, list[Obstacle]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
     made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
-    obstacles = [obstacle for obstacle in made if obstacle is not None]
+    there = {k: obstacle for k, obstacle in enumerate(made) if obstacle is not None}
+    obstacles = list(there.values())
+    mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
     if scenario.system.name is None and scenario.system.file is None:
         return None, obstacles  # it is among the mistakes already
     machine = _collect(mistakes, partial(ScenarioMachine, scenario))

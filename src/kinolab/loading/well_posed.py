@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from kinolab.errors import InputError, MissingPlannerError, Mistake
 from kinolab.loading.state_arrays import StateArrays
 from kinolab.scenario import Issue, Scenario, check_angles, check_names
 from kinolab.search.plugins import full_reference
+from kinolab.world import Obstacle
+from kinolab.world.mesh_hints import FAR_TOO_LARGE, likely_scale
 
 MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
 MIN_STEP = 1e-6  # [s]
@@ -51,6 +53,30 @@ def planner_issues(scenario: Scenario) -> Iterator[Issue]:
     except InputError as error:
         for wrong in error.mistakes:
             yield Issue(("planner", "name"), wrong.what, wrong.remedy)
+
+
+def mesh_issues(scenario: Scenario, obstacles: Mapping[int, Obstacle]) -> Iterator[Issue]:
+    """Yield meshes that are in another unit than their world, by their size.
+
+    Args:
+        scenario: Of which only bounds and given scales are looked at.
+        obstacles: By their place in the scenario.
+    """
+    spans = [high - low for low, high in scenario.world.bounds.values()]
+    if not spans or not obstacles:
+        return
+    sizes = {k: float(np.ptp(o.bounding_box(), axis=0).max()) for k, o in obstacles.items()}
+    for k, size in sizes.items():
+        entry, world = scenario.world.obstacle[k], max(spans)
+        small = max(sizes.values()) <= world / FAR_TOO_LARGE
+        if entry.mesh is None or entry.scale != 1.0 or not (small or size >= FAR_TOO_LARGE * world):
+            continue
+        found = likely_scale(size, world)
+        if found is not None:
+            what = f"it is {size:.3g} m wide in a world of {world:.3g} m."
+            unit = f" if the file is in {found[1]}" if found[1] else ""
+            remedy = f"Write scale = {found[0]:g}{unit}, or change [world] bounds."
+            yield Issue(("world", "obstacle", k, "mesh"), what, remedy)
 
 
 def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Iterator[Issue]:

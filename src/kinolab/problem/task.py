@@ -281,8 +281,11 @@ class PlanningTask:
         for name, value, lower, upper in self.limit_violations(x):
             yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
         yield from self._unmet(x)
+        resting = {body.name for body in self.bodies if body.touches_ground}
+        floor = ' If that is its floor, write ground = "plane" below [world].'
         for contact in self.checker().contacts(*self.placement(x)):
-            yield _contact_sentence(contact)
+            stands = contact.body in resting and not self.world.ground
+            yield _contact_sentence(contact, floor if stands else "")
 
     def _unmet(self, x: Array) -> Iterator[str]:
         """Name the requirements that no input can satisfy at a state."""
@@ -482,9 +485,10 @@ def _listed(numbers: tuple[float, ...]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
 
 
-def _contact_sentence(contact: Any) -> str:
-    stands = " A body that stands on it has touches_ground=True."
-    wheel = stands if contact.obstacle == GROUND_NAME else ""
+def _contact_sentence(contact: Any, on_a_floor: str = "") -> str:
+    wheel = " A body that stands on it has touches_ground=True."
+    if contact.obstacle != GROUND_NAME:
+        wheel = on_a_floor
     phrase = {
         "touches": f"{contact.body} touches {contact.obstacle}.{wheel}",
         "inside": f"{contact.body} is inside {contact.obstacle}.",

@@ -25,7 +25,7 @@ from pydantic_core import PydanticCustomError
 from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
-MESH_FORMATS = (".glb", ".obj", ".off", ".ply", ".stl")
+MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
 

@@ -32,6 +32,7 @@ class Budget:
         progress: Called about four times a second with the iterations and seconds so far.
         viewer: Called about twice a second with the search graph, by planners that provide it.
         stage: Called with the name of each stage that begins: search, simulate, verify.
+        told: Called now and then with what is done after the search, in words.
         interrupted: Set from outside to end the search soon.
         improve: Seconds after its first motion for which a planner may search for shorter ones;
             None for the scenario's.
@@ -50,6 +51,7 @@ class Budget:
     progress: Callable[[int, float], None] | None = None
     viewer: Callable[[SearchGraph], None] | None = None
     stage: Callable[[str], None] | None = None
+    told: Callable[[str], None] | None = None
     interrupted: bool = False
     improve: float | None = None
     below: float = math.inf

@@ -195,7 +195,9 @@ def _judged(
         return Verdict(outcome.name.lower(), outcome.value, kept, goal_distance=distance)
     certificate = None
     if not budget.interrupted:
-        certificate = _timed(lambda: verify(problem, trajectory), budget, timings, "verify")
+        certificate = _timed(
+            lambda: verify(problem, trajectory, budget.told), budget, timings, "verify"
+        )
     if certificate is None:
         return replace(UNVERIFIED, trajectory=trajectory if found else None, goal_distance=distance)
     if certificate.passed:  # re-simulation may reach a goal that the planner missed

@@ -6,7 +6,7 @@ The result is never worse than the first solution, and every incumbent has been 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TypeVar
@@ -35,6 +35,9 @@ MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are 
 # of the time limit, for repairing a motion that the verifier rejects
 REPAIR_TIME_FRACTION = 0.1
 MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
+# Where nobody says how much work improvement may take, a motion of more steps than this gets more
+# in proportion, so many times as much at most.
+SHORT_MOTION, MAX_GROWTH = 200, 5.0
 PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, on a busy computer
 VERIFICATION_SECONDS = 2e-4  # [s] for each knot, as ``charge`` counts it
 # Further searches may each take this many times the first one's iterations, and some more.
@@ -55,6 +58,8 @@ class Incumbent:
         time: Returns the seconds since the first search began.
         on_improved: Called with each verified plan that is better than those before.
         improvements: All verified motions.
+        work: Returns the seconds of work that improvement has taken.
+        gains: That and the duration in [s], of each of them.
     """
 
     problem: PlanningTask
@@ -63,6 +68,8 @@ class Incumbent:
     time: Callable[[], float]
     on_improved: Callable[[PlanResult], None] | None = None
     improvements: list[Improvement] = field(default_factory=list)
+    work: Callable[[], float] = lambda: 0.0
+    gains: list[tuple[float, float]] = field(default_factory=list)
 
     def cancelled(self) -> bool:
         """Say whether the user has interrupted or the search was abandoned."""
@@ -94,7 +101,9 @@ class Incumbent:
             charge(VERIFICATION_SECONDS * len(trajectory.t))
             with judging:  # may block for a while
                 if not self.cancelled():
-                    certificate = self.budget.breaking(lambda: verify(self.problem, trajectory))
+                    certificate = self.budget.breaking(
+                        lambda: verify(self.problem, trajectory, self.budget.told)
+                    )
         kept = certificate is not None and certificate.passed
         if kept:
             self._keep(replace(found, certificate=certificate), by)
@@ -127,6 +136,7 @@ class Incumbent:
     def _keep(self, found: PlanResult, by: str) -> None:
         made = Improvement(self.time(), found.cost or 0.0, found.goal_distance, by, found.seed)
         self.improvements.append(made)
+        self.gains.append((self.work(), made.duration))
         self.best = found
         if self.on_improved:
             self.on_improved(replace(found, improvements=tuple(self.improvements)))
@@ -155,6 +165,7 @@ class PlanImprover:
     _unfinished: bool = False  # whether more work might give a shorter motion
     _out_of_time: float = 0.0  # [s] the time limit, where it ended an improvement
     _gained: float = 1.0  # largest factor by which a duration was reduced
+    _growth: float = 1.0  # of the work, for a long motion
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
         """Return an improved plan, or the same one.
@@ -163,6 +174,7 @@ class PlanImprover:
             found: A search's plan.
             budget: The budget of that search.
         """
+        self._growth = self._growth_for(found.trajectory)
         with compilation() as compiled:
             incumbent = Incumbent(
                 self.problem,
@@ -180,12 +192,21 @@ class PlanImprover:
             statistics["improvement_unfinished"] = float(self._unfinished)
             statistics["improvement_out_of_time"] = self._out_of_time
             statistics["improvement_seconds"] = self._seconds  # of work that it was allowed
+            statistics["last_half_gain"] = _last_half_gain(incumbent.gains, self._seconds)
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
     @property
     def _seconds(self) -> float:
         own = self.request.improve
-        return self.problem.scenario.planner.improve if own is None else own
+        return self._growth * (self.problem.scenario.planner.improve if own is None else own)
+
+    def _growth_for(self, found: Trajectory | None) -> float:
+        """Return how many times the usual work a motion gets, of which nobody says how much."""
+        said = "improve" in self.problem.scenario.planner.model_fields_set
+        if found is None or said or self.request.improve is not None:
+            return 1.0
+        steps = found.duration / self.problem.step
+        return min(max(steps / SHORT_MOTION, 1.0), MAX_GROWTH)
 
     def _worth_it(self, found: PlanResult, incumbent: Incumbent) -> bool:
         if not (self.request.optimize and self._seconds) or incumbent.cancelled():
@@ -218,6 +239,7 @@ class PlanImprover:
             return incumbent.cancelled() or incumbent.time() - begun > patience
 
         with counted_work() as work:
+            incumbent.work = lambda: work.seconds
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
             if patience <= 0.0:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
@@ -357,6 +379,19 @@ class PlanImprover:
             if self._promises(found.duration):
                 self._refine(incumbent, found, remaining)
         raise AssertionError("counting never ends")
+
+
+def _last_half_gain(gains: Sequence[tuple[float, float]], seconds: float) -> float:
+    """Return the fraction by which the second half of the work made the motion shorter.
+
+    Args:
+        gains: The work in [s] and the duration in [s] of each verified motion, in order.
+        seconds: All of the work.
+    """
+    first = [duration for work, duration in gains if work <= 0.5 * seconds]
+    if not first:
+        return 0.0
+    return max(0.0, 1.0 - min(duration for _, duration in gains) / min(first))
 
 
 def _statistics(found: PlanResult, best: PlanResult, further: int) -> dict[str, float]:

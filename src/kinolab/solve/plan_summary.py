@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
 
 MOST_LINES = 10  # of a plan that is printed
 MOST_NAMES = 12  # of states, or of inputs
+NOTABLE = 0.01  # gain of the second half of improvement that is told
 
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
@@ -67,10 +69,15 @@ def _more_time(statistics: Mapping[str, float]) -> str:
             f"  it may become shorter: the time limit of {limit:g} s ended improving it; "
             f"--time-limit {4 * limit:g} gives it more"
         )
-    seconds = statistics["improvement_seconds"]
+    seconds, gain = statistics["improvement_seconds"], statistics.get("last_half_gain", 0.0)
+    late = (
+        f", and the second half of them made it {100 * gain:.0f} % shorter"
+        if gain >= NOTABLE
+        else ""
+    )
     return (
-        f"  it may become shorter: all {seconds:g} s for improving it were used; "
-        f"--set planner.improve={4 * seconds:g} gives it more"
+        f"  it may become shorter: all {seconds:.3g} s for improving it were used{late}; "
+        f"--set planner.improve={math.ceil(4 * seconds)} gives it more"
     )
 
 

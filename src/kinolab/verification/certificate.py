@@ -24,6 +24,7 @@ from kinolab.verification.checks import (
 )
 from kinolab.verification.checks.contacts import collision
 from kinolab.verification.clearance_margin import ClearanceMargin, least_clearance
+from kinolab.verification.clearance_search import Told
 
 
 @dataclass(frozen=True)
@@ -56,15 +57,20 @@ class Certificate:
         return "\n  ".join(lines if self.margin is None else [*lines, str(self.margin)])
 
 
-def verify(problem: PlanningTask, trajectory: Trajectory) -> Certificate:
+def verify(problem: PlanningTask, trajectory: Trajectory, told: Told | None = None) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.
+
+    Args:
+        problem: The problem.
+        trajectory: To be checked.
+        told: Called now and then with what is being done, in words.
 
     Raises:
         InputError: If an argument is something else.
     """
     require_fit("verify problem", PlanningTask, problem)
     require_fit("verify trajectory", Trajectory, trajectory)
-    context = CheckContext(problem, trajectory)
+    context = CheckContext(problem, trajectory, told=told)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
     return Certificate(checks, least_clearance(context.clearance_search) if free else None)

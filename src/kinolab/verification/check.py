@@ -19,7 +19,7 @@ from kinolab.simulation.reference import (
     reference_motion,
 )
 from kinolab.trajectory import Trajectory
-from kinolab.verification.clearance_search import ClearanceSearch
+from kinolab.verification.clearance_search import ClearanceSearch, Told
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
 
 LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, in its own unit: rounding only
@@ -83,11 +83,13 @@ class CheckContext:
         problem: The problem to be solved.
         stored: The trajectory as given.
         known_motion: Motion to check instead of the re-simulated one, such as a planner's own.
+        told: Called now and then with what is being done, in words.
     """
 
     problem: PlanningTask
     stored: Trajectory
     known_motion: ReferenceMotion | None = None
+    told: Told | None = None
 
     @property
     def trajectory(self) -> Trajectory:
@@ -122,7 +124,7 @@ class CheckContext:
         Raises:
             TooFastError: If the motion is too fast to be sampled.
         """
-        return ClearanceSearch(self.dense_motion, self.problem.checker())
+        return ClearanceSearch(self.dense_motion, self.problem.checker(), self.told)
 
     @cached_property
     def error_growth(self) -> tuple[float, str]:

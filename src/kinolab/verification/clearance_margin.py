@@ -85,10 +85,11 @@ def least_clearance(search: ClearanceSearch) -> ClearanceMargin | None:
     """
     dense, problem = search.dense, search.dense.problem
     if problem.world.ground and not all(body.touches_ground for body in problem.bodies):
-        ground = ClearanceSearch(dense, problem.ground_checker())
+        ground = ClearanceSearch(dense, problem.ground_checker(), search.told)
         ground.sample_slopes()
         _settle(ground, math.inf)
-        free = ClearanceSearch(dense, problem.checker().inflated(0.0, ground=False))
+        alone = problem.checker().inflated(0.0, ground=False)
+        free = ClearanceSearch(dense, alone, search.told)
         _settle(free, ground.least)
         nearest = min(ground, free, key=lambda one: one.least)
     else:
@@ -114,4 +115,4 @@ def _settle(search: ClearanceSearch, known: float) -> None:
         coarser = 2.0 ** (search.count // MAX_CHECKS)
         return least - coarser * max(CLEARANCE_TOLERANCE, RELATIVE_TOLERANCE * least)
 
-    search.narrow(below)
+    search.narrow(below, "the smallest clearance")

@@ -1,7 +1,8 @@
 """The clearance along a motion, sampled where what is known of it leaves too much open.
 
 Between two samples it changes by no more than points move. Whatever interval of time might hold
-less clearance than is asked about is halved, all such intervals at once, until none is left.
+less clearance than is asked about is halved, all such intervals at once, until none is left. At the
+ends of the integrator's steps FCL is asked, too, about everything near: a second opinion on gaps.
 
 Source: Piyavskii, An algorithm for finding the absolute extremum of a function, USSR Computational
 Mathematics and Mathematical Physics 12(4), 1972 (minima of functions of limited slope).
@@ -33,6 +34,9 @@ MIDDLE = 0.8  # of an interval, in which it is divided
 ZOOM_SAMPLES, ZOOMS = 17, 6  # around a minimum that is pinned down to 1e-5 of its neighbourhood
 
 
+Told = Callable[[str], None]
+
+
 @dataclass(frozen=True, eq=False)
 class Intervals:
     """Intervals of time with the clearance at both ends, a row each."""
@@ -54,6 +58,7 @@ class ClearanceSearch:
     Args:
         dense: The motion.
         checker: Says what the clearance is.
+        told: Called between rounds with what is being done and how far it is.
 
     Attributes:
         least: Smallest clearance so far, in [m]; ``time`` and ``x`` are where it occurs.
@@ -65,15 +70,19 @@ class ClearanceSearch:
         TooFastError: If the motion is too fast to be sampled.
     """
 
-    def __init__(self, dense: DenseMotion, checker: CollisionChecker) -> None:
-        self.dense, self.checker = dense, checker
+    def __init__(
+        self, dense: DenseMotion, checker: CollisionChecker, told: Told | None = None
+    ) -> None:
+        self.dense, self.checker, self.told = dense, checker, told
         self.least, self.time, self.x = math.inf, 0.0, dense.motion.x[0]
         self.contact, self.count = math.inf, 0
         steps = dense.steps
         self._slope = steps.speed
         times = np.append(steps.begin, dense.motion.t[-1])
         last = len(dense.motion.t) - 2
+        self._judge: CollisionChecker | None = checker.thorough()
         gaps = self._sampled(np.append(steps.knots, last), times) if last >= 0 else self._first()
+        self._judge = None
         each = np.arange(len(steps.begin))
         self._open = Intervals(each, steps.begin, steps.end, gaps[:-1], gaps[1:])
         self._looks = np.zeros(len(each), dtype=np.int64)
@@ -87,11 +96,12 @@ class ClearanceSearch:
             rises = np.abs(np.diff(gaps.reshape(times.shape)) / np.diff(times))
         self._slope = SAFETY_FACTOR * np.nan_to_num(rises).max(axis=1, initial=0.0)
 
-    def narrow(self, below: Callable[[], float]) -> None:
+    def narrow(self, below: Callable[[], float], what: str = "collisions") -> None:
         """Sample until no interval is left in which there may be less clearance.
 
         Args:
             below: Than what, in [m]; it is asked before each round.
+            what: Is looked for, in words.
 
         Raises:
             TooFastError: If that takes too many samples.
@@ -101,6 +111,10 @@ class ClearanceSearch:
             wanted = self._lower_bounds() < below()
             if not wanted.any():
                 return
+            if self.told:
+                open_time = (self._open.end - self._open.begin)[wanted].sum()
+                done = 1.0 - open_time / self.dense.motion.t[-1]
+                self.told(f"verifying: {what}, {max(done, 0.0):.0%} of the motion")
             halves = self._halved(self._open.part(wanted))
             kept = self._open.part(~wanted)
             joined = (
@@ -161,7 +175,7 @@ class ClearanceSearch:
 
     def _clearances(self, times: Array, states: Array) -> Array:
         place = self.dense.problem.placement(states)
-        gaps = self.checker.clearances(*place)
+        gaps = (self._judge or self.checker).clearances(*place)
         self.count += len(gaps)
         best = int(np.argmin(gaps))
         if gaps[best] < self.least:

@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import io
-import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.world.double_faces import single_faces
+from kinolab.world.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
+from kinolab.world.mesh_components import connected_parts
+from kinolab.world.mesh_reading import read_triangles, refusal
 from kinolab.world.shape_surfaces import Faces
 
-if TYPE_CHECKING:
-    import trimesh
-from kinolab.world.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
-from kinolab.world.mesh_components import Components, connected_parts
-
-FORMATS = ("stl", "obj", "ply", "glb", "off")
+FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 2_000_000
 MAX_COORDINATE = 1e9  # [m]
-MAX_EXTENT = 1000.0  # [m]; larger ones are most likely drawn in millimetres
 
 
 def load_mesh(path: str | Path, *, root: Path) -> Mesh:
-    """Read an STL, OBJ, PLY, GLB or OFF file from ``root`` or a folder below it.
+    """Read an STL, OBJ, PLY, GLB, OFF or DAE file from ``root`` or a folder below it.
 
-    Nothing but the file itself is read: materials, textures and remote buffers are not followed.
+    Nothing but the file itself is read: an OBJ's materials, textures and remote buffers are not
+    followed. Triangles that are there twice are read once.
 
     Args:
         path: The file; a relative path is taken from ``root``.
@@ -48,34 +44,43 @@ def load_mesh(path: str | Path, *, root: Path) -> Mesh:
 
 
 def _sound_mesh(where: str, content: bytes) -> Mesh:
-    vertices, faces = _parse(where, content)
-    check(where, vertices, faces)
-    vertices, faces = merge_duplicates(vertices, faces)
+    raw = read_triangles(where, _format(where), content, MAX_TRIANGLES)
+    check(where, raw.vertices, raw.faces)
+    vertices, faces, rows = merge_duplicates(raw.vertices, raw.faces)
     if not len(faces):
         raise refusal(where, "has no triangle with three different corners.")
-    return Mesh(vertices, faces, connected_parts(len(vertices), faces))
+    single = single_faces(vertices, faces)
+    colors = raw.colors[rows[single.rows]] if len(raw.colors) else raw.colors
+    return Mesh(
+        vertices,
+        single.faces,
+        connected_parts(len(vertices), single.faces),
+        single.both,
+        colors,
+        np.array([single.copies, single.pairs]),
+        np.array([raw.unit, raw.up]),
+    )
 
 
 def _format(where: str) -> str:
     return Path(where).suffix.lower().removeprefix(".")
 
 
-def refusal(where: str, what: str, remedy: str = "") -> InputError:
-    """Make the error for one mistake in one file."""
-    return InputError([Mistake(where, what, remedy)])
-
-
-def merge_duplicates(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
+def merge_duplicates(vertices: Array, faces: Faces) -> tuple[Array, Faces, NDArray[np.int64]]:
     """Merge vertices (n, 3) at the same place; drop faces (m, 3) that this leaves without area.
 
     Vertices that no face uses go as well: they would widen every bounding box.
+
+    Returns:
+        Vertices, faces, and which of the given faces these are.
     """
     used, faces = np.unique(faces, return_inverse=True)
     vertices = vertices[used] + 0.0  # -0.0 becomes 0.0
     distinct, index = np.unique(vertices, axis=0, return_inverse=True)
     merged = index.reshape(-1)[faces.reshape(-1, 3)].astype(np.int64)
     a, b, c = merged.T
-    return distinct, merged[(a != b) & (b != c) & (c != a)]
+    rows = np.flatnonzero((a != b) & (b != c) & (c != a))
+    return distinct, merged[rows], rows.astype(np.int64)
 
 
 def _locate(where: str, root: Path) -> Path:
@@ -106,48 +111,6 @@ def _read(where: str, file: Path) -> bytes:
     return content
 
 
-def _parse(where: str, content: bytes) -> tuple[Array, Faces]:
-    """Let trimesh read the bytes; without a file name it has no folder to load more from."""
-    import trimesh  # late: a mesh that is in the cache needs none
-
-    kind = _format(where)
-    try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False)
-            return _flatten(where, scene)
-    except InputError:
-        raise
-    except Exception as error:  # trimesh's parsers raise whatever the bytes provoke
-        cause = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise refusal(where, f"is not a readable {kind.upper()} file ({cause}).") from error
-
-
-def _flatten(where: str, scene: trimesh.Scene) -> tuple[Array, Faces]:
-    """Join the parts of a scene in its frame, counting first: instances multiply cheaply."""
-    import trimesh  # late, as above
-
-    placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
-    parts = [(pose, scene.geometry[name]) for pose, name in placed]
-    parts = [(pose, part) for pose, part in parts if isinstance(part, trimesh.Trimesh)]
-    count = sum(len(part.faces) for _, part in parts)
-    if count > MAX_TRIANGLES:
-        raise refusal(where, f"has more than {MAX_TRIANGLES} triangles.", "Simplify the mesh.")
-    if not count:
-        raise refusal(where, "has no faces.", "Export triangles, not points or curves.")
-    offsets = np.cumsum([0, *(len(part.vertices) for _, part in parts)])
-    vertices = [np.asarray(part.vertices) @ pose[:3, :3].T + pose[:3, 3] for pose, part in parts]
-    faces = [_sound(where, part) + first for (_, part), first in zip(parts, offsets, strict=False)]
-    return np.concatenate(vertices).astype(np.float64), np.concatenate(faces)
-
-
-def _sound(where: str, part: trimesh.Trimesh) -> Faces:
-    faces = np.asarray(part.faces, dtype=np.int64)
-    if faces.size and (faces.min() < 0 or faces.max() >= len(part.vertices)):
-        raise refusal(where, "has a face with a vertex that does not exist.", "Export it again.")
-    return faces
-
-
 def check(where: str, vertices: Array, faces: Faces) -> None:
     """Refuse vertices (n, 3) that nobody can compute with.
 
@@ -158,14 +121,3 @@ def check(where: str, vertices: Array, faces: Faces) -> None:
         raise refusal(where, "has a vertex that is not a finite number.", "Export it again.")
     if np.abs(vertices[faces]).max() > MAX_COORDINATE:
         raise refusal(where, f"reaches farther than {MAX_COORDINATE:g} m.", "Export it again.")
-
-
-def suspicions(where: str, vertices: Array, parts: Components) -> tuple[str, ...]:
-    """Say what is usable about a mesh of vertices (n, 3), yet probably not meant."""
-    found = []
-    if not parts.volume.all():
-        found.append(f"{where}: is not watertight. Where it is open, only its surface collides.")
-    extent = np.ptp(vertices, axis=0).max()
-    if extent > MAX_EXTENT:
-        found.append(f"{where}: is {extent:.4g} m wide. Millimetres? Then write scale = 0.001.")
-    return tuple(found)

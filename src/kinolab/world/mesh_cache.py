@@ -1,11 +1,12 @@
 """Meshes on disk as they were read and checked, by the content of their files.
 
-An entry takes 48 bytes per triangle; those that were used last stay.
+An entry takes about 50 bytes per triangle; those that were used last stay.
 """
 
 from __future__ import annotations
 
 import hashlib
+import math
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -18,17 +19,21 @@ from kinolab.files import keep_last_used, read_sealed, touch, write_sealed
 from kinolab.numerics.arrays import Array
 from kinolab.world.shape_surfaces import Faces
 
-MAGIC = b"kinolab mesh 1\n"
+MAGIC = b"kinolab mesh 2\n"
 MAX_BYTES = 2**28  # [bytes] of all entries
 HEADER = np.dtype("<i8")
 
 
 class Mesh(NamedTuple):
-    """Triangles as a file gives them, in the file's units, duplicate vertices merged."""
+    """Triangles as a file gives them, in the file's units, duplicates merged."""
 
     vertices: Array  # (n, 3)
     faces: Faces  # (m, 3)
     label: NDArray[np.int64]  # (m,) the connected part that each face belongs to
+    both: NDArray[np.bool_]  # (m,) whether it belongs to a part whose faces look both ways
+    colors: NDArray[np.uint8]  # (m, 3) red, green, blue; (0, 3) of a file without colours
+    repeated: NDArray[np.int64]  # (2,) triangles left out as copies, and as backs of others
+    declared: Array  # (2,) unit in [m], 0 if not said; axis that points up, -1 if not said
 
 
 def entry_for(kind: str, content: bytes) -> Path:
@@ -43,18 +48,33 @@ def read_mesh(path: Path) -> Mesh | None:
     if content is None:
         return None
     touch(path)
-    n, m = np.frombuffer(content, HEADER, 2).tolist()
-    at = 2 * HEADER.itemsize
-    vertices = np.frombuffer(content, np.float64, 3 * n, at).reshape(n, 3).copy()  # aligned
-    numbers = np.frombuffer(content, np.int64, 4 * m, at + vertices.nbytes)
-    return Mesh(vertices, numbers[: 3 * m].reshape(m, 3).copy(), numbers[3 * m :].copy())
+    n, m, painted = np.frombuffer(content, HEADER, 3).tolist()
+    at, parts = 3 * HEADER.itemsize, []
+    for dtype, shape in _layout(n, m, painted):
+        part = np.frombuffer(content, dtype, math.prod(shape), at).reshape(shape)
+        parts.append(part.copy())  # aligned
+        at += part.nbytes
+    return Mesh(*parts)
 
 
 def keep_mesh(path: Path, mesh: Mesh) -> None:
     """Write a mesh, and remove those unused for longest where all take too much."""
-    head = np.array([len(mesh.vertices), len(mesh.faces)], HEADER)
+    head = np.array([len(mesh.vertices), len(mesh.faces), len(mesh.colors)], HEADER)
     write_sealed(path, MAGIC, b"".join(part.tobytes() for part in (head, *mesh)))
     keep_last_used(path, MAX_BYTES)
+
+
+def _layout(n: int, m: int, painted: int) -> list[tuple[type[np.generic], tuple[int, ...]]]:
+    """Return the type and shape of each field of ``Mesh``, in its order."""
+    return [
+        (np.float64, (n, 3)),
+        (np.int64, (m, 3)),
+        (np.int64, (m,)),
+        (np.bool_, (m,)),
+        (np.uint8, (painted, 3)),
+        (np.int64, (2,)),
+        (np.float64, (2,)),
+    ]
 
 
 @cache

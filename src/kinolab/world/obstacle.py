@@ -13,8 +13,10 @@ from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, sizes, triangles
-from kinolab.world.mesh import check, load_mesh, refusal, suspicions
+from kinolab.world.mesh import check, load_mesh
 from kinolab.world.mesh_components import Components, components
+from kinolab.world.mesh_hints import doubts
+from kinolab.world.mesh_reading import refusal
 from kinolab.world.shape_surfaces import Faces
 from kinolab.world.support_functions import half_extent
 
@@ -46,6 +48,7 @@ class Obstacle:
     source: Path | None = None  # the mesh file
     warnings: tuple[str, ...] = ()
     parts: Components | None = None  # of a mesh, where they are known already
+    colors: Array | None = None  # (m, 3) red, green, blue in 0..1 of a file that has some
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""
@@ -130,12 +133,25 @@ def mesh_obstacle(
     check(str(path), vertices, mesh.faces)
     faces = mesh.faces if np.linalg.det(linear) > 0 else mesh.faces[:, ::-1]
     parts = components(vertices, faces, mesh.label)
+    if solid is None:  # faces that look both ways do not say on which side the solid lies
+        parts.volume[parts.label[mesh.both]] = 0.0
     faces, filled = _fill(str(path), faces, parts, solid)
-    source, warnings = (root / path).resolve(), suspicions(str(path), vertices, parts)
+    known = {"given": solid is not None, "scaled": scale != 1.0}
+    warnings = tuple(doubts(str(path), mesh, vertices, parts, up=up, **known))
     if solid:
         parts = parts._replace(volume=np.abs(parts.volume))  # all faces look outward now
-    faces = np.ascontiguousarray(faces)
-    return Obstacle(name, vertices, faces, None, filled, source, warnings, parts)
+    colors = mesh.colors / 255.0 if len(mesh.colors) else None
+    return Obstacle(
+        name,
+        vertices,
+        np.ascontiguousarray(faces),
+        None,
+        filled,
+        (root / path).resolve(),
+        warnings,
+        parts,
+        colors,
+    )
 
 
 def _primitive(name: str, shape: Shape, position: Numbers, rpy: Numbers) -> Obstacle:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from kinolab.world.mesh import MAX_EXTENT
+import numpy as np
+
+from kinolab.world.mesh_hints import MAX_EXTENT, misfits
 from kinolab.world.obstacle import Obstacle
 
 
@@ -17,17 +19,23 @@ class World:
         ground: Whether there is the plane z = 0.
         bounds: Limits of the workspace in [m], by axis.
         clearance: Distance in [m] that plans keep from every obstacle.
+        floors: What the ground covers of meshes: to be seen, and never met.
     """
 
     obstacles: tuple[Obstacle, ...] = ()
     ground: bool = False
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     clearance: float = 0.0
+    floors: tuple[Obstacle, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about what is usable but suspicious."""
         found = [text for obstacle in self.obstacles for text in obstacle.warnings]
+        found += [text for floor in self.floors for text in (*floor.warnings, _covered(floor))]
+        for obstacle in (*self.obstacles, *self.floors):
+            if obstacle.primitive is None:
+                found += misfits(obstacle.name, np.ptp(obstacle.vertices, axis=0), self.bounds)
         for axis, (low, high) in self.bounds.items():
             if high - low > MAX_EXTENT:
                 found.append(f"[world] bounds {axis}: {high - low:.4g} m wide. Millimetres?")
@@ -36,6 +44,7 @@ class World:
     def describe(self) -> tuple[str, ...]:
         """Say in one line per obstacle what it is."""
         lines = [_describe(obstacle) for obstacle in self.obstacles]
+        lines += [_covered(floor) for floor in self.floors]
         return (*lines, "ground: the plane z = 0") if self.ground else tuple(lines)
 
 
@@ -45,3 +54,10 @@ def _describe(obstacle: Obstacle) -> str:
     origin = f" from {obstacle.source.name}" if obstacle.source else ""
     filling = "solid" if obstacle.solid else "surface only"
     return f"{obstacle.name}: mesh of {len(obstacle.faces)} triangles{origin}, {filling}"
+
+
+def _covered(floor: Obstacle) -> str:
+    count, low = len(floor.faces), float(floor.vertices[:, 2].min())
+    depth = "at z = 0" if low > -1e-6 else f"down to {-1000.0 * low:.3g} mm below z = 0"
+    triangles = "1 triangle" if count == 1 else f"{count} triangles"
+    return f"{floor.name}: {triangles} {depth}, which the ground covers: support, and no obstacle"

@@ -242,12 +242,16 @@ def _search(
         spent = f"{elapsed:.1f} of {section.time_limit:g} s"
         progress(f"{section.name}: {iterations} iterations, {spent}", passing=True)
 
+    def say(text: str) -> None:
+        progress(text, passing=True)
+
     def write(found: PlanResult) -> dict[str, Any]:
         with INTERRUPTS.writing():
             return write_run(folder, problem, found)
 
     def watch(budget: Budget) -> None:
         INTERRUPTS.ask(budget.end)
+        budget.told = say
         if page:
             budget.viewer, budget.stage = page.explored, page.phase
 

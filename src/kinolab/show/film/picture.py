@@ -15,7 +15,7 @@ from kinolab.show.film.models.cut import along, cut_open, level
 from kinolab.show.film.models.obstacles import own_colors, painted
 from kinolab.show.film.models.painted_body import PaintedBody
 from kinolab.show.film.models.setting import SETTINGS, SceneColors, SettingName
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, weld
 from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
@@ -77,13 +77,15 @@ class Floor:
 class Surface:
     """An obstacle as it is drawn: points of shape (n, 3) in [m], three of them per face (m, 3).
 
-    Its colours are RGB in 0..1; without any it takes one of the setting's.
+    Its colours, RGB in 0..1, are those that a scenario gives it, or else those of each face in its
+    file (``paint``, shape (m, 3)); without any it takes one of the setting's.
     """
 
     name: str
     vertices: Array
     faces: NDArray[np.signedinteger[Any]]
     colors: tuple[Color, ...] = ()
+    paint: Array | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -149,9 +151,7 @@ class Picture:
 
     def surfaces(self) -> list[Surface]:
         """The obstacles as they are drawn, with their colours."""
-        return [
-            Surface(each.name, each.vertices, each.faces, _colors(each)) for each in self.obstacles
-        ]
+        return [_surface(each) for each in self.obstacles]
 
     @property
     def colors(self) -> SceneColors:
@@ -160,16 +160,19 @@ class Picture:
 
     def obstacle_meshes(self) -> list[SurfaceMesh]:
         """The obstacles as coloured meshes, in their order; cut open where the picture says so."""
-        meshes = [
-            painted(each.vertices, each.faces, own_colors(k, each.colors, self.colors))
-            for k, each in enumerate(self.surfaces())
-        ]
+        meshes = [self._colored(k, each) for k, each in enumerate(self.surfaces())]
         if self.cut == "way":
             if self.path is None:
                 return meshes
             heights = along(np.asarray(self.path, dtype=np.float64))
             return [cut_open(mesh, heights) if is_room(mesh) else mesh for mesh in meshes]
         return meshes if self.cut is None else [cut_open(m, level(self.cut)) for m in meshes]
+
+    def _colored(self, number: int, surface: Surface) -> SurfaceMesh:
+        if surface.paint is not None and not surface.colors:
+            return weld(surface.vertices, surface.faces, surface.paint)
+        colors = own_colors(number, surface.colors, self.colors)
+        return painted(surface.vertices, surface.faces, colors)
 
     def _painted(self) -> Sequence[PaintedBody]:
         done = [body for body in self.bodies if isinstance(body, PaintedBody)]
@@ -180,8 +183,10 @@ class Picture:
         return painted_bodies([body for body in self.bodies if not isinstance(body, PaintedBody)])
 
 
-def _colors(obstacle: Obstacle | Surface) -> tuple[Color, ...]:
-    return obstacle.colors if isinstance(obstacle, Surface) else ()
+def _surface(obstacle: Obstacle | Surface) -> Surface:
+    if isinstance(obstacle, Surface):
+        return obstacle
+    return Surface(obstacle.name, obstacle.vertices, obstacle.faces, paint=obstacle.colors)
 
 
 def pose_table(poses: ArrayLike) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
@@ -98,10 +99,20 @@ class CollisionChecker:
         twin._inflate(self.margin, self.scene.ground)
         return twin
 
+    def thorough(self) -> CollisionChecker:
+        """Return a checker that asks FCL about meshes also where a gap is proved.
+
+        It shares the obstacles with this one, not the scratch memory.
+        """
+        twin = copy(self)
+        twin.scene = self.scene._replace(sure=math.inf)
+        twin._beside = self._beside and self._beside.inflated(self.margin)
+        twin._inflate(self.margin, self.scene.ground)
+        return twin
+
     def build(self) -> None:
-        """Build the search trees of all meshes, which would be built when they are first needed."""
-        for k in range(len(self._obstacles)):
-            self._obstacles[k]
+        """Build the search trees of meshes, which would be built when they are first needed."""
+        self._obstacles.build()
 
     def _inflate(self, margin: float, ground: bool) -> None:
         grow, self.margin = CONTACT_MARGIN + margin, margin
@@ -163,7 +174,7 @@ class CollisionChecker:
         self._span(ends)
         sound_shapes = [s for s, name in enumerate(self._owners) if whole[name]]
         names = [obstacle.name for obstacle in self.world.obstacles]
-        report = ContactReport(self._owners, names, self._arrays.held, self._narrowphase)
+        report = ContactReport(self._owners, names, self._arrays, self._narrowphase)
         found += report.contacts(self._table(poses), sound_shapes)
         if not found and self._beside is not None:
             found += self._beside.contacts(poses, ends)

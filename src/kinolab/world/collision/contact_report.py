@@ -11,6 +11,7 @@ from kinolab.numerics.struct import Record
 from kinolab.world.collision.broadphase import (
     ROUNDING_MARGIN,
     CheckerArrays,
+    clear_of_meshes,
     enclose,
     grounded,
     place,
@@ -19,6 +20,7 @@ from kinolab.world.collision.fcl import Narrowphase
 from kinolab.world.collision.triangle_grid import inside, near_surface, overlap
 
 GROUND_NAME = "ground"
+LARGE = 50_000  # triangles, for which FCL builds its search tree in 0.2 s
 Kind: TypeAlias = Literal["touches", "inside", "sinks", "near", "error"]
 
 
@@ -44,7 +46,7 @@ class ContactReport:
     Args:
         owners: The body or cable of each shape.
         obstacles: Names of the world's obstacles.
-        arrays: The machine in its world, cables placed in its scratch.
+        record: The machine in its world, ``CheckerArrays``, cables placed in its scratch.
         narrowphase: Judges pairs of what is placed there.
     """
 
@@ -52,11 +54,13 @@ class ContactReport:
         self,
         owners: Sequence[str],
         obstacles: Sequence[str],
-        arrays: CheckerArrays,
+        record: Record,
         narrowphase: Narrowphase,
     ) -> None:
         self._owners, self._obstacles = owners, obstacles
-        self._arrays, self._narrowphase = arrays, narrowphase
+        arrays: CheckerArrays = record.held
+        self._record, self._arrays, self._narrowphase = record, arrays, narrowphase
+        self._large = len(arrays.tree.triangles) > LARGE
         self._grid, self._scratch = Record(arrays.grid), arrays.scratch
         self._around = arrays.scratch.around
 
@@ -91,11 +95,17 @@ class ContactReport:
 
     def _kind(self, shape: int, k: int) -> Kind | None:
         mesh, kind = self._arrays.scene.mesh[k], None
-        if mesh < 0 or near_surface(self._around[shape], mesh, self._grid):
+        if mesh < 0 or (
+            near_surface(self._around[shape], mesh, self._grid) and not self._clear(shape)
+        ):
             kind = self._judged(shape, k)
         if kind is None and mesh >= 0 and inside(self._scratch.places[shape], mesh, self._grid):
             return "inside"
         return kind
+
+    def _clear(self, shape: int) -> bool:
+        """Say whether a gap to the meshes is proved; small ones FCL has judged before that."""
+        return self._large and bool(clear_of_meshes(shape, self._record))
 
     def _with_each_other(self, sound: set[int]) -> Iterator[Contact]:
         for a, b in self._arrays.scene.own_pairs.tolist():

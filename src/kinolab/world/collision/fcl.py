@@ -9,11 +9,14 @@ second solver, GST_INDEP, misses overlaps of a millimetre and is not used.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import fcl
+import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
@@ -21,9 +24,11 @@ from kinolab.world.cable import CableGeometry
 from kinolab.world.collision.broadphase import BroadphaseScratch
 from kinolab.world.geometry import BodyGeometry, ShapeKind, frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
+from kinolab.world.shape_surfaces import Faces
 
 # [m] that bodies are inflated by, so that touching is a collision for every pair
 CONTACT_MARGIN = 1e-5
+TILE_SIZE = 5000  # triangles at most, whose search tree is built in 20 ms
 
 
 def body_object(shape: Shape, grow: float) -> Any:
@@ -51,6 +56,7 @@ class Obstacles:
     def __init__(self, obstacles: Sequence[Obstacle]) -> None:
         self._obstacles = obstacles
         self._objects: list[object | None] = [None] * len(obstacles)
+        self._large = [o.primitive is None and len(o.faces) > TILE_SIZE for o in obstacles]
 
     def __len__(self) -> int:
         return len(self._objects)
@@ -61,6 +67,16 @@ class Obstacles:
             found = self._objects[k] = obstacle_object(self._obstacles[k])
         return found
 
+    def near(self, k: int, box: Array) -> Iterable[object]:
+        """Return the objects of an obstacle that a box (6,) may meet: tiles of a large mesh."""
+        return _tiles_of(self._obstacles[k]).near(box) if self._large[k] else (self[k],)
+
+    def build(self) -> None:
+        """Make all objects but the tiles of large meshes."""
+        for k, large in enumerate(self._large):
+            if not large:
+                self[k]
+
 
 class Narrowphase:
     """Judges pairs of placed shapes, and of shapes and obstacles.
@@ -69,7 +85,7 @@ class Narrowphase:
         bodies, cables: What moves; the shapes of the cables that collide come last.
         grow: By how much they are inflated, in [m].
         obstacles: What does not move.
-        scratch: Where the shapes are.
+        scratch: Where the shapes are, and the boxes around them.
         half: Half sizes in [m], those of cables as long as they are, shape (shapes, 3).
     """
 
@@ -88,6 +104,7 @@ class Narrowphase:
         # Views made once: FCL wants arrays, and slicing costs as much as setting.
         self._where = list(zip(movers, scratch.turns, scratch.places, strict=True))
         self._obstacles, self._half, self._first_cable = obstacles, half, len(solids)
+        self._around = scratch.around
         # One request and one result for all times.
         self._request, self._result = (
             fcl.CollisionRequest(num_max_contacts=1),
@@ -100,10 +117,14 @@ class Narrowphase:
         for shape, other in pairs:
             if shape != placed:
                 mover, placed = self._moved(shape), shape
-            fixed = self._obstacles[other] if other < count else self._moved(other - count)
-            if collide(mover, fixed, self._request, self._result):
-                self._result.contacts.clear()
-                return True
+            if other < count:
+                things = self._obstacles.near(other, self._around[shape])
+            else:
+                things = (self._moved(other - count),)
+            for fixed in things:
+                if collide(mover, fixed, self._request, self._result):
+                    self._result.contacts.clear()
+                    return True
         return False
 
     def _moved(self, shape: int) -> object:
@@ -128,16 +149,74 @@ def _geometry(shape: Shape, grow: float) -> object:
     return fcl.Cylinder(half[0] + grow, wide[2])
 
 
+class FclTiles:
+    """A mesh in tiles: the search tree of one is built when something first comes near to it.
+
+    The tree of a million triangles takes seconds, and most motions pass a few thousand of them.
+
+    Args:
+        vertices: In [m], shape (n, 3).
+        faces: Shape (m, 3).
+    """
+
+    def __init__(self, vertices: Array, faces: Faces) -> None:
+        self._vertices, self._faces = vertices, faces
+        corners = [vertices[faces[:, k]] for k in range(3)]
+        low, high = (reduce(pick, corners) for pick in (np.minimum, np.maximum))
+        self._rows = list(_divided(low + high, np.arange(len(faces))))
+        self._low = np.array([low[rows].min(axis=0) for rows in self._rows])
+        self._high = np.array([high[rows].max(axis=0) for rows in self._rows])
+        self._objects: list[object | None] = [None] * len(self._rows)
+
+    def near(self, box: Array) -> Iterator[object]:
+        """Yield the objects that a box (6,), lowest and highest x, y, z in [m], may meet."""
+        meets = (self._low <= box[3:]).all(axis=1) & (self._high >= box[:3]).all(axis=1)
+        for k in np.flatnonzero(meets).tolist():
+            found = self._objects[k]
+            if found is None:
+                used, faces = np.unique(self._faces[self._rows[k]], return_inverse=True)
+                surface = _surface_model(self._vertices[used], faces.reshape(-1, 3))
+                found = self._objects[k] = fcl.CollisionObject(surface)
+            yield found
+
+
+def _surface_model(vertices: Array, faces: Faces) -> object:
+    """Build FCL's search tree of triangles (m, 3) between vertices (n, 3) in [m]."""
+    model = fcl.BVHModel()
+    model.beginModel(len(faces), len(vertices))
+    model.addSubModel(vertices, faces)
+    model.endModel()
+    return model
+
+
+def _divided(middles: Array, rows: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+    """Halve triangles with middles (m, 3) along their longest extent until tiles are small."""
+    waiting = [rows]
+    while waiting:
+        rows = waiting.pop()
+        if len(rows) <= TILE_SIZE:
+            yield rows
+            continue
+        here, half = middles[rows], len(rows) // 2
+        along = here[:, int(np.ptp(here, axis=0).argmax())]
+        order = np.argpartition(along, half)
+        waiting += [rows[order[:half]], rows[order[half:]]]
+
+
 # Search trees, which only FCL reads: all checkers of a world share them.
 _surfaces: WeakKeyDictionary[Obstacle, object] = WeakKeyDictionary()
+_tiles: WeakKeyDictionary[Obstacle, FclTiles] = WeakKeyDictionary()
 
 
 def _surface(obstacle: Obstacle) -> object:
     model = _surfaces.get(obstacle)
     if model is None:
-        model = fcl.BVHModel()
-        model.beginModel(len(obstacle.faces), len(obstacle.vertices))
-        model.addSubModel(obstacle.vertices, obstacle.faces)
-        model.endModel()
-        _surfaces[obstacle] = model
+        model = _surfaces[obstacle] = _surface_model(obstacle.vertices, obstacle.faces)
     return model
+
+
+def _tiles_of(obstacle: Obstacle) -> FclTiles:
+    tiles = _tiles.get(obstacle)
+    if tiles is None:
+        tiles = _tiles[obstacle] = FclTiles(obstacle.vertices, obstacle.faces)
+    return tiles

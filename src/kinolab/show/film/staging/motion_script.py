@@ -53,8 +53,8 @@ def _surfaces(problem: PlanningTask) -> list[Surface]:
     """The obstacles with the colours that the scenario gives them."""
     colors = {entry.name: entry.colors for entry in problem.scenario.world.obstacle}
     return [
-        Surface(each.name, each.vertices, each.faces, colors.get(each.name, ()))
-        for each in problem.world.obstacles
+        Surface(each.name, each.vertices, each.faces, colors.get(each.name, ()), each.colors)
+        for each in (*problem.world.obstacles, *problem.world.floors)
     ]
 
 
