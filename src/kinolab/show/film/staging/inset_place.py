@@ -19,7 +19,7 @@ from kinolab.show.film.staging.backdrop import backdrop
 from kinolab.show.film.staging.stage import nearest_pixel, swept
 from kinolab.show.film.text import heading
 
-SMALL_FRACTION = 0.055  # of the picture's height: larger machines need no inset
+SMALL_FRACTION = 0.07  # of the picture's height: larger machines need no inset
 FILL_FRACTION = 0.45  # of the inset's height that the machine takes
 FOLLOW_FRACTION = 0.3  # of a whole picture's height that the machine takes that it goes with
 LEAST_MAGNIFICATION, MAX_MAGNIFICATION = 1.2, 12.0  # times; of a picture by itself, of any
