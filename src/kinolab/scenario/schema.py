@@ -100,6 +100,7 @@ class ObstacleEntry(Section):
     scale: Scale = 1.0  # of a mesh
     up: Literal["x", "y", "z"] = "z"  # the axis of a mesh file that points up
     solid: bool | None = None  # of a mesh; left out: judged by its volume
+    simplify: Count | None = None  # of a mesh: triangles that are left
     name: Name = ""  # left out: the kind and the count, or the mesh file's stem
 
     @property
