@@ -9,6 +9,7 @@ Source: Garland, Heckbert, Surface simplification using quadric error metrics, S
 from __future__ import annotations
 
 import hashlib
+import logging
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +31,8 @@ from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 from kinolab.world.world import World
 
+LOG = logging.getLogger("kinolab")
+LONG = 500_000  # triangles that are simplified in 20 s
 MAGIC = b"kinolab simplified 1\n"
 BEAD = 1e-7  # [m] radius of the ball whose gap stands for a point's distance
 ROUNDING = 2e-8  # [m] by which that gap may be too small
@@ -137,6 +140,9 @@ def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, flo
         vertices = np.frombuffer(content, np.float64, 3 * n, 24).reshape(n, 3).copy()
         faces = np.frombuffer(content, np.int64, 3 * m, 24 + vertices.nbytes).reshape(m, 3).copy()
         return vertices, faces, error
+    if len(obstacle.faces) > LONG:
+        many = len(obstacle.faces)
+        LOG.warning("%s: simplifying %d triangles, once; it may take minutes.", where, many)
     vertices, faces = _fewer(where, obstacle, count)
     rough = replace(obstacle, vertices=vertices, faces=faces, parts=None, colors=None)
     error = largest_distance(obstacle.vertices, obstacle.faces, rough)
