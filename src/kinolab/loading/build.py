@@ -34,6 +34,7 @@ from kinolab.world import (
     sphere_obstacle,
 )
 from kinolab.world.floors import without_floor
+from kinolab.world.mesh import MOST_SIMPLIFIED
 
 T = TypeVar("T")
 
@@ -129,7 +130,7 @@ def build_problem(
             tuple(rest for rest, _ in divided if rest is not None),
             grounded,
             dict(section.bounds),
-            section.clearance,
+            section.clearance + max((o.error for o in obstacles), default=0.0),
             tuple(floor for _, floor in divided if floor is not None),
         ),
         start=start_of(scenario, model),
@@ -192,4 +193,10 @@ def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
     if entry.cylinder is not None:
         return cylinder_obstacle(name, *entry.cylinder, *pose)
     file = (str(entry.mesh), scenario.folder)
-    return mesh_obstacle(name, *file, *pose, scale=entry.scale, up=entry.up, solid=entry.solid)
+    given: dict[str, Any] = {"scale": entry.scale, "up": entry.up, "solid": entry.solid}
+    if entry.simplify is None:
+        return mesh_obstacle(name, *file, *pose, **given)
+    from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
+
+    whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
+    return simplified(whole, entry.simplify)

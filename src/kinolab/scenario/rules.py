@@ -14,7 +14,7 @@ from kinolab.scenario.toml_text import shortened, string_text
 
 SYSTEM_KINDS = ("name", "file")
 OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
-MESH_ONLY = ("scale", "up", "solid")
+MESH_ONLY = ("scale", "up", "solid", "simplify")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
 
@@ -41,7 +41,7 @@ def system_issues(given: Iterable[str]) -> list[Issue]:
 
 
 def obstacle_issues(given: Iterable[str]) -> list[Issue]:
-    """An obstacle has one shape, and only a mesh can be scaled, turned up or declared solid."""
+    """An obstacle has one shape, and only a mesh can be scaled, turned up, filled or simplified."""
     given = list(given)
     issues = _exactly_one(given, OBSTACLE_KINDS, "one shape per obstacle")
     if "mesh" not in given:

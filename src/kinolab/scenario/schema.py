@@ -106,6 +106,7 @@ class ObstacleEntry(Section):
     up: Literal["x", "y", "z"] = "z"  # the axis of a mesh file that points up
     solid: bool | None = None  # of a mesh; left out: judged by its volume
     color: ColorNames | None = None  # in pictures; of several the mesh's pieces take one in turn
+    simplify: Count | None = None  # of a mesh: triangles that are left
     name: Name = ""  # left out: the kind and the count, or the mesh file's stem
 
     @property

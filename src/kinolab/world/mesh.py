@@ -17,10 +17,11 @@ from kinolab.world.shape_surfaces import Faces
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 2_000_000
+MOST_SIMPLIFIED = 10_000_000  # triangles of a mesh that is simplified
 MAX_COORDINATE = 1e9  # [m]
 
 
-def load_mesh(path: str | Path, *, root: Path) -> Mesh:
+def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
     """Read an STL, OBJ, PLY, GLB, OFF or DAE file from ``root`` or a folder below it.
 
     Nothing but the file itself is read: an OBJ's materials, textures and remote buffers are not
@@ -29,6 +30,7 @@ def load_mesh(path: str | Path, *, root: Path) -> Mesh:
     Args:
         path: The file; a relative path is taken from ``root``.
         root: The folder of the scenario, which meshes may not leave, not even by a link.
+        most: Triangles that it may have; ``MAX_TRIANGLES`` if left out.
 
     Raises:
         InputError: If the file is missing, too large, of another format, or not a sound mesh.
@@ -38,13 +40,13 @@ def load_mesh(path: str | Path, *, root: Path) -> Mesh:
     kept = entry_for(_format(where), content)
     mesh = read_mesh(kept)
     if mesh is None:
-        mesh = _sound_mesh(where, content)
+        mesh = _sound_mesh(where, content, most or MAX_TRIANGLES)
         keep_mesh(kept, mesh)
     return mesh
 
 
-def _sound_mesh(where: str, content: bytes) -> Mesh:
-    raw = read_triangles(where, _format(where), content, MAX_TRIANGLES)
+def _sound_mesh(where: str, content: bytes, most: int) -> Mesh:
+    raw = read_triangles(where, _format(where), content, most)
     check(where, raw.vertices, raw.faces)
     vertices, faces, rows = merge_duplicates(raw.vertices, raw.faces)
     if not len(faces):

@@ -93,7 +93,8 @@ def _flatten(where: str, scene: trimesh.Scene, most: int) -> tuple[Array, Faces,
     parts = [(pose, part) for pose, part in parts if isinstance(part, trimesh.Trimesh)]
     count = sum(len(part.faces) for _, part in parts)
     if count > most:
-        raise refusal(where, f"has more than {most} triangles.", "Simplify the mesh.")
+        remedy = f"Write simplify = {min(most, 200_000)} to have it simplified with a proved error."
+        raise refusal(where, f"has more than {most} triangles.", remedy)
     if not count:
         raise refusal(where, "has no faces.", "Export triangles, not points or curves.")
     offsets = np.cumsum([0, *(len(part.vertices) for _, part in parts)])

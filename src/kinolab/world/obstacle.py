@@ -13,7 +13,7 @@ from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, sizes, triangles
-from kinolab.world.mesh import check, load_mesh
+from kinolab.world.mesh import MAX_TRIANGLES, check, load_mesh
 from kinolab.world.mesh_components import Components, components
 from kinolab.world.mesh_hints import doubts
 from kinolab.world.mesh_reading import refusal
@@ -49,6 +49,7 @@ class Obstacle:
     warnings: tuple[str, ...] = ()
     parts: Components | None = None  # of a mesh, where they are known already
     colors: Array | None = None  # (m, 3) red, green, blue in 0..1 of a file that has some
+    error: float = 0.0  # [m] by which a mesh that was simplified may stand out of its triangles
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""
@@ -108,6 +109,7 @@ def mesh_obstacle(
     scale: float | Numbers = 1.0,
     up: Literal["x", "y", "z"] = "z",
     solid: bool | None = None,
+    most: int = MAX_TRIANGLES,
 ) -> Obstacle:
     """Read a mesh and place it: first ``scale``, then ``up``, then ``rpy``, then ``position``.
 
@@ -121,12 +123,13 @@ def mesh_obstacle(
         up: The axis of the file that points up.
         solid: Fill every closed part (True) or none (False). By default a part whose faces look
             outward is filled, and one whose faces look inward is a room.
+        most: Triangles that the file may have.
 
     Raises:
         InputError: If the file is unusable, ``scale`` is zero, or ``solid`` is asked of an open
             mesh.
     """
-    mesh = load_mesh(path, root=root)
+    mesh = load_mesh(path, root=root, most=most)
     linear = UPRIGHT[up] @ np.diag(_scale(name, scale))
     pose = _pose(name, position, rpy)
     vertices = mesh.vertices @ (pose[:, :3] @ linear).T + pose[:, 3]

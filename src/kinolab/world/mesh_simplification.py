@@ -1,0 +1,169 @@
+"""Meshes with fewer triangles, and a proved bound on how far the old ones are from the new ones.
+
+Quadric simplification says nothing about its error. Here every triangle that was there is covered
+by points whose distances to the new surface are exact; these change no faster than points move.
+
+Source: Garland, Heckbert, Surface simplification using quadric error metrics, SIGGRAPH 1997.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from kinolab.dynamics.codegen.cache import code_in, folder
+from kinolab.dynamics.language.shapes import Sphere
+from kinolab.files import keep_last_used, read_sealed, write_sealed
+from kinolab.numerics.arrays import Array
+from kinolab.world.collision.checker import CollisionChecker
+from kinolab.world.collision.distance_field import digest
+from kinolab.world.geometry import BodyGeometry
+from kinolab.world.mesh import merge_duplicates
+from kinolab.world.mesh_cache import MAX_BYTES
+from kinolab.world.mesh_components import components
+from kinolab.world.mesh_reading import refusal
+from kinolab.world.obstacle import Obstacle
+from kinolab.world.shape_surfaces import Faces
+from kinolab.world.world import World
+
+LOG = logging.getLogger("kinolab")
+LONG = 500_000  # triangles that are simplified in 20 s
+MAGIC = b"kinolab simplified 1\n"
+BEAD = 1e-7  # [m] radius of the ball whose gap stands for a point's distance
+ROUNDING = 2e-8  # [m] by which that gap may be too small
+ROUNDS = 6  # of triangles that are divided into four
+TIGHT = 1.2  # times the largest distance that was seen, at which a bound is good enough
+BATCH = 100_000  # points at once
+
+
+def simplified(obstacle: Obstacle, count: int) -> Obstacle:
+    """Return a mesh obstacle of about ``count`` triangles, with ``error`` as it is proved.
+
+    Colours are lost. An obstacle that has no more triangles is returned as it is.
+
+    Raises:
+        InputError: If fast-simplification is absent, or a closed part does not stay closed.
+    """
+    if obstacle.primitive is not None or len(obstacle.faces) <= count:
+        return obstacle
+    where = obstacle.source.name if obstacle.source else obstacle.name
+    vertices, faces, error = _kept(obstacle, where, count)
+    parts = components(vertices, faces)
+    before = 0 if obstacle.parts is None else int((obstacle.parts.volume > 0).sum())
+    if obstacle.solid and int((parts.volume > 0).sum()) != before:
+        remedy = "Take more, or write solid = false: then only the surface collides."
+        raise refusal(where, f"does not stay closed with {count} triangles.", remedy)
+    if not obstacle.solid:
+        parts = parts._replace(volume=np.minimum(parts.volume, 0.0))
+    told = (
+        f"{where}: simplified from {len(obstacle.faces)} to {len(faces)} triangles. None of it is "
+        f"farther than {1000.0 * error:.3g} mm from these, which plans keep in addition."
+    )
+    return replace(
+        obstacle,
+        vertices=vertices,
+        faces=faces,
+        parts=parts,
+        colors=None,
+        warnings=(*obstacle.warnings, told),
+        error=error,
+    )
+
+
+def largest_distance(vertices: Array, faces: Faces, surface: Obstacle) -> float:
+    """Bound from above the distance in [m] of every point of triangles to a surface.
+
+    Args:
+        vertices, faces: Of the triangles, shapes (n, 3) in [m] and (m, 3).
+        surface: A mesh, of which the triangles count and no inside.
+    """
+    at_vertices = _distances(vertices, surface)
+    corners, far = vertices[faces], at_vertices[faces]
+    seen, done = float(far.max()), 0.0
+    for _ in range(ROUNDS):
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        # No point of a triangle is farther than this from the nearest of its corners.
+        bound = far.max(axis=1) + edges / math.sqrt(3.0)
+        loose = bound > TIGHT * seen
+        done = max(done, float(bound[~loose].max(initial=0.0)))
+        if not loose.any():
+            return done
+        corners, far, inner = _divided(corners[loose], far[loose], surface)
+        seen = max(seen, inner)
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return max(done, float((far.max(axis=1) + edges / math.sqrt(3.0)).max(initial=0.0)))
+
+
+def _divided(corners: Array, far: Array, surface: Obstacle) -> tuple[Array, Array, float]:
+    """Divide triangles (m, 3, 3) into four; return them, their corners' distances, the largest."""
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=1))  # of the edges ab, bc, ca
+    inner = _distances(middles.reshape(-1, 3), surface).reshape(-1, 3)
+    (a, b, c), (ab, bc, ca) = np.moveaxis(corners, 1, 0), np.moveaxis(middles, 1, 0)
+    (da, db, dc), (dab, dbc, dca) = far.T, inner.T
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    known = [(da, dab, dca), (dab, db, dbc), (dca, dbc, dc), (dab, dbc, dca)]
+    return (
+        np.concatenate([np.stack(part, axis=1) for part in parts]),
+        np.concatenate([np.stack(part, axis=1) for part in known]),
+        float(inner.max(initial=0.0)),
+    )
+
+
+def _distances(points: Array, surface: Obstacle) -> Array:
+    """Return upper bounds on the distances in [m] of points (n, 3) to the triangles of a mesh."""
+    alone = replace(surface, solid=False, parts=None)
+    checker = CollisionChecker([BodyGeometry("bead", (Sphere(BEAD),))], World((alone,)))
+    found = np.empty(len(points))
+    for first in range(0, len(points), BATCH):
+        some = points[first : first + BATCH]
+        poses = np.zeros((len(some), 1, 3, 4))
+        poses[..., :3] = np.eye(3)
+        poses[:, 0, :, 3] = some
+        found[first : first + BATCH] = checker.clearances(poses)
+    # Where the bead touches, or FCL thinks so, the point is within its margin.
+    return np.where(found > 0.0, found + BEAD + ROUNDING, 1e-4)
+
+
+def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, float]:
+    """Return vertices, faces and the bound, from disk where they are there."""
+    key = f"{digest([obstacle])}\0{count}\0{code_in(Path(__file__).parent)}"
+    path = folder() / f"{hashlib.sha256(key.encode()).hexdigest()}.simplified"
+    content = read_sealed(path, MAGIC)
+    if content is not None:
+        n, m = np.frombuffer(content, "<i8", 2).tolist()
+        error = float(np.frombuffer(content, "<f8", 1, 16)[0])
+        vertices = np.frombuffer(content, np.float64, 3 * n, 24).reshape(n, 3).copy()
+        faces = np.frombuffer(content, np.int64, 3 * m, 24 + vertices.nbytes).reshape(m, 3).copy()
+        return vertices, faces, error
+    if len(obstacle.faces) > LONG:
+        many = len(obstacle.faces)
+        LOG.warning("%s: simplifying %d triangles, once; it may take minutes.", where, many)
+    vertices, faces = _fewer(where, obstacle, count)
+    rough = replace(obstacle, vertices=vertices, faces=faces, parts=None, colors=None)
+    error = largest_distance(obstacle.vertices, obstacle.faces, rough)
+    head = np.array([len(vertices), len(faces)], "<i8").tobytes() + np.float64(error).tobytes()
+    write_sealed(path, MAGIC, head + vertices.tobytes() + faces.tobytes())
+    keep_last_used(path, MAX_BYTES)
+    return vertices, faces, error
+
+
+def _fewer(where: str, obstacle: Obstacle, count: int) -> tuple[Array, Faces]:
+    try:
+        from fast_simplification import simplify  # late, and only where it is asked for
+    except ImportError as error:
+        what = "simplify needs fast-simplification, which is absent."
+        remedy = "Install it by pip install 'kinolab[simplify]'."
+        raise refusal(where, what, remedy) from error
+    points = np.ascontiguousarray(obstacle.vertices)
+    made = simplify(points, np.ascontiguousarray(obstacle.faces), target_count=count)
+    vertices, faces, _ = merge_duplicates(
+        np.asarray(made[0], dtype=np.float64), np.asarray(made[1], dtype=np.int64)
+    )
+    if not len(faces):
+        raise refusal(where, f"has nothing left with {count} triangles.", "Take more.")
+    return vertices, np.ascontiguousarray(faces)
