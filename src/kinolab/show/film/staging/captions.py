@@ -19,7 +19,7 @@ from kinolab.show.film.text import Words, caption, caption_size, heading
 
 START_WORD, GOAL_WORD, TARGET_WORD, AVOID_WORD = "start", "goal", "target", "keep out"
 ABOVE = 0.012  # of the picture's height: how far above its thing a word stands
-LARGE = 0.3  # of the scene's size: a machine that is larger has its word at its first body
+LARGE = 0.3  # of the scene's size: a machine that is larger has its word where it moves most
 SHIFTS = (0.0, 0.05, 0.1, -0.04)  # of the picture's height: where a word goes if it has no room
 BAR = 0.22  # of the picture's width: the longest scale bar
 NUMBERS = (5.0, 2.0, 1.0)  # of a scale bar's length, times a power of ten
@@ -44,12 +44,13 @@ def captions(picture: Picture, machine: Sequence[SurfaceMesh], scene: float) -> 
     Args:
         picture: The picture.
         machine: The bodies.
-        scene: Its size in [m]: of a machine that is large in it only the first body has a word.
+        scene: Its size in [m]: a machine that is large in it has its word where it moves most.
     """
-    if picture.start is not None:
-        yield Caption(START_WORD, _top(picture, machine, picture.start, scene))
-    if isinstance(picture.goal, Ghost):
-        yield Caption(GOAL_WORD, _top(picture, machine, picture.goal, scene))
+    start, goal = picture.start, picture.goal
+    if start is not None:
+        yield Caption(START_WORD, _place(picture, machine, start, goal, scene))
+    if isinstance(goal, Ghost):
+        yield Caption(GOAL_WORD, _place(picture, machine, goal, start, scene))
     elif isinstance(picture.goal, GoalMarker):
         yield Caption(GOAL_WORD, picture.goal.position)
     for point in picture.points:
@@ -60,19 +61,40 @@ def captions(picture: Picture, machine: Sequence[SurfaceMesh], scene: float) -> 
         yield Caption(AVOID_WORD if cone.forbidden else TARGET_WORD, (x, y, z))
 
 
-def _top(
-    picture: Picture, machine: Sequence[SurfaceMesh], ghost: Ghost, scene: float
+def _place(
+    picture: Picture,
+    machine: Sequence[SurfaceMesh],
+    ghost: Ghost,
+    other: Ghost | GoalMarker | None,
+    scene: float,
 ) -> tuple[float, float, float]:
-    """The middle of a machine's upper side, or of its first body's where it is large."""
-    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
+    """The middle of a machine's upper side; where it is large, the point that moves most.
+
+    Args:
+        picture: The picture.
+        machine: The bodies.
+        ghost: The machine at one end of its way.
+        other: At the other end, if it is shown there: else its first body has the word.
+        scene: Size of the scene in [m].
+    """
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
-    meshes = [mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)]
-    points = np.concatenate([poses[:, 3::4], *(mesh.vertices for mesh in meshes)])
-    if np.ptp(points, axis=0).max() > LARGE * scene and len(meshes[0].vertices):
-        points = meshes[0].vertices
+    bodies, points = _bodies(machine, ghost)
+    if np.ptp(points, axis=0).max() > LARGE * scene and len(points):
+        if isinstance(other, Ghost):
+            moved = np.linalg.norm(points - _bodies(machine, other)[1], axis=1)
+            x, y, z = points[moved.argmax()].tolist()
+            return x, y, z
+        points = bodies[0] if len(bodies[0]) else points
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     x, y, z = (middle + up * (float((points @ up).max()) - float(middle @ up))).tolist()
     return x, y, z
+
+
+def _bodies(machine: Sequence[SurfaceMesh], ghost: Ghost) -> tuple[list[Array], Array]:
+    """The points of each body, and those and the bodies' origins together."""
+    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
+    bodies = [mesh.moved(pose).vertices for mesh, pose in zip(machine, poses, strict=True)]
+    return bodies, np.concatenate([poses[:, 3::4], *bodies])
 
 
 @dataclass(frozen=True, eq=False)
