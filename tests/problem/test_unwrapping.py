@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 
 STEPS = 12
 RIDING = {"whipple": {"theta_R_dot": 17.0}}
+LEFT_ALONE = {"helicopter": ["system.parameters.v_0=1e3"]}  # by itself it drifts to its side
 
 
 def turning(name: str) -> bool:
@@ -45,7 +46,8 @@ TURNING = [name for name in systems.names() if turning(name)]
 @cache
 def motion_of(name: str) -> tuple[PlanningTask, Trajectory]:
     """A machine by itself, moving for a while under inputs near the middle of their limits."""
-    problem = build_problem(find_scenario(name), planning=False, planner=False)
+    scenario = find_scenario(name, overrides=LEFT_ALONE.get(name, ()))
+    problem = build_problem(scenario, planning=False, planner=False)
     start, rng = problem.start.copy(), np.random.default_rng(5)
     for entry, value in RIDING.get(name, {}).items():
         start[problem.model.state_names.index(entry)] = value

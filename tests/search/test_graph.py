@@ -76,6 +76,6 @@ def test_a_run_keeps_its_graph_until_another_plan_has_none(
     (tmp_path / "search.npz").write_bytes(b"PK nothing of the kind")
     with pytest.raises(InputError, match="damaged"):
         read_graph(tmp_path / "search.npz", names)
-    field = problem.solve(planner="potential_field", max_iterations=50, optimize=False)
+    field = problem.solve(planner="potential_field", max_iterations=200, optimize=False)
     write_run(tmp_path, problem, field)
     assert read_run(tmp_path).graph is None

@@ -71,4 +71,4 @@ def test_selections_are_parts_of_the_certificate(short: Solved) -> None:
     context = CheckContext(short.problem, short.trajectory)
     conduct = conduct_checks(short.problem, context.trajectory, context.motion)
     assert conduct == tuple(check for check in whole if check in conduct)
-    assert {check.name for check in conduct} == {"limits", "goal", "collision"}
+    assert {check.name for check in conduct} == {"limits", "goal", "collision", "requirements"}

@@ -23,9 +23,10 @@ def test_coordinates_come_in_the_order_they_were_made_unless_listed() -> None:
 def test_parameters_are_replaced_in_a_copy() -> None:
     system = kinolab.systems.get("rolling_disk")
     other = system.with_parameters(R=0.5)
-    assert system.parameter_values == {"R": 0.25, "m": 1.0}
-    assert other.parameter_values == {"R": 0.5, "m": 1.0}
-    assert other.with_parameters(m=3.0).parameter_values == {"R": 0.5, "m": 3.0}
+    rest = {"g": 9.81, "mu": 0.6}
+    assert system.parameter_values == {"R": 0.25, "m": 1.0, **rest}
+    assert other.parameter_values == {"R": 0.5, "m": 1.0, **rest}
+    assert other.with_parameters(m=3.0).parameter_values == {"R": 0.5, "m": 3.0, **rest}
 
 
 def test_systems_are_found_by_name() -> None:
