@@ -189,8 +189,7 @@ def test_what_leaves_its_limits_is_named(driven: Any, short: Solved) -> None:
     far = short.problem.start.tolist()
     far[short.problem.model.state_names.index("x")] = 7.0
     driven.evaluate("x => { kinolab.drive.pause(); kinolab.drive.reset(x); }", far)
-    driven.wait_for_timeout(300)
-    assert "outside its limits: x" in driven.inner_text("#drive .status")
+    driven.locator("#drive .status", has_text="outside its limits: x").wait_for(timeout=20_000)
 
 
 def test_driving_is_followed_and_what_is_run_into_is_named(browse: Opener, tmp_path: Path) -> None:
@@ -206,7 +205,6 @@ def test_driving_is_followed_and_what_is_run_into_is_named(browse: Opener, tmp_p
         page.evaluate("x => { kinolab.drive.reset(x); }", state)
         assert page.evaluate("kinolab.drive.touching") == touching
     page.evaluate("kinolab.drive.pause()")
-    page.wait_for_timeout(300)
-    assert "coin touches wall" in page.inner_text("#drive .status")
+    page.locator("#drive .status", has_text="coin touches wall").wait_for(timeout=20_000)
     page.evaluate("kinolab.drive.stop()")
     assert page.inner_text("#views [aria-pressed=true]") == "3-D"
