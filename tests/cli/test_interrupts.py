@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes ar
 LATEST = 3.0  # [s]; 1 is promised, on a machine that does nothing else
 HARD = ("--set", "goal.x=4", "--set", "goal.tolerance=1e-9")  # is not hit by chance
 # So many steps of so short a time that the motion takes seconds to re-simulate and to verify.
-FINE = ("integration.step=0.0005", "planner.max_steps=400", "planner.min_steps=50")
+FINE = ("integration.step=0.0001", "planner.max_steps=2000", "planner.min_steps=250")
 FINELY = tuple(word for setting in FINE for word in ("--set", setting))
 # One extension makes 100 000 steps, which takes seconds without a look at the budget.
 LONG = ("integration.step=0.00001", "planner.max_steps=100000", "planner.min_steps=100000")
