@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from kinolab.errors import InputError
 from kinolab.world import load_mesh, mesh
 from kinolab.world.mesh_cache import MAGIC, Mesh
 
@@ -76,3 +77,14 @@ def test_a_damaged_entry_is_made_anew(
     entry.write_bytes(damage)
     assert same(load_mesh("balls.stl", root=tmp_path), read)
     assert parsed == ["balls.stl"] * 2
+
+
+def test_a_mesh_that_was_kept_to_be_simplified_is_too_large_for_others(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    two_balls(tmp_path / "balls.stl", 3.0)
+    load_mesh("balls.stl", root=tmp_path, most=10**6)  # two balls of 80 triangles
+    assert len(list(home.glob("*.mesh"))) == 1
+    monkeypatch.setattr(mesh, "MAX_TRIANGLES", 159)
+    with pytest.raises(InputError, match=r"has more than 159 triangles\. Write simplify = 159"):
+        load_mesh("balls.stl", root=tmp_path)

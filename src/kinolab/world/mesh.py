@@ -11,7 +11,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.world.double_faces import single_faces
 from kinolab.world.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
 from kinolab.world.mesh_components import connected_parts
-from kinolab.world.mesh_reading import read_triangles, refusal
+from kinolab.world.mesh_reading import read_triangles, refusal, too_many
 from kinolab.world.shape_surfaces import Faces
 
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
@@ -38,10 +38,12 @@ def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
     where = str(path)
     content = _read(where, _locate(where, root))
     kept = entry_for(_format(where), content)
-    mesh = read_mesh(kept)
+    mesh, most = read_mesh(kept), most or MAX_TRIANGLES
     if mesh is None:
-        mesh = _sound_mesh(where, content, most or MAX_TRIANGLES)
+        mesh = _sound_mesh(where, content, most)
         keep_mesh(kept, mesh)
+    elif len(mesh.faces) > most:  # it was kept for a scenario that simplifies it
+        raise too_many(where, most)
     return mesh
 
 

@@ -47,6 +47,12 @@ def refusal(where: str, what: str, remedy: str = "") -> InputError:
     return InputError([Mistake(where, what, remedy)])
 
 
+def too_many(where: str, most: int) -> InputError:
+    """Make the error for a file of more than so many triangles."""
+    remedy = f"Write simplify = {min(most, 200_000)} to have it simplified with a proved error."
+    return refusal(where, f"has more than {most} triangles.", remedy)
+
+
 def read_triangles(where: str, kind: str, content: bytes, most: int) -> RawMesh:
     """Let trimesh read the bytes; without a file name it has no folder to load more from.
 
@@ -93,8 +99,7 @@ def _flatten(where: str, scene: trimesh.Scene, most: int) -> tuple[Array, Faces,
     parts = [(pose, part) for pose, part in parts if isinstance(part, trimesh.Trimesh)]
     count = sum(len(part.faces) for _, part in parts)
     if count > most:
-        remedy = f"Write simplify = {min(most, 200_000)} to have it simplified with a proved error."
-        raise refusal(where, f"has more than {most} triangles.", remedy)
+        raise too_many(where, most)
     if not count:
         raise refusal(where, "has no faces.", "Export triangles, not points or curves.")
     offsets = np.cumsum([0, *(len(part.vertices) for _, part in parts)])
