@@ -73,8 +73,8 @@ def helicopter() -> System:
         inputs=[T, T_t, a, b],
         efforts=[_main_rotor(fuselage, T, a, b), _tail_rotor(fuselage, T_t)],
         requirements=[
-            require(room - V.y, "the nose leads to the left"),
-            require(room + V.y, "the nose leads to the right"),
+            require(room - V.y, "no fast drift to the left"),
+            require(room + V.y, "no fast drift to the right"),
         ],
     )
 

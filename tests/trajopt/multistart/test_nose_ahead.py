@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kinolab.trajopt.multistart.headings import led_by_the_nose
+from kinolab.trajopt.multistart.headings import turned_for_requirements
 from tests.support import problem_of
 
 OPEN_SKY = """
@@ -37,7 +37,7 @@ def test_the_nose_points_along_each_leg_that_is_flown_fast(tmp_path: Path) -> No
     path[:, :2] = legs
     seconds = 4.0  # [s] for each leg: 5 m/s
 
-    made = led_by_the_nose(problem, path, lambda _: seconds)
+    made = turned_for_requirements(problem, path, lambda _: seconds)
 
     np.testing.assert_array_equal(made[[0, -1]], path[[0, -1]])
     for begin, end in itertools.pairwise(made):
@@ -58,4 +58,4 @@ def test_a_slow_leg_may_be_flown_sideways(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN_SKY)
     path = np.repeat(problem.start[None], 2, axis=0)
     path[1, 1] = 5.0
-    np.testing.assert_array_equal(led_by_the_nose(problem, path, lambda _: 10.0), path)
+    np.testing.assert_array_equal(turned_for_requirements(problem, path, lambda _: 10.0), path)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.trajopt.options import GUESS
 
 
 def velocity_directions(problem: PlanningTask, x: Array, coordinates: NDArray[np.int64]) -> Array:
@@ -19,3 +20,22 @@ def velocity_directions(problem: PlanningTask, x: Array, coordinates: NDArray[np
     idle = np.clip(model.control_bounds, -1e3, 1e3).mean(axis=1)
     rates = model.f(states, np.tile(idle, (len(states), 1))).reshape(m, -1, nx)[:, :, coordinates]
     return np.swapaxes(rates[:, 1:] - rates[:, :1], 1, 2)
+
+
+def velocities_along(
+    problem: PlanningTask, x: Array, rates: Array, coordinates: NDArray[np.int64]
+) -> Array:
+    """Return the velocities whose coordinate rates are nearest to those wanted, shape (m, nv).
+
+    Args:
+        problem: The planning problem; nearest is by its scales.
+        x: States, shape (m, nx).
+        rates: Wanted, per [s], shape (m, coordinates) or (coordinates,).
+        coordinates: Which of them.
+    """
+    large = problem.scales[coordinates]
+    J = velocity_directions(problem, x, coordinates) / large[:, None]
+    nearest: Array = (np.linalg.pinv(J, rcond=GUESS.rank_tolerance) @ (rates / large)[..., None])[
+        ..., 0
+    ]
+    return nearest

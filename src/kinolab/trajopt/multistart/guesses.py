@@ -17,7 +17,7 @@ from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
-from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
+from kinolab.trajopt.multistart.allowed_velocities import velocities_along
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
 
@@ -176,12 +176,8 @@ def path_time_scaling(problem: PlanningTask, knots: Knots) -> Knots:
     if len(x) < 3 or nq == x.shape[1]:
         return knots
     matters = np.flatnonzero(~cyclic_coordinates(problem)[:nq])
-    large = problem.scales[matters]
-    rates = (x[2:, matters] - x[:-2, matters]) / (2 * knots.h) / large
-    possible = np.linalg.pinv(
-        velocity_directions(problem, x[1:-1], matters) / large[:, None], rcond=GUESS.rank_tolerance
-    )
-    speeds = (possible @ rates[..., None])[..., 0]
+    rates = (x[2:, matters] - x[:-2, matters]) / (2 * knots.h)
+    speeds = velocities_along(problem, x[1:-1], rates, matters)
     x[1:-1, nq:] = np.clip(speeds, *problem.bounds[nq:].T)
     return Knots(x, knots.u, knots.h)
 

@@ -12,7 +12,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import multiply
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
-from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
+from kinolab.trajopt.multistart.allowed_velocities import velocities_along, velocity_directions
 from kinolab.trajopt.options import GUESS
 
 
@@ -48,7 +48,7 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
     return problem.space.continuous(np.stack([*made, path[-1]]))
 
 
-def led_by_the_nose(
+def turned_for_requirements(
     problem: PlanningTask, path: Array, quickest: Callable[[Array], float]
 ) -> Array:
     """Return a path on whose legs an attitude is turned about the vertical as requirements wish.
@@ -69,34 +69,27 @@ def led_by_the_nose(
         return path
     (own,) = attitudes
     yaw = np.linspace(-np.pi, np.pi, GUESS.attitudes, endpoint=False)
-    turns = np.zeros((len(yaw), 4))
-    turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
-    made, before = [path[0]], path[0, own]
+    turns = np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
+    headings = np.stack([multiply(turn, path[0, own]) for turn in turns])
+    made, before, turned = [path[0]], path[0, own], False
     for begin, end in pairwise(path):
-        tried = np.repeat(((begin + end) / 2)[None], 1 + len(turns), axis=0)
-        tried[0, own] = before
-        tried[1:, own] = np.stack([multiply(turn, path[0, own]) for turn in turns])
+        tried = np.repeat(((begin + end) / 2)[None], 1 + len(headings), axis=0)
+        tried[:, own] = np.vstack([before, headings])
         broken = _broken(problem, tried, end - begin, quickest(np.stack([begin, end])), own)
         if broken[0] > 0.0:
             best = np.flatnonzero(broken <= broken.min() + 1e-9)
-            near = np.abs(tried[best][:, own] @ before)
-            before = tried[best[near.argmax()], own]
-        for x in (begin, end):
-            made.append(x.copy())
-            made[-1][own] = before
-    if np.array_equal(before, path[0, own]) and len(path) == 2:
-        return path
-    return problem.space.continuous(np.stack([*made, path[-1]]))
+            before, turned = tried[best[np.abs(tried[best][:, own] @ before).argmax()], own], True
+        made += [begin.copy(), end.copy()]
+        made[-2][own] = made[-1][own] = before
+    return problem.space.continuous(np.stack([*made, path[-1]])) if turned else path
 
 
 def _broken(problem: PlanningTask, x: Array, along: Array, seconds: float, own: slice) -> Array:
     """Return by how much requirements are broken on a leg at states (m, nx), shape (m,)."""
     nq = problem.model.nq
     matters = np.setdiff1d(np.arange(nq), np.arange(nq)[own])
-    wanted = along[matters] / max(seconds, 1e-9)
-    J = velocity_directions(problem, x, matters)
     moving = x.copy()
-    moving[:, nq:] = np.linalg.pinv(J, rcond=GUESS.rank_tolerance) @ wanted
+    moving[:, nq:] = velocities_along(problem, x, along[matters] / max(seconds, 1e-9), matters)
     idle = np.clip(problem.model.control_bounds, -1e3, 1e3).mean(axis=1)
     margins = problem.model.requirements(moving, np.tile(idle, (len(x), 1)))
     missing: Array = np.maximum(-margins, 0.0).sum(axis=1)

@@ -25,7 +25,7 @@ from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
-from kinolab.trajopt.multistart.headings import led_by_the_nose, turned_along
+from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
@@ -201,7 +201,7 @@ class Multistart:
             self._most = self._below * self._generator.uniform(*GUESS.shorter)
         path = turned_along(self._problem, self._path())
         if self._count % 2:  # the turns of the others are the optimiser's
-            path = led_by_the_nose(self._problem, path, guesses.quickest)
+            path = turned_for_requirements(self._problem, path, guesses.quickest)
         quickest = guesses.quickest(path) + guesses.starting
         count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
