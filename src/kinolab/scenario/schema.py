@@ -289,7 +289,7 @@ class PlannerSection(Section):
 class RenderSection(Section):
     """``[render]``: how the moving picture looks."""
 
-    view: Literal["perspective", "top", "front", "side", "follow"] = "perspective"
+    view: Literal["perspective", "top", "front", "side"] = "perspective"
     azimuth: Heading | None = None  # of the camera; left out: where one sees most of the way from
     elevation: Elevation | None = None  # above the horizon; left out: by the shape of the world
     follow: bool = False  # whether the picture goes with the machine

@@ -42,7 +42,9 @@ def video(
     Raises:
         InputError: If PyAV is not installed, or the size is odd.
     """
-    given = {"size": size, "speed": speed, "view": view}
+    given: dict[str, Any] = {"size": size, "speed": speed, "view": view}
+    if view == "follow":
+        given |= {"view": "perspective", "follow": True}
     changed = {name: value for name, value in given.items() if value}
     settings = problem.scenario.render.model_copy(update=changed)
     return mp4(film_of(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)

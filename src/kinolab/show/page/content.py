@@ -57,7 +57,7 @@ class Series:
         held: Whether values are held from knot to knot (zero-order hold).
         limits: Of each column: the least, the largest, and whose limits these are; none are known
             where it is empty.
-        first: Columns that are shown at first; those that have a unit where it is empty.
+        first: Columns that are shown at first; some that have a unit where it is None.
     """
 
     title: str
@@ -66,7 +66,7 @@ class Series:
     values: Array
     held: bool = False
     limits: tuple[tuple[float, float, str], ...] = ()
-    first: tuple[int, ...] = ()
+    first: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)

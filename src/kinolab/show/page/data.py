@@ -170,7 +170,7 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
         "units": list(series.units),
         "held": series.held,
         "limits": [[_finite(low), _finite(high), whose] for low, high, whose in series.limits],
-        "first": list(series.first),
+        "first": series.first,
         "values": pack.add(series.values.T, "f4"),
     }
 

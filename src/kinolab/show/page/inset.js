@@ -1,6 +1,6 @@
 // A small machine enlarged in a corner of the scene, as in films.
 
-const SMALL = 0.055, FILL = 0.42; // of the picture's height: what is small; how large it becomes in the corner
+const SMALL = 0.07, FILL = 0.42; // of the picture's height: what is small; how large it becomes in the corner
 const PART = 0.26, SHAPE = 4 / 3, EDGE = 12; // the corner's height in the picture's, width for height 1, [pixel] to the edge
 const MANY = 20000; // triangles that are drawn once more where there is no graphics processor
 

@@ -15,7 +15,7 @@ export function buildPlots(data, array, clock, repainted) {
   const states = data.series.filter(({ title }) => title !== "Angles");
   data.series.forEach((series) => {
     const values = array(series.values), rows = values.length / Math.max(series.names.length, 1);
-    const first = series.first.length ? series.first : firstShown(series, FIRST[states.indexOf(series)] ?? 0);
+    const first = series.first ?? firstShown(series, FIRST[states.indexOf(series)] ?? 0);
     if (series.names.length) chips.append(element("h3", {}, series.title));
     series.names.forEach((name, k) => {
       const line = { name, unit: unitText(series.units[k]), held: series.held, limits: series.limits[k] ?? null,

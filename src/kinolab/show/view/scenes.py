@@ -27,7 +27,6 @@ from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
 SHOWN = 3  # states that are plotted at first: those that the goal names, before others
-NOTHING = -1  # a column that is none: no plot of a series is shown at first
 
 
 def plotted(model: Model, trajectory: Trajectory) -> list[Series]:
@@ -53,8 +52,8 @@ def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     wanted = [names[i] for i in sorted(problem.goal.indices) if i not in rates]
     angles = _angles(problem, trajectory)
     wanted += [name for i, name in enumerate(names) if i not in rates and name not in wanted]
-    first = () if angles else tuple(states.names.index(name) for name in wanted[:SHOWN])
-    states = replace(states, limits=limits, first=first or ((NOTHING,) if angles else ()))
+    first = () if angles else tuple(map(states.names.index, wanted[:SHOWN])) or None
+    states = replace(states, limits=limits, first=first)
     return [*angles, states, *(_limited(problem, series) for series in others)]
 
 

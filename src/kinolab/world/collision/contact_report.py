@@ -104,7 +104,7 @@ class ContactReport:
         return kind
 
     def _clear(self, shape: int) -> bool:
-        """Say whether a gap to the meshes is proved; small ones FCL has judged before that."""
+        """Say whether a gap to large meshes is proved; of small ones FCL is asked."""
         return self._large and bool(clear_of_meshes(shape, self._record))
 
     def _with_each_other(self, sound: set[int]) -> Iterator[Contact]:

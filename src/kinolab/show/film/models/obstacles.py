@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color
 from kinolab.show.film.models.setting import SceneColors
-from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh, replace_colors, weld
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, joined, weld
 
 LAYERS = 2  # times that the colours of a single piece come, from its foot to its top
 WAVES = 0.35  # of a layer's thickness: how far its border goes up and down
@@ -31,26 +31,15 @@ def painted(vertices: Array, faces: ArrayLike, colors: Sequence[Color]) -> Surfa
     mesh = weld(vertices, faces, colors[0])
     if len(colors) == 1 or not len(mesh.faces):
         return mesh
-    pieces = _pieces(mesh)
+    pieces = joined(len(mesh.faces), mesh.sides)
     if pieces.max() == 0:
-        return replace_colors(mesh, _layers(mesh, np.array(colors)))
-    return replace_colors(mesh, np.array(colors)[pieces % len(colors)])
+        return mesh.painted(_layers(mesh, np.array(colors)))
+    return mesh.painted(np.array(colors)[pieces % len(colors)])
 
 
 def own_colors(number: int, colors: Sequence[Color], setting: SceneColors) -> Sequence[Color]:
     """The colours of an obstacle: its own, or the one of the setting whose turn it is."""
     return colors or (setting.obstacles[number % len(setting.obstacles)],)
-
-
-def _pieces(mesh: SurfaceMesh) -> Indices:
-    """Number the connected pieces of a surface, one number per face."""
-    from scipy.sparse import coo_array  # late: most obstacles have one colour
-    from scipy.sparse.csgraph import connected_components
-
-    a, b = mesh.sides.T
-    count = len(mesh.faces)
-    _, piece = connected_components(coo_array((np.ones(len(a)), (a, b)), (count, count)))
-    return np.asarray(piece, dtype=np.int64)
 
 
 def _layers(mesh: SurfaceMesh, colors: Array) -> Array:

@@ -70,13 +70,8 @@ class SurfaceMesh:
         )
 
     def painted(self, color: ArrayLike) -> SurfaceMesh:
-        """The mesh in one colour, RGB in 0..1."""
+        """The mesh in one colour, RGB in 0..1, or in one per face, shape (m, 3)."""
         return replace(self, colors=np.broadcast_to(np.asarray(color, float), self.colors.shape))
-
-
-def replace_colors(mesh: SurfaceMesh, colors: Array) -> SurfaceMesh:
-    """The mesh with other colours, RGB in 0..1, shape (m, 3)."""
-    return replace(mesh, colors=colors)
 
 
 def weld(vertices: ArrayLike, faces: ArrayLike, colors: ArrayLike) -> SurfaceMesh:
@@ -117,15 +112,19 @@ def normals(vertices: Array, faces: Indices) -> Array:
 
 def flat_patches(mesh: SurfaceMesh) -> tuple[Indices, Array]:
     """Number the level pieces of a surface: one per face, shape (m,), and their areas in [m^2]."""
+    a, b = mesh.sides.T
+    level = np.sum(mesh.normals[a] * mesh.normals[b], axis=1) > FLAT
+    patch = joined(len(mesh.faces), mesh.sides[level])
+    return patch, np.bincount(patch, areas(mesh)).astype(np.float64)
+
+
+def joined(count: int, pairs: Indices) -> Indices:
+    """Number what pairs (n, 2) of so many faces join, directly or through others: one per face."""
     from scipy.sparse import coo_array  # late: few films need it
     from scipy.sparse.csgraph import connected_components
 
-    a, b = mesh.sides.T
-    level = np.sum(mesh.normals[a] * mesh.normals[b], axis=1) > FLAT
-    a, b, count = a[level], b[level], len(mesh.faces)
-    _, patch = connected_components(coo_array((np.ones(len(a)), (a, b)), (count, count)))
-    total = np.bincount(patch, areas(mesh)).astype(np.float64)
-    return patch.astype(np.int64), total
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (count, count))
+    return np.asarray(connected_components(graph)[1], dtype=np.int64)
 
 
 def areas(mesh: SurfaceMesh) -> Array:

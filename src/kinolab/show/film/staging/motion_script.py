@@ -43,10 +43,7 @@ def motion_script(
 
 def _camera(settings: RenderSection) -> dict[str, Any]:
     """How the settings have a picture looked at."""
-    follow = settings.follow or settings.view == "follow"
-    view = "perspective" if settings.view == "follow" else settings.view
-    angles = {"azimuth": settings.azimuth, "elevation": settings.elevation}
-    return {"view": view, "follow": follow, **angles}
+    return {name: getattr(settings, name) for name in ("view", "azimuth", "elevation", "follow")}
 
 
 def _surfaces(problem: PlanningTask) -> list[Surface]:
