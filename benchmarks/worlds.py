@@ -19,6 +19,7 @@ import math
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -189,14 +190,8 @@ def measured(name: str, table: dict[str, Any], seed: int, long: float) -> Row:
 
 def loaded(table: dict[str, Any], root: Path) -> kinolab.Problem:
     """Build a problem whose meshes lie below a folder; tables look them up from where one is."""
-    import os
-
-    before = Path.cwd()
-    os.chdir(root)
-    try:
+    with chdir(root):
         return kinolab.load(table)
-    finally:
-        os.chdir(before)
 
 
 def main() -> None:
@@ -208,6 +203,8 @@ def main() -> None:
     parser.add_argument("--scan", type=int, default=0, help="points along a side of a scan")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    if unknown := set(options.worlds) - {*CAR, *BALL}:
+        parser.error(f"no such world: {', '.join(unknown)}; there are {', '.join((*CAR, *BALL))}")
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name in options.worlds or (*CAR, *BALL):
