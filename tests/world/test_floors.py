@@ -11,7 +11,7 @@ import trimesh
 from kinolab.errors import EndpointError
 from kinolab.problem import PlanningTask
 from kinolab.verification.clearance_margin import state_clearance
-from kinolab.world.mesh_components import components
+from kinolab.world.meshes.mesh_components import components
 from tests.support import problem_of
 
 YARD = """\

@@ -12,8 +12,9 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
-from kinolab.world import load_mesh, mesh, mesh_obstacle
-from kinolab.world import mesh as module
+from kinolab.world import load_mesh, mesh_obstacle
+from kinolab.world.meshes import mesh
+from kinolab.world.meshes import mesh as module
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 

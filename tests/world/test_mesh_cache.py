@@ -10,8 +10,9 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
-from kinolab.world import load_mesh, mesh
-from kinolab.world.mesh_cache import MAGIC, Mesh
+from kinolab.world import load_mesh
+from kinolab.world.meshes import mesh
+from kinolab.world.meshes.mesh_cache import MAGIC, Mesh
 
 
 @pytest.fixture

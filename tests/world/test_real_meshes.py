@@ -12,7 +12,7 @@ import trimesh
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.errors import InputError
 from kinolab.world import BodyGeometry, CollisionChecker, World, load_mesh, mesh_obstacle
-from kinolab.world.double_faces import single_faces
+from kinolab.world.meshes.double_faces import single_faces
 
 DAE = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">

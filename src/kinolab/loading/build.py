@@ -34,7 +34,7 @@ from kinolab.world import (
     sphere_obstacle,
 )
 from kinolab.world.floors import without_floor
-from kinolab.world.mesh import MOST_SIMPLIFIED
+from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 
 T = TypeVar("T")
 
@@ -196,7 +196,7 @@ def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
     given: dict[str, Any] = {"scale": entry.scale, "up": entry.up, "solid": entry.solid}
     if entry.simplify is None:
         return mesh_obstacle(name, *file, *pose, **given)
-    from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
+    from kinolab.world.meshes.mesh_simplification import simplified  # late: few meshes need it
 
     whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
     return simplified(whole, entry.simplify)

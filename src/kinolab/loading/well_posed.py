@@ -16,7 +16,7 @@ from kinolab.loading.state_arrays import StateArrays
 from kinolab.scenario import Issue, Scenario, check_angles, check_names
 from kinolab.search.plugins import full_reference
 from kinolab.world import Obstacle
-from kinolab.world.mesh_hints import FAR_TOO_LARGE, likely_scale
+from kinolab.world.meshes.mesh_hints import FAR_TOO_LARGE, likely_scale
 
 MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
 MIN_STEP = 1e-6  # [s]

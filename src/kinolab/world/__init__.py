@@ -4,8 +4,8 @@ from kinolab.world.cable import NO_ENDS, CableGeometry
 from kinolab.world.collision.checker import CollisionChecker
 from kinolab.world.collision.contact_report import Contact
 from kinolab.world.geometry import BodyGeometry, feature_points, lowest_z, triangles
-from kinolab.world.mesh import load_mesh
-from kinolab.world.mesh_cache import Mesh
+from kinolab.world.meshes.mesh import load_mesh
+from kinolab.world.meshes.mesh_cache import Mesh
 from kinolab.world.obstacle import (
     Obstacle,
     box_obstacle,

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.world.mesh_components import Components
+from kinolab.world.meshes.mesh_components import Components
 from kinolab.world.obstacle import Obstacle
 
 HIGHEST = 1e-6  # [m] above z = 0, as far as bodies that rest may sink in

@@ -13,10 +13,10 @@ from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, sizes, triangles
-from kinolab.world.mesh import MAX_TRIANGLES, check, load_mesh
-from kinolab.world.mesh_components import Components, components
-from kinolab.world.mesh_hints import doubts
-from kinolab.world.mesh_reading import refusal
+from kinolab.world.meshes.mesh import MAX_TRIANGLES, check, load_mesh
+from kinolab.world.meshes.mesh_components import Components, components
+from kinolab.world.meshes.mesh_hints import doubts
+from kinolab.world.meshes.mesh_reading import refusal
 from kinolab.world.shape_surfaces import Faces
 from kinolab.world.support_functions import half_extent
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kinolab.world.mesh_hints import MAX_EXTENT, misfits
+from kinolab.world.meshes.mesh_hints import MAX_EXTENT, misfits
 from kinolab.world.obstacle import Obstacle
 
 

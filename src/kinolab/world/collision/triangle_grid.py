@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.world.mesh_components import components
+from kinolab.world.meshes.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 
 Integers = NDArray[np.int64]

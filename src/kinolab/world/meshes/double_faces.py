@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.mesh_components import components
+from kinolab.world.meshes.mesh_components import components
 from kinolab.world.shape_surfaces import Faces
 
 MOSTLY = 0.5  # of a part's triangles that are there both ways, from which on it is two-sided

@@ -23,10 +23,10 @@ from kinolab.numerics.arrays import Array
 from kinolab.world.collision.checker import CollisionChecker
 from kinolab.world.collision.distance_field import digest
 from kinolab.world.geometry import BodyGeometry
-from kinolab.world.mesh import merge_duplicates
-from kinolab.world.mesh_cache import MAX_BYTES
-from kinolab.world.mesh_components import components
-from kinolab.world.mesh_reading import refusal
+from kinolab.world.meshes.mesh import merge_duplicates
+from kinolab.world.meshes.mesh_cache import MAX_BYTES
+from kinolab.world.meshes.mesh_components import components
+from kinolab.world.meshes.mesh_reading import refusal
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 from kinolab.world.world import World
@@ -131,7 +131,7 @@ def _distances(points: Array, surface: Obstacle) -> Array:
 
 def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, float]:
     """Return vertices, faces and the bound, from disk where they are there."""
-    key = f"{digest([obstacle])}\0{count}\0{code_in(Path(__file__).parent)}"
+    key = f"{digest([obstacle])}\0{count}\0{code_in(Path(__file__).parents[1])}"
     path = folder() / f"{hashlib.sha256(key.encode()).hexdigest()}.simplified"
     content = read_sealed(path, MAGIC)
     if content is not None:

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.mesh_cache import Mesh
-from kinolab.world.mesh_components import Components
-from kinolab.world.mesh_reading import AXES
+from kinolab.world.meshes.mesh_cache import Mesh
+from kinolab.world.meshes.mesh_components import Components
+from kinolab.world.meshes.mesh_reading import AXES
 
 MAX_EXTENT = 1000.0  # [m]; larger ones are most likely drawn in millimetres
 FAR_TOO_LARGE = 500.0  # times as wide as the world, or as narrow: another unit was meant

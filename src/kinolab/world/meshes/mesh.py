@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.double_faces import single_faces
-from kinolab.world.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
-from kinolab.world.mesh_components import connected_parts
-from kinolab.world.mesh_reading import read_triangles, refusal, too_many
+from kinolab.world.meshes.double_faces import single_faces
+from kinolab.world.meshes.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
+from kinolab.world.meshes.mesh_components import connected_parts
+from kinolab.world.meshes.mesh_reading import read_triangles, refusal, too_many
 from kinolab.world.shape_surfaces import Faces
 
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")

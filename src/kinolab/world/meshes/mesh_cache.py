@@ -79,4 +79,4 @@ def _layout(n: int, m: int, painted: int) -> list[tuple[type[np.generic], tuple[
 
 @cache
 def _own_code() -> str:
-    return code_in(Path(__file__).parent)
+    return code_in(Path(__file__).parents[1])

@@ -1,0 +1,1 @@
+"""Mesh files that somebody else wrote: read, checked, kept and simplified."""
