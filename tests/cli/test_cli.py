@@ -366,6 +366,11 @@ def test_quiet_says_nothing_on_stderr(home: Path) -> None:
     assert done.stdout.startswith("solved: ")
 
 
+def test_a_quick_check_says_nothing_on_stderr(table_run: Finished, capfd: Capture) -> None:
+    assert cli.run(["check", str(table_run.folder)]) == 0
+    assert capfd.readouterr().err == ""
+
+
 def test_check_of_several_runs_names_each_and_fails_with_one(
     table_run: Finished, run_copy: Path, capsys: Capture
 ) -> None:

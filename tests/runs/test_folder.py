@@ -207,6 +207,31 @@ def test_a_mailed_run_that_names_a_python_file_does_not_run_it(run_copy: Path) -
     assert code in (2, 7)
 
 
+def test_the_materials_of_a_mesh_go_with_its_run(tmp_path: Path, short: Solved) -> None:
+    """Two files of materials of one name, each in the folder of its mesh."""
+    posts = ""
+    for k, (folder, red) in enumerate((("a", "1 0 0"), ("b", "0 0 1"))):
+        (tmp_path / folder).mkdir()
+        mesh = "mtllib its.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl m\n"
+        mesh += "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        (tmp_path / folder / "post.obj").write_text(mesh)
+        (tmp_path / folder / "its.mtl").write_text(f"newmtl m\nKd {red}\n")
+        posts += (
+            f'\n[[world.obstacle]]\nmesh = "{folder}/post.obj"\nposition = [3, {6 * k - 3}, 0]\n'
+        )
+    problem = problem_of(tmp_path, OPEN + posts)
+    write_run(tmp_path / "run", problem, short.plan)
+    (tmp_path / "a" / "its.mtl").unlink()
+    assert check_run(tmp_path / "run").passed
+    red, blue = read_run(tmp_path / "run").problem.world.obstacles
+    assert red.colors is not None
+    assert blue.colors is not None
+    assert red.colors[0].tolist() == [1, 0, 0]
+    assert blue.colors[0].tolist() == [0, 0, 1]
+    (tmp_path / "run" / "assets" / "1_its.mtl").write_text("newmtl m\nKd 0 1 0\n")
+    assert not check_run(tmp_path / "run").passed
+
+
 def test_two_meshes_of_one_name_are_both_kept(tmp_path: Path, short: Solved) -> None:
     for k, folder in enumerate(("a", "b")):
         (tmp_path / folder).mkdir()
@@ -231,6 +256,13 @@ def test_two_meshes_of_one_name_are_both_kept(tmp_path: Path, short: Solved) -> 
 def test_an_untouched_run_passes(run_copy: Path, capsys: Capture) -> None:
     assert code_of(run_copy) == 0
     assert "passed" in capsys.readouterr().out
+
+
+def test_a_check_says_how_far_it_is(maze_run: Finished) -> None:
+    said: list[str] = []
+    assert check_run(maze_run.folder, said.append).passed
+    assert said
+    assert all(text.startswith("verifying: ") for text in said)
 
 
 def test_a_mesh_that_changed_fails(run_copy: Path, capsys: Capture) -> None:

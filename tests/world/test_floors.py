@@ -60,7 +60,7 @@ def test_wheels_rest_on_a_floor(depth: float, room: bool, tmp_path: Path) -> Non
     (floor,) = problem.world.floors
     assert len(floor.faces) == 2
     place = "at z = 0" if depth == 0 else "down to 4.5 mm below z = 0"
-    assert problem.world.warnings[-1].startswith(f"hall floor: 2 triangles {place}")
+    assert problem.world.notes[-1].startswith(f"hall floor: 2 triangles {place}")
 
 
 def test_a_floor_leaves_the_room_that_walls_leave(tmp_path: Path) -> None:

@@ -139,7 +139,7 @@ def test_the_parts_of_a_scene_are_placed(tmp_path: Path) -> None:
     assert np.ptp(loaded.vertices, axis=0) == pytest.approx([6, 1, 1])
 
 
-def test_materials_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_textures_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "box.mtl").write_text("newmtl a\nmap_Kd /etc/hostname\n")
     (tmp_path / "box.obj").write_text("mtllib box.mtl\nusemtl a\n" + OBJ + "f 1 2 3\n")
     opened: list[str] = []
@@ -158,7 +158,7 @@ def test_materials_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(Path, "open", record)
     monkeypatch.setattr("builtins.open", forbid)
     assert len(load_mesh("box.obj", root=tmp_path).faces) == 1
-    assert opened == ["box.obj"]
+    assert opened == ["box.obj", "box.mtl"]
 
 
 def test_buffers_elsewhere_are_refused(tmp_path: Path) -> None:

@@ -27,9 +27,9 @@ def parsed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     names: list[str] = []
     parse: Callable[..., Mesh] = mesh._sound_mesh
 
-    def noted(where: str, content: bytes, most: int) -> Mesh:
+    def noted(where: str, content: bytes, materials: bytes, most: int) -> Mesh:
         names.append(where)
-        return parse(where, content, most)
+        return parse(where, content, materials, most)
 
     monkeypatch.setattr(mesh, "_sound_mesh", noted)
     return names

@@ -11,8 +11,10 @@ import trimesh
 
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.errors import InputError
+from kinolab.numerics.arrays import Array
 from kinolab.world import BodyGeometry, CollisionChecker, World, load_mesh, mesh_obstacle
 from kinolab.world.meshes.double_faces import single_faces
+from kinolab.world.meshes.mesh_reading import UNPAINTED
 
 DAE = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
@@ -149,6 +151,62 @@ def test_colours_are_kept(kind: str, tmp_path: Path) -> None:
     side = obstacle.vertices[obstacle.faces].mean(axis=1)[:, 0] > 2.5
     expected = np.where(side[:, None], [0, 0, 200 / 255], [200 / 255, 0, 0])
     np.testing.assert_allclose(obstacle.colors, expected, atol=0.01)
+
+
+MATERIALS = "newmtl dark grey\nKd 0.4 0.4 0.4\n\nnewmtl red\nKd 1 0 0\nmap_Kd /etc/hostname\n"
+PAINTED = """# made here
+mtllib {library}
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+usemtl dark grey
+f 1 3 2
+usemtl red
+f 1 2 4
+usemtl nowhere
+f 1 4 3
+"""
+
+
+def painted(folder: Path, library: str) -> Array | None:
+    """The colours of three triangles: one in the plane z = 0, one in y = 0, one in x = 0."""
+    (folder / "corner.obj").write_text(PAINTED.format(library=library))
+    obstacle = mesh_obstacle("corner", "corner.obj", folder)
+    if obstacle.colors is None:
+        return None
+    extent = np.ptp(obstacle.vertices[obstacle.faces], axis=1)
+    return obstacle.colors[[np.flatnonzero(extent[:, axis] == 0.0)[0] for axis in (2, 1, 0)]]
+
+
+def test_the_materials_of_an_obj_give_it_colours(tmp_path: Path) -> None:
+    (tmp_path / "my colours.mtl").write_text(MATERIALS)
+    colors = painted(tmp_path, "my colours.mtl")
+    assert colors is not None
+    np.testing.assert_allclose(colors[0], 0.4, atol=1 / 255)
+    np.testing.assert_allclose(colors[1], [1.0, 0.0, 0.0], atol=1 / 255)
+    np.testing.assert_allclose(colors[2], UNPAINTED / 255, atol=1 / 255)
+
+
+def test_other_materials_of_the_same_obj_are_seen(tmp_path: Path) -> None:
+    """The mesh that was kept is of the OBJ and its materials, not of the OBJ alone."""
+    assert painted(tmp_path, "a.mtl") is None  # it is not there
+    (tmp_path / "a.mtl").write_text(MATERIALS)
+    assert painted(tmp_path, "a.mtl") is not None
+    (tmp_path / "a.mtl").write_text(MATERIALS.replace("1 0 0", "0 1 0"))
+    colors = painted(tmp_path, "a.mtl")
+    assert colors is not None
+    np.testing.assert_allclose(colors[1], [0.0, 1.0, 0.0], atol=1 / 255)
+
+
+@pytest.mark.parametrize("name", ["../outside.mtl", "link.mtl", "a.txt", "folder.mtl", "\0.mtl"])
+def test_materials_from_elsewhere_are_not_read(name: str, tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    (home / "folder.mtl").mkdir(parents=True)
+    (tmp_path / "outside.mtl").write_text(MATERIALS)
+    (home / "link.mtl").symlink_to(tmp_path / "outside.mtl")
+    (home / "a.txt").write_text(MATERIALS)
+    assert painted(home, name) is None
 
 
 def test_a_scan_has_few_colours_left(tmp_path: Path) -> None:

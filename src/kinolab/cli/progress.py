@@ -21,7 +21,7 @@ class Progress:
     def __init__(self, quiet: bool) -> None:
         self._quiet = quiet
         self._terminal = sys.stderr.isatty()
-        self._last = 0.0
+        self._last = time.monotonic()
         self._listeners: list[Callable[[str], None]] = []
 
     def __call__(self, text: str, *, passing: bool = False, lasting: bool = False) -> None:

@@ -12,14 +12,19 @@ from kinolab.problem import PlanningTask
 from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
 from kinolab.verification import Check
+from kinolab.world.meshes.obj_materials import materials_file, with_materials
 
 
 def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     """Return the files below assets/ by name: the machine, copies of meshes and of a planner."""
-    meshes = {
-        _mesh_name(index, path): path.read_bytes()
-        for index, path in _meshes(problem.scenario).items()
-    }
+    meshes: dict[str, bytes] = {}
+    for index, path in _meshes(problem.scenario).items():
+        content = path.read_bytes()
+        library = materials_file(path, content, problem.scenario.folder)
+        if library is not None:
+            meshes[_mesh_name(index, library)] = library.read_bytes()
+            content = with_materials(content, _mesh_name(index, library))
+        meshes[_mesh_name(index, path)] = content
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
     model = problem.whole or problem.model  # whose feedback is a law, its gains included
@@ -81,7 +86,9 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
     recorded = report.get("assets")
     hashes = recorded if isinstance(recorded, dict) else {}
     scenario = problem.scenario
-    files = [*_meshes(scenario).values(), _planner_file(scenario)]
+    meshes = [path for path in _meshes(scenario).values() if path.is_file()]
+    libraries = [materials_file(path, path.read_bytes(), folder) for path in meshes]
+    files = [*_meshes(scenario).values(), *libraries, _planner_file(scenario)]
     machine = {MACHINE_FILE} | (
         {FEEDBACK_FILE} if problem.machine.references is not None else set()
     )

@@ -35,6 +35,7 @@ from kinolab.search.graph import SearchGraph, read_graph
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory, read_csv
 from kinolab.verification import Certificate, Check, verify
+from kinolab.verification.clearance_search import Told
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
@@ -206,16 +207,20 @@ def _motion_in(folder: Path, problem: PlanningTask) -> Trajectory:
     return read_csv(folder / "trajectory.csv", model.state_names, plant.control_names, references)
 
 
-def check_run(folder: Path) -> Certificate:
+def check_run(folder: Path, told: Told | None = None) -> Certificate:
     """Verify a finished run from its files alone.
 
     What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same.
+
+    Args:
+        folder: Of the run.
+        told: Called now and then with what is being done, in words.
 
     Raises:
         InputError: If a file is missing or damaged.
     """
     run = read_run(folder)
-    certificate = verify(run.problem, run.trajectory)
+    certificate = verify(run.problem, run.trajectory, told)
     files = [unchanged(run.folder, run.problem, run.report)]
     if (folder / NPZ).is_file():
         files.append(_same_in_npz(folder, _motion_in(folder, run.problem)))

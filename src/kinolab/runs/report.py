@@ -53,6 +53,7 @@ def report_of(
             check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
         "margin": margin_to_json(certificate),
+        "notes": list(problem.world.notes),
         "warnings": [*problem.world.warnings, *rest_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "assets": hashes_of(assets),

@@ -32,7 +32,7 @@ class World:
     def warnings(self) -> tuple[str, ...]:
         """Sentences about what is usable but suspicious."""
         found = [text for obstacle in self.obstacles for text in obstacle.warnings]
-        found += [text for floor in self.floors for text in (*floor.warnings, _covered(floor))]
+        found += [text for floor in self.floors for text in floor.warnings]
         for obstacle in (*self.obstacles, *self.floors):
             if obstacle.primitive is None:
                 found += misfits(obstacle.name, np.ptp(obstacle.vertices, axis=0), self.bounds)
@@ -41,10 +41,15 @@ class World:
                 found.append(f"[world] bounds {axis}: {high - low:.4g} m wide. Millimetres?")
         return tuple(found)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences about what is normal, and good to know."""
+        return tuple(_covered(floor) for floor in self.floors)
+
     def describe(self) -> tuple[str, ...]:
         """Say in one line per obstacle what it is."""
         lines = [_describe(obstacle) for obstacle in self.obstacles]
-        lines += [_covered(floor) for floor in self.floors]
+        lines += self.notes
         return (*lines, "ground: the plane z = 0") if self.ground else tuple(lines)
 
 

@@ -4,20 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from kinolab.cli.common import FAILED, PATH, echo_json, json_option
+from kinolab.cli.common import FAILED, PATH, echo_json, json_option, quiet_option
+from kinolab.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from kinolab.verification import Certificate
 
 
 @click.command("check")
 @click.argument("folders", nargs=-1, required=True, type=PATH)
 @json_option
-def command(folders: Sequence[Path], as_json: bool) -> int:
+@quiet_option
+def command(folders: Sequence[Path], as_json: bool, quiet: bool) -> int:
     """Verify finished runs from their files alone."""
     from kinolab.runs import check_run, check_to_json, margin_to_json
 
-    certificates = {str(folder): check_run(folder) for folder in folders}
+    progress = Progress(quiet)
+
+    def checked(folder: Path) -> Certificate:
+        return check_run(folder, lambda text: progress(f"{folder}: {text}", passing=True))
+
+    certificates = {str(folder): checked(folder) for folder in folders}
+    progress.close()
     if as_json:
         runs = [
             {

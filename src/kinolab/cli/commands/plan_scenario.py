@@ -112,6 +112,8 @@ def command(
         problem = _load(scenario, [*overrides, *options])
     folder = out or Path("runs") / problem.name
     require_place(folder)
+    for note in problem.world.notes:
+        progress(f"note: {note}", lasting=not quiet)
     for warning in _warnings(problem, folder):
         progress(f"warning: {warning}", lasting=True)
     with (

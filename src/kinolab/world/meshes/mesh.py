@@ -12,6 +12,7 @@ from kinolab.world.meshes.double_faces import single_faces
 from kinolab.world.meshes.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
 from kinolab.world.meshes.mesh_components import connected_parts
 from kinolab.world.meshes.mesh_reading import read_triangles, refusal, too_many
+from kinolab.world.meshes.obj_materials import materials_file
 from kinolab.world.shape_surfaces import Faces
 
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
@@ -24,8 +25,8 @@ MAX_COORDINATE = 1e9  # [m]
 def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
     """Read an STL, OBJ, PLY, GLB, OFF or DAE file from ``root`` or a folder below it.
 
-    Nothing but the file itself is read: an OBJ's materials, textures and remote buffers are not
-    followed. Triangles that are there twice are read once.
+    Nothing but the file itself is read, and the materials beside an OBJ: textures and remote
+    buffers are not followed. Triangles that are there twice are read once.
 
     Args:
         path: The file; a relative path is taken from ``root``.
@@ -36,19 +37,22 @@ def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
         InputError: If the file is missing, too large, of another format, or not a sound mesh.
     """
     where = str(path)
-    content = _read(where, _locate(where, root))
-    kept = entry_for(_format(where), content)
+    file = _locate(where, root)
+    content = _read(where, file)
+    library = materials_file(file, content, root)
+    materials = library.read_bytes() if library else b""
+    kept = entry_for(_format(where), content, materials)
     mesh, most = read_mesh(kept), most or MAX_TRIANGLES
     if mesh is None:
-        mesh = _sound_mesh(where, content, most)
+        mesh = _sound_mesh(where, content, materials, most)
         keep_mesh(kept, mesh)
     elif len(mesh.faces) > most:  # it was kept for a scenario that simplifies it
         raise too_many(where, most)
     return mesh
 
 
-def _sound_mesh(where: str, content: bytes, most: int) -> Mesh:
-    raw = read_triangles(where, _format(where), content, most)
+def _sound_mesh(where: str, content: bytes, materials: bytes, most: int) -> Mesh:
+    raw = read_triangles(where, _format(where), content, materials, most)
     check(where, raw.vertices, raw.faces)
     vertices, faces, rows = merge_duplicates(raw.vertices, raw.faces)
     if not len(faces):

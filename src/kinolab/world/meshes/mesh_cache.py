@@ -36,9 +36,9 @@ class Mesh(NamedTuple):
     declared: Array  # (2,) unit in [m], 0 if not said; axis that points up, -1 if not said
 
 
-def entry_for(kind: str, content: bytes) -> Path:
-    """Return where a mesh is kept, by the format and content of its file."""
-    parts = (kind.encode(), _own_code().encode(), content)
+def entry_for(kind: str, content: bytes, materials: bytes = b"") -> Path:
+    """Return where a mesh is kept, by the format and content of its file and its materials."""
+    parts = (kind.encode(), _own_code().encode(), hashlib.sha256(materials).digest(), content)
     return folder() / f"{hashlib.sha256(bytes(1).join(parts)).hexdigest()}.mesh"
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.world.meshes.obj_materials import Materials
 from kinolab.world.shape_surfaces import Faces
 
 if TYPE_CHECKING:
@@ -53,13 +54,14 @@ def too_many(where: str, most: int) -> InputError:
     return refusal(where, f"has more than {most} triangles.", remedy)
 
 
-def read_triangles(where: str, kind: str, content: bytes, most: int) -> RawMesh:
+def read_triangles(where: str, kind: str, content: bytes, materials: bytes, most: int) -> RawMesh:
     """Let trimesh read the bytes; without a file name it has no folder to load more from.
 
     Args:
         where: What the file is called in messages.
         kind: Its format, in small letters.
         content: Of the file.
+        materials: Content of the file of materials that an OBJ names; empty without one.
         most: Triangles that are read.
 
     Raises:
@@ -72,7 +74,9 @@ def read_triangles(where: str, kind: str, content: bytes, most: int) -> RawMesh:
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False)
+            scene = trimesh.load_scene(
+                io.BytesIO(content), file_type=kind, process=False, resolver=Materials(materials)
+            )
             vertices, faces, colors = _flatten(where, scene, most)
     except InputError:
         raise
@@ -146,7 +150,8 @@ def _own_colors(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
     color = getattr(material, "baseColorFactor", None)
     if color is None:
         color = getattr(material, "diffuse", None)
-        if color is not None and (np.asarray(color)[:3] == TEXTURE_GREY).all():
+        written = "kd" in getattr(material, "kwargs", {})  # in an OBJ's materials
+        if color is not None and (np.asarray(color)[:3] == TEXTURE_GREY).all() and not written:
             return None
     if color is None:
         return None
