@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,8 +9,10 @@ import scipy
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep, stepper
+from kinolab.simulation.machine import hold, machine_of
 
 # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
 STEP_PER_TIME_CONSTANT = 0.15
@@ -105,29 +106,18 @@ class ZeroOrderHold:
     """Simulates a machine under zero-order hold in propagation steps, without collision checks."""
 
     def __init__(self, problem: PlanningTask) -> None:
-        self._calls = CompiledStep(problem)
-        self._step, self._nx = problem.step, problem.model.nx
-        self._bytes = ctypes.sizeof(ctypes.c_double) * self._nx
+        self._model = problem.model  # owns the compiled code
+        self._machine, self._step = Record(machine_of(problem)), problem.step
 
     def end(self, x: Array, u: Array, steps: int) -> Array | None:
         """Return the state after some steps of constant inputs (nu,); None where a step fails."""
-        calls = self._calls
-        calls.x[:], calls.u[:] = x.tolist(), u.tolist()
-        for _ in range(steps):
-            if calls.step(self._step):
-                return None
-            ctypes.memmove(calls.x, calls.next, self._bytes)
-        reached = np.array(calls.x)
-        return reached if np.isfinite(reached).all() else None
+        return self.end_of(x, u[None], steps)
 
     def end_of(self, x: Array, inputs: Array, steps: int) -> Array | None:
         """Return the state after holding each row of inputs (rows, nu) for some steps."""
-        for row in inputs:
-            reached = self.end(x, row, steps)
-            if reached is None:
-                return None
-            x = reached
-        return x
+        reached, held = np.array(x, dtype=float), np.ascontiguousarray(inputs, dtype=float)
+        failed = hold(self._machine, held, steps, self._step, reached, np.empty_like(reached))
+        return None if failed or not np.isfinite(reached).all() else reached
 
 
 class CandidateRollouts:

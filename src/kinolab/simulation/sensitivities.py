@@ -9,12 +9,13 @@ a step stands for several ones of the map, at the beginning of each.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.concurrency.rows import in_parts
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
@@ -31,6 +32,7 @@ from kinolab.simulation.tangent_steps import (
     step_scratch,
 )
 
+ROWS_PER_THREAD = 16
 STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
 
 
@@ -106,12 +108,17 @@ class StepSensitivities:
         after = np.empty((count, nx))
         tangents = np.empty((count if derive else 1, nx, nx + nu + 1))
         before, held = np.ascontiguousarray(x[:count]), np.ascontiguousarray(u)
+
+        def work(code: Record, rows: slice, *, derive: bool) -> None:
+            slopes = tangents[rows] if derive else np.empty((1, nx, nx + nu + 1))
+            linearise(code, before[rows], held[rows], h, int(derive), after[rows], slopes)
+
         if derive:
-            linearise(self._coarse, before, held, h, 1, after, tangents)
+            in_parts(partial(work, self._coarse, derive=True), count, ROWS_PER_THREAD)
         if known is not None:
             return known, tangents
         if self._coarse is not self._code or not derive:
-            linearise(self._code, before, held, h, 0, after, tangents[:1].copy())
+            in_parts(partial(work, self._code, derive=False), count, ROWS_PER_THREAD)
         return after, tangents
 
 

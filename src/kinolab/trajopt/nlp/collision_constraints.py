@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.concurrency.rows import in_parts
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
@@ -36,6 +37,8 @@ TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
 SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
 SAME_LEVEL = 1e-9  # [m] by which what is behind a plane may be before it
 GROUND, OWN = -2, -3  # in place of an obstacle's index
+
+STATES_PER_THREAD = 24
 
 
 class CollisionArrays(NamedTuple):
@@ -141,18 +144,30 @@ class CollisionConstraints:
 
         The gradients have shape (n, nx).
         """
-        states, nx = np.ascontiguousarray(x), x.shape[1]
-        size = 4 * len(states) + MAX_GAPS
-        side, memory = np.zeros(nx), Record(_memory(self._around.held))
-        while True:
-            which, value = np.zeros(size, np.int64), np.zeros(size)
-            slope = np.zeros((size if derive else 1, nx))
-            found = find(
-                self._around, states, reach, int(derive), which, value, slope, side, memory
-            )
-            if found <= size - MAX_GAPS:
-                return which[:found], value[:found], slope[: found if derive else 0]
-            size *= 2
+        states = np.ascontiguousarray(x)
+
+        def work(rows: slice) -> tuple[NDArray[np.int64], Array, Array]:
+            which, value, slope = _found(self._around, states[rows], reach, derive=derive)
+            return which + rows.start, value, slope
+
+        which, value, slope = zip(*in_parts(work, len(states), STATES_PER_THREAD), strict=True)
+        return np.concatenate(which), np.concatenate(value), np.concatenate(slope)
+
+
+def _found(
+    around: Record, states: Array, reach: float, *, derive: bool
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return what ``CollisionConstraints._gaps`` does, found by one thread."""
+    nx = states.shape[1]
+    size = 4 * len(states) + MAX_GAPS
+    side, memory = np.zeros(nx), Record(_memory(around.held))
+    while True:
+        which, value = np.zeros(size, np.int64), np.zeros(size)
+        slope = np.zeros((size if derive else 1, nx))
+        found = find(around, states, reach, int(derive), which, value, slope, side, memory)
+        if found <= size - MAX_GAPS:
+            return which[:found], value[:found], slope[: found if derive else 0]
+        size *= 2
 
 
 @lru_cache(maxsize=4)
