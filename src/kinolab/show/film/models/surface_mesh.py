@@ -16,6 +16,10 @@ Indices: TypeAlias = NDArray[np.int64]
 
 CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and are not drawn
 FLAT = np.cos(np.radians(1.0))  # between faces of one level piece
+# A mesh of so many faces may be a scan. It is one if this fraction of its creases has the same
+# smooth piece on both sides, or a piece of one face, as noise has; then the creases that part
+# larger pieces are drawn, which are wider than this fraction of the mesh's diagonal.
+MANY, ROUGH, SPECK = 2000, 1 / 3, 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +133,12 @@ def joined(count: int, pairs: Indices) -> Indices:
 
 def areas(mesh: SurfaceMesh) -> Array:
     """The faces' areas in [m^2], shape (m,)."""
-    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    return areas_of(mesh.vertices, mesh.faces)
+
+
+def areas_of(vertices: Array, faces: Indices) -> Array:
+    """The areas in [m^2] of faces (m, 3) with these vertices, shape (m,)."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
@@ -151,7 +160,25 @@ def _edges(vertices: Array, faces: Indices) -> tuple[Indices, Indices, NDArray[n
     sides = np.stack([face[last - uses], face[last - 1]], axis=1)
     direction = normals(vertices, faces)
     bend = np.sum(direction[sides[:, 0]] * direction[sides[:, 1]], axis=1)
-    return np.stack(np.divmod(keys, count), axis=1), sides, (uses != 2) | (bend < CREASE)
+    border, folded = uses != 2, bend < CREASE
+    if len(faces) > MANY and (folded & ~border).any():
+        folded = _without_noise(vertices, faces, sides, folded & ~border)
+    return np.stack(np.divmod(keys, count), axis=1), sides, border | folded
+
+
+def _without_noise(
+    vertices: Array, faces: Indices, sides: Indices, folded: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return which of a scan's folded edges are of its form; all of them of what is no scan."""
+    piece = joined(len(faces), sides[~folded])
+    left, right = piece[sides].T
+    alone = np.bincount(piece)[piece] == 1
+    noise = folded & ((left == right) | alone[sides].any(axis=1))
+    if np.count_nonzero(noise) <= ROUGH * np.count_nonzero(folded):
+        return folded
+    width = np.sqrt(np.bincount(piece, areas_of(vertices, faces)))
+    speck = SPECK * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    return np.asarray(folded & ~noise & (np.minimum(width[left], width[right]) > speck))
 
 
 def _stack(parts: list[Indices], width: int) -> Indices:
