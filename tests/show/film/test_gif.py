@@ -96,6 +96,7 @@ def test_a_long_motion_says_how_fast_it_is_shown() -> None:
     assert film.playback.speed == 2.0
     assert time_stamp(1.25, film.playback.speed).endswith("2x")
     assert "x" not in time_stamp(1.25, 1.0)
+    assert time_stamp(1.25, 1000.0).endswith(" 1000x")
 
 
 def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

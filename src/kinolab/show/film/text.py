@@ -184,7 +184,7 @@ def _sizes(height: int) -> tuple[int, int]:
 
 def time_stamp(time: float, speed: float = 1.0) -> str:
     """The motion's time, and the film's speed if it is not real time."""
-    pace = "" if speed == 1.0 else f"   {speed:.3g}x"
+    pace = "" if speed == 1.0 else f"   {float(f'{speed:.3g}'):g}x"
     return f"t = {time:.1f} s{pace}"
 
 
