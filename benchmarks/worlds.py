@@ -3,10 +3,11 @@
     python benchmarks/worlds.py RESOURCES [WORLD ...] [--long 30] [--scan 460] [--seed 1]
 
 RESOURCES is the folder ``resources`` of OMPL.app (github.com/ompl/omplapp); its files are read as
-they are, turned as OMPL.app's own reader turns them. The car drives in the planar worlds, a ball
-that is pushed flies in the others. ``--scan N`` adds a scan that is made here, of N x N points. For
-each world one row: triangles, seconds to load, search and verify, the motion that was found, what
-the default improvement makes of it, and what ``--long`` seconds of work make of it.
+they are, turned as OMPL.app's own reader turns them; Barriers is scaled to the car. The car drives
+in the planar worlds, a ball that is pushed flies in the others. ``--scan N`` adds a scan that is made
+here, of N x N points. For each world one row: triangles, seconds to load, search and verify, the
+motion that was found, what the default improvement makes of it, and what ``--long`` seconds of work
+make of it.
 
 It needs the extra ``collada``. Run it twice: the first time it compiles.
 """
@@ -29,8 +30,11 @@ import numpy as np
 import kinolab
 from kinolab.dynamics import Body, Control, Sphere, System, Wrench, length, move, parameter
 from kinolab.verification import verify
+from kinolab.world import mesh_obstacle
 
 CAR = ("Maze_planar", "BugTrap_planar", "RandomPolygons_planar", "UniqueSolutionMaze", "Barriers")
+# Scale, and where the car points beside its own robot: that one is 66 m long, along y.
+OTHERWISE = {"Barriers": (0.08, math.pi / 2.0)}
 # The radius of the ball in [m], about half the least extent of OMPL.app's own robot.
 BALL = {
     "Home": 12.0,
@@ -86,18 +90,24 @@ def planar(resources: Path, name: str) -> dict[str, Any]:
     """Return the scenario of a car in a planar world."""
     folder = resources / "2D"
     given = problem_in(folder / f"{name}.cfg")
-    bounds = {axis: [given[f"volume.min.{axis}"], given[f"volume.max.{axis}"]] for axis in "xy"}
-    ends = {end: {axis: given[f"{end}.{axis}"] for axis in "xy"} for end in ("start", "goal")}
+    scale, turn = OTHERWISE.get(name, (1.0, 0.0))
+    bounds = {
+        axis: [scale * given[f"volume.{end}.{axis}"] for end in ("min", "max")] for axis in "xy"
+    }
+    ends = {
+        end: {axis: scale * given[f"{end}.{axis}"] for axis in "xy"} for end in ("start", "goal")
+    }
+    mesh = {**mesh_of(folder, given["world"]), "scale": scale}
     return {
         "system": {"name": "car"},
         "world": {
             "bounds": bounds,
             "ground": "plane",
-            "obstacle": [mesh_of(folder, given["world"])],
+            "obstacle": [raised(folder, mesh)],
         },
         "bounds": {"phi_dot": [-10.0, 10.0]},
         "metric": {"phi": 1e-4, "psi": 2.0},
-        "start": {**ends["start"], "psi": given.get("start.theta", 0.0)},
+        "start": {**ends["start"], "psi": turn + given.get("start.theta", 0.0)},
         "goal": {**ends["goal"], "tolerance": 1.0},
         "integration": {"step": 0.1},
     }
@@ -122,6 +132,14 @@ def spatial(resources: Path, name: str) -> dict[str, Any]:
 def mesh_of(folder: Path, file: str) -> dict[str, Any]:
     """Return the obstacle of a file; Assimp, which OMPL.app reads by, turns z to y."""
     return {"mesh": file, "rpy": [-math.pi / 2.0, 0.0, 0.0], "root": folder}
+
+
+def raised(folder: Path, entry: dict[str, Any]) -> dict[str, Any]:
+    """Return the obstacle, on the ground where its file has it below: Barriers hangs from z = 0."""
+    placed = {key: entry[key] for key in ("rpy", "scale")}
+    vertices = mesh_obstacle("world", entry["mesh"], folder, **placed).vertices
+    low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
+    return entry if high > 1e-6 else {**entry, "position": [0.0, 0.0, -low]}
 
 
 def problem_in(file: Path) -> dict[str, Any]:
