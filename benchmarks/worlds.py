@@ -4,8 +4,8 @@
 
 RESOURCES is the folder ``resources`` of OMPL.app (github.com/ompl/omplapp); its files are read as
 they are, turned as OMPL.app's own reader turns them; Barriers is scaled to the car. The car drives
-in the planar worlds, a ball that is pushed flies in the others. ``--scan N`` adds a scan that is made
-here, of N x N points. For each world one row: triangles, seconds to load, search and verify, the
+in the planar worlds, a ball that is pushed flies in the others. ``--scan N`` adds a scan of N x N
+points. For each world one row: triangles, seconds to load, search and verify, the
 motion that was found, what the default improvement makes of it, and what ``--long`` seconds of work
 make of it.
 
